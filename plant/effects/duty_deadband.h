@@ -1,0 +1,34 @@
+// The switch's rise time swallows the start of every pulse.
+//
+//   u -> max(0, u - u_0)
+//
+// Source: MOSFET switching delay. At null the duty is taken as it is (it is never negative).
+#pragma once
+
+#include "plant/instant.h"
+
+namespace sinew::plant {
+
+template <class S>
+struct DutyDeadband {
+  static constexpr std::string_view name = "duty_deadband";
+  static constexpr Place place = Place::actuation;
+  static constexpr std::string_view equation = "u -> max(0, u - u_0)";
+  static constexpr std::string_view words = "the first part of every duty cycle has no effect";
+
+  S threshold_fraction{0.0};
+
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.threshold_fraction,
+          Declaration{.name = "threshold_fraction", .symbol = "u_0", .unit = units::none, .range = {0.0, 1.0},
+                      .typical = 0.05, .null_value = 0.0, .prior_deviation = 0.05,
+                      .meaning = "duty below which nothing flows", .source = "MOSFET and driver"});
+  }
+
+  void electrics(Instant<S>& now) const {
+    for (const std::size_t j : coils) now.duty_fraction[j] = positive_part(S(now.duty_fraction[j] - threshold_fraction));
+  }
+};
+
+}  // namespace sinew::plant

@@ -1,0 +1,46 @@
+// What is declared, once, about a parameter: everything that reads, writes, checks, documents or fits it walks this.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "plant/units.h"
+
+namespace sinew::plant {
+
+struct Range {
+  double lowest;
+  double highest;
+  constexpr bool contains(double value) const { return value >= lowest && value <= highest; }
+};
+
+enum class Kind {
+  real,    // any number in the range
+  toggle,  // false or true, kept as 0 or 1; never fitted
+  sign,    // -1 or +1; never fitted
+};
+
+// All numbers here are in `unit`, the unit of files; see `Unit::internal_per_unit`.
+struct Declaration {
+  std::string_view name;    // the key in YAML; ends in its unit
+  std::string_view symbol;  // the letter of docs/plant.md
+  Unit unit;
+  Kind kind = Kind::real;
+  Range range;
+  // Core: the value of `paper_limb`. Effect: a value that a real limb could have, where a fit of the effect starts.
+  double typical;
+  // The value at which the effect vanishes exactly. Only the parameter that carries an effect's strength has one.
+  std::optional<double> null_value = std::nullopt;
+  // One standard deviation of what is believed before any recording is seen; 0 for what is known and not fitted.
+  double prior_deviation = 0.0;
+  std::string_view meaning;
+  std::string_view source = "";
+};
+
+// Calls visit(field, declaration) for every parameter of `owner`: the core or one effect. `Owner` may be const.
+template <class Owner, class Visitor>
+void visit_parameters(Owner& owner, Visitor&& visit) {
+  Owner::parameters(owner, visit);
+}
+
+}  // namespace sinew::plant

@@ -1,0 +1,47 @@
+// Numbers that the plant's equations are written in: double, or a ceres::Jet that carries derivatives along.
+//
+// The equations are templates on the scalar, so that Jacobians and sensitivities are those of the very code that is
+// integrated, without differences. Functions here are those with a corner or an overflow to look after.
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace sinew::plant {
+
+template <int width>
+using Jet = ceres::Jet<double, width>;
+
+inline double value_of(double x) { return x; }
+template <int width>
+double value_of(const Jet<width>& x) {
+  return x.a;
+}
+
+// max(0, x); its derivative at the corner is that of the zero side.
+template <class S>
+S positive_part(const S& x) {
+  return value_of(x) > 0.0 ? x : S(0.0);
+}
+
+// 1 / (1 + exp(x)), without overflow in value or derivative for any x.
+template <class S>
+S falling_logistic(const S& x) {
+  using std::exp;
+  if (value_of(x) > 0.0) {
+    const S e = exp(-x);
+    return e / (1.0 + e);
+  }
+  return 1.0 / (1.0 + exp(x));
+}
+
+enum Coil : std::size_t { A = 0, B = 1 };
+inline constexpr std::array<std::size_t, 2> coils{A, B};
+
+template <class T>
+using PerCoil = std::array<T, 2>;
+
+}  // namespace sinew::plant

@@ -1,0 +1,27 @@
+// The edge between what people write (degrees) and what the equations use (radians).
+//
+// Temperatures are in degrees Celsius on both sides of the edge: every law of the plant uses differences of
+// temperature, which are the same in kelvin. Degrees are converted once, by the reader and the writer, through
+// `Unit::internal_per_unit`.
+#pragma once
+
+#include <numbers>
+#include <string_view>
+
+namespace sinew::plant {
+
+inline constexpr double radians_per_degree = std::numbers::pi / 180.0;
+
+struct Unit {
+  std::string_view text;           // as printed; empty for a plain number
+  double internal_per_unit = 1.0;  // internal value = value in the file * this
+};
+
+namespace units {
+inline constexpr Unit none{""}, degC{"degC"}, K{"K"}, s{"s"}, V{"V"}, Ohm{"Ohm"}, J{"J"}, J_K{"J/K"}, W_K{"W/K"},
+    K_s{"K/s"}, per_K{"1/K"}, K_N{"K/N"}, N_m{"N/m"}, m{"m"}, Nm{"N*m"}, Nm_rad{"N*m/rad"}, Nm_rad3{"N*m/rad^3"},
+    Nms_rad{"N*m*s/rad"}, kgm2{"kg*m^2"}, rad{"rad"}, rad_s{"rad/s"}, per_s{"1/s"};
+inline constexpr Unit deg{"deg", radians_per_degree}, deg_s{"deg/s", radians_per_degree};
+}  // namespace units
+
+}  // namespace sinew::plant

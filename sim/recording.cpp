@@ -1,0 +1,591 @@
+#include "sim/recording.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "sim/input_error.h"
+#include "sim/text.h"
+
+namespace sinew::sim {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double uneven_share = 0.1;           // of the median period
+constexpr double gap_periods = 2.5;            // a longer step is a gap
+constexpr double backward_periods = 10.0;      // time that goes back by less is a row out of order
+constexpr double latest_time_s = 1e10;         // beyond it, seconds no longer resolve a sample well
+constexpr double absolute_zero_degC = -273.15;
+constexpr double full_turn_deg = 360.0;
+constexpr double day_ms = 86'400'000.0;
+constexpr std::size_t logger_preamble_lines = 2;
+constexpr std::size_t header_search_lines = 10;
+constexpr std::size_t listed_names = 30;
+
+// What a column is used for.
+enum Role : std::size_t { role_time, role_duty_a, role_duty_b, role_temperature_a, role_temperature_b, role_angle };
+constexpr std::size_t role_count = 6;
+constexpr std::size_t no_role = role_count;
+
+// A kind of file: the name of the column for each role, and what else it may hold.
+struct Format {
+  std::array<std::string_view, role_count> names;
+  bool case_matters;
+  bool milliseconds_of_day;
+  std::span<const std::string_view> known_names;  // columns that are expected and not used
+};
+
+constexpr Format recording_format{
+    {"time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"}, true, false, {}};
+
+constexpr std::string_view logger_clock = "Timestamp (millisec since midnight today)";
+constexpr std::array<std::string_view, 15> logger_unused{"Test time", "theta_targ", "x_251", "y_251", "x_285",
+                                                         "y_285",     "theta",      "Vl",    "Vr",    "Al",
+                                                         "Ar",        "Br",         "T_time", "B_time", "pctime"};
+constexpr Format logger_format{{logger_clock, "pwm_0", "pwm_1", "Tl", "Tr", "Bl"}, false, true, logger_unused};
+
+bool same_name(std::string_view a, std::string_view b, bool case_matters) {
+  if (case_matters) return a == b;
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+// Calls `use` with each field of the line, spaces around it included.
+template <class Use>
+void for_each_field(std::string_view line, Use&& use) {
+  const char* start = line.data();
+  const char* const end = start + line.size();
+  for (;;) {
+    const void* comma = start == end ? nullptr : std::memchr(start, ',', static_cast<std::size_t>(end - start));
+    const char* const stop = comma == nullptr ? end : static_cast<const char*>(comma);
+    use(std::string_view(start, static_cast<std::size_t>(stop - start)));
+    if (comma == nullptr) return;
+    start = stop + 1;
+  }
+}
+
+std::string_view first_field(std::string_view line) { return trimmed(line.substr(0, line.find(','))); }
+
+std::string list(std::span<const std::string_view> names) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), listed_names); ++i) {
+    if (i > 0) text += ", ";
+    text += names[i].empty() ? "(no name)" : printable(names[i]);
+  }
+  if (names.size() > listed_names) text += " and " + std::to_string(names.size() - listed_names) + " more";
+  return text;
+}
+
+double lower_median(std::vector<double> values) {
+  if (values.empty()) return nan;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The text of a file, line by line; knows the place of everything in it, which is worked out only for messages.
+class Lines {
+ public:
+  Lines(std::string_view text, const std::string& name, ReadingNotes& notes) : text_(text), name_(name), notes_(notes) {
+    if (text.empty()) fail("the file is empty", "", "expected a header and at least two rows");
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) fail("text in UTF-16", "", "save it as UTF-8");
+    if (text.starts_with("\xef\xbb\xbf")) {
+      text_.remove_prefix(3);
+      count(notes_.byte_order_mark, text_.data());
+    }
+    if (const std::size_t zero = text_.find('\0'); zero != std::string_view::npos) {
+      fail_at(text_.data() + zero, "a NUL byte", "", "this is not a text file, or it is damaged");
+    }
+    if (text_.find('\n') == std::string_view::npos && text_.find('\r') < text_.size() - 1) {
+      fail_on_line(text_.data(), "line ends", "CR alone", "save the file with LF or CR LF at the end of each line");
+    }
+    rest_ = text_;
+  }
+
+  // Moves on to the next line; false at the end of the file.
+  bool next() {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    ended_ = end != std::string_view::npos;
+    line_ = rest_.substr(0, end);
+    rest_.remove_prefix(ended_ ? end + 1 : rest_.size());
+    if (line_.ends_with('\r')) {
+      line_.remove_suffix(1);
+      count(notes_.windows_line_ends, line_.data());
+    }
+    return true;
+  }
+
+  std::string_view line() const { return line_; }  // without its end
+  bool ended() const { return ended_; }            // by a line feed: only the last line may lack it
+  std::string_view text() const { return text_; }
+
+  void count(Oddity& oddity, const char* at) const {
+    if (oddity.count++ == 0) oddity.first_line = line_number(at);
+  }
+
+  [[noreturn]] void fail(std::string key, std::string_view value, std::string advice) const {
+    throw InputError({.file = name_, .key = std::move(key), .value = std::string(value), .advice = std::move(advice)});
+  }
+  [[noreturn]] void fail_on_line(const char* at, std::string key, std::string_view value, std::string advice) const {
+    throw InputError({.file = name_,
+                      .line = line_number(at),
+                      .key = std::move(key),
+                      .value = std::string(value),
+                      .advice = std::move(advice)});
+  }
+  [[noreturn]] void fail_at(const char* at, std::string key, std::string_view value, std::string advice) const {
+    throw InputError({.file = name_,
+                      .line = line_number(at),
+                      .column = column_number(at),
+                      .key = std::move(key),
+                      .value = std::string(value),
+                      .advice = std::move(advice)});
+  }
+
+  int line_number(const char* at) const { return 1 + static_cast<int>(std::count(text_.data(), at, '\n')); }
+
+ private:
+  // In characters: bytes that continue one in UTF-8 do not count.
+  int column_number(const char* at) const {
+    int column = 1;
+    for (const char* p = at; p != text_.data() && *(p - 1) != '\n'; --p) {
+      if ((static_cast<unsigned char>(*(p - 1)) & 0xC0u) != 0x80u) ++column;
+    }
+    return column;
+  }
+
+  std::string_view text_, rest_, line_;
+  bool ended_ = false;
+  const std::string& name_;
+  ReadingNotes& notes_;
+};
+
+std::string comment_of(std::string_view line) {
+  if (line.starts_with('#')) line.remove_prefix(1);
+  if (line.starts_with(' ')) line.remove_prefix(1);
+  return std::string(line);
+}
+
+// Whether one of the first lines begins with the column of the logger's clock.
+bool looks_like_logger(std::string_view text) {
+  for (std::size_t i = 0; i < header_search_lines && !text.empty(); ++i) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    if (same_name(first_field(text.substr(0, end)), logger_clock, false)) return true;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return false;
+}
+
+// A row as it stands in the file: a missing duty is NaN.
+struct Row {
+  Sample sample;
+  const char* time_field;
+};
+
+// Reads the table below a header: header, then rows, then what is odd about their order.
+class Table {
+ public:
+  Table(Lines& lines, const Format& format, Recording& recording)
+      : lines_(lines), format_(format), recording_(recording), notes_(recording.notes) {}
+
+  // The header is the line that `lines` stands on.
+  void read() {
+    read_header();
+    while (lines_.next()) {
+      const std::string_view line = lines_.line();
+      if (trimmed(line).empty()) {
+        lines_.count(notes_.blank_lines, line.data());
+      } else if (line.front() == '#') {
+        lines_.count(notes_.late_comments, line.data());
+        recording_.comments.push_back(comment_of(line));
+      } else {
+        read_row(line);
+      }
+    }
+    if (rows_.size() < 2) {
+      lines_.fail("rows", std::to_string(rows_.size()), "a recording has at least two rows below its header");
+    }
+    put_in_order();
+    look_at_steps();
+  }
+
+ private:
+  std::string name_of(Role role) const { return std::string(format_.names[role]); }
+
+  void read_header() {
+    const std::string_view line = lines_.line();
+    std::vector<std::string_view> names, extra;
+    std::array<bool, role_count> found{};
+    for_each_field(line, [&](std::string_view field) {
+      const std::string_view name = trimmed(field);
+      const auto is_it = [&](std::string_view wanted) { return same_name(name, wanted, format_.case_matters); };
+      const auto wanted = std::find_if(format_.names.begin(), format_.names.end(), is_it);
+      const auto role = static_cast<std::size_t>(wanted - format_.names.begin());
+      names.push_back(name);
+      role_of_field_.push_back(role);
+      if (role == no_role) {
+        const bool known = std::any_of(format_.known_names.begin(), format_.known_names.end(), is_it);
+        if (!known) extra.push_back(name);
+      } else {
+        if (found[role]) lines_.fail_at(name.data(), "column", name, "stands twice in the header; leave one out");
+        found[role] = true;
+      }
+    });
+    if (found != std::array{true, true, true, true, true, true}) fail_for_missing_columns(line, names, found);
+    for (const std::string_view name : extra) {
+      lines_.count(notes_.extra_columns, line.data());
+      notes_.extra_column_names.push_back(name.empty() ? "(no name)" : printable(name));
+    }
+  }
+
+  [[noreturn]] void fail_for_missing_columns(std::string_view line, std::span<const std::string_view> names,
+                                             const std::array<bool, role_count>& found) const {
+    std::vector<std::string_view> missing;
+    std::string near;
+    for (std::size_t role = 0; role < role_count; ++role) {
+      if (found[role]) continue;
+      missing.push_back(format_.names[role]);
+      const std::string spelling = nearest(format_.names[role], names);
+      const bool wanted_itself = std::any_of(format_.names.begin(), format_.names.end(), [&](std::string_view name) {
+        return same_name(name, spelling, format_.case_matters);
+      });
+      if (!spelling.empty() && !wanted_itself) {
+        near += '\n' + std::string(format_.names[role]) + ": did you mean " + printable(spelling) + '?';
+      }
+    }
+    std::string advice = "the columns here are: " + list(names) + near;
+    if (!format_.milliseconds_of_day && looks_like_logger(lines_.text())) {
+      advice = "this is a file of the limb's logger; `sinew convert` makes a recording of it";
+    } else if (line.find(',') == std::string_view::npos && line.find_first_of(";\t") != std::string_view::npos) {
+      advice += "\nfields must be separated by ',', and decimals written with '.'";
+    }
+    lines_.fail_on_line(line.data(), missing.size() == 1 ? "missing column" : "missing columns", list(missing), advice);
+  }
+
+  void read_row(std::string_view line) {
+    std::array<std::string_view, role_count + 1> fields;
+    std::size_t field_count = 0;
+    const std::size_t expected = role_of_field_.size();
+    const char* surplus = nullptr;
+    for_each_field(line, [&](std::string_view field) {
+      if (field_count < expected) {
+        fields[role_of_field_[field_count]] = field;
+      } else if (field_count == expected) {
+        surplus = field.data();
+      }
+      ++field_count;
+    });
+    if (field_count < expected && !lines_.ended()) {
+      lines_.count(notes_.cut_off_last_line, line.data());
+      return;
+    }
+    if (field_count != expected) {
+      const std::string advice = "the header has " + std::to_string(expected) + " columns";
+      if (surplus != nullptr) lines_.fail_at(surplus, "fields in this row", std::to_string(field_count), advice);
+      lines_.fail_on_line(line.data(), "fields in this row", std::to_string(field_count), advice);
+    }
+    const std::size_t last_role = role_of_field_.back();
+    const bool may_be_cut = !lines_.ended() && last_role != no_role && !trimmed(fields[last_role]).empty();
+    if (may_be_cut && !parse_number(fields[last_role])) {
+      lines_.count(notes_.cut_off_last_line, line.data());
+      return;
+    }
+    const Sample sample{.time_s = time_s(fields[role_time]),
+                        .duty_fraction = {duty_fraction(fields[role_duty_a], role_duty_a),
+                                          duty_fraction(fields[role_duty_b], role_duty_b)},
+                        .temperature_degC = {temperature_degC(fields[role_temperature_a], role_temperature_a),
+                                             temperature_degC(fields[role_temperature_b], role_temperature_b)},
+                        .angle_deg = angle_deg(fields[role_angle])};
+    rows_.push_back({sample, fields[role_time].data()});
+  }
+
+  [[noreturn]] void fail_in_field(std::string_view field, Role role, std::string advice) const {
+    const std::string_view token = trimmed(field);
+    lines_.fail_at(token.data(), name_of(role), token.empty() ? "(empty)" : token, std::move(advice));
+  }
+
+  double number_or_nan(std::string_view field, Role role) const {
+    if (trimmed(field).empty()) return nan;
+    const std::optional<double> value = parse_number(field);
+    if (!value) fail_in_field(field, role, "must be a number; a missing sample is an empty field or nan");
+    return *value;
+  }
+
+  double time_s(std::string_view field) {
+    const double value = number_or_nan(field, role_time);
+    if (std::isnan(value)) fail_in_field(field, role_time, "every row needs its time");
+    if (!format_.milliseconds_of_day) {
+      if (std::abs(value) > latest_time_s) fail_in_field(field, role_time, "must lie within 1e10 s of 0");
+      return value;
+    }
+    if (value < 0.0 || value > day_ms) fail_in_field(field, role_time, "must lie in [0, 86400000], a day in ms");
+    if (rows_.empty()) {
+      first_clock_ms_ = value;
+    } else if (value < last_clock_ms_ - day_ms / 2) {
+      // Only the clock starting anew takes it back by half a day; a row out of order may take it over again.
+      if (++day_ > static_cast<int>(notes_.midnights.count)) lines_.count(notes_.midnights, field.data());
+    } else if (value > last_clock_ms_ + day_ms / 2 && day_ > 0) {
+      --day_;
+    }
+    last_clock_ms_ = value;
+    return (day_ * day_ms + value - first_clock_ms_) / 1000.0;
+  }
+
+  double duty_fraction(std::string_view field, Role role) const {
+    const double value = number_or_nan(field, role);
+    if (std::isnan(value) && rows_.empty()) {
+      fail_in_field(field, role, "the first row needs a duty: there is none before it to hold");
+    }
+    if (value < 0.0 || value > 1.0) {
+      std::string advice = "a duty is a fraction and must lie in [0, 1]";
+      if (value > 1.0 && value <= 100.0) advice += "\nif it is in percent, divide it by 100";
+      if (value < 0.0) advice += "\nit has no direction: each coil has a column of its own";
+      fail_in_field(field, role, std::move(advice));
+    }
+    return value;
+  }
+
+  double temperature_degC(std::string_view field, Role role) const {
+    const double value = number_or_nan(field, role);
+    if (value < absolute_zero_degC) fail_in_field(field, role, "below absolute zero, -273.15 degC");
+    return value;
+  }
+
+  double angle_deg(std::string_view field) const {
+    const double value = number_or_nan(field, role_angle);
+    if (std::abs(value) > full_turn_deg) fail_in_field(field, role_angle, "must lie in [-360, 360] degrees");
+    return value;
+  }
+
+  // Rows to samples: what repeats a time or goes back is dropped, a missing duty is held.
+  void put_in_order() {
+    std::vector<double> forward_s;
+    forward_s.reserve(rows_.size());
+    for (std::size_t i = 1; i < rows_.size(); ++i) {
+      const double step_s = rows_[i].sample.time_s - rows_[i - 1].sample.time_s;
+      if (step_s > 0.0) forward_s.push_back(step_s);
+    }
+    if (forward_s.empty()) {
+      lines_.fail_on_line(rows_[1].time_field, name_of(role_time), trimmed(field_at(rows_[1].time_field)),
+                          "time never moves forward in this file");
+    }
+    const double tolerated_s = backward_periods * lower_median(std::move(forward_s));
+
+    recording_.samples.reserve(rows_.size());
+    time_fields_.reserve(rows_.size());
+    for (const Row& row : rows_) {
+      Sample sample = row.sample;
+      const Sample* const before = recording_.samples.empty() ? nullptr : &recording_.samples.back();
+      if (before != nullptr && sample.time_s < before->time_s) {
+        if (before->time_s - sample.time_s >= tolerated_s) {
+          lines_.fail_at(row.time_field, name_of(role_time), trimmed(field_at(row.time_field)),
+                         "goes back by " + shortest(before->time_s - sample.time_s) +
+                             " s; two recordings in one file? then cut it in two here");
+        }
+        lines_.count(notes_.backward_rows, row.time_field);
+        continue;
+      }
+      for (const std::size_t coil : plant::coils) {
+        // The first row has its duties.
+        if (std::isnan(sample.duty_fraction[coil])) sample.duty_fraction[coil] = before->duty_fraction[coil];
+      }
+      if (before != nullptr && sample.time_s == before->time_s) {
+        lines_.count(same_values(sample, *before) ? notes_.repeated_rows : notes_.conflicting_rows, row.time_field);
+        continue;
+      }
+      for (const std::size_t coil : plant::coils) {
+        if (std::isnan(row.sample.duty_fraction[coil])) lines_.count(notes_.held_duty[coil], row.time_field);
+        if (std::isnan(sample.temperature_degC[coil])) lines_.count(notes_.missing_temperature[coil], row.time_field);
+      }
+      if (std::isnan(sample.angle_deg)) lines_.count(notes_.missing_angle, row.time_field);
+      recording_.samples.push_back(sample);
+      time_fields_.push_back(row.time_field);
+    }
+  }
+
+  void look_at_steps() {
+    const double period_s = recording_.median_period_s();
+    const std::vector<Sample>& samples = recording_.samples;
+    for (std::size_t i = 1; i < samples.size(); ++i) {
+      const double step_s = samples[i].time_s - samples[i - 1].time_s;
+      if (step_s > gap_periods * period_s) {
+        lines_.count(notes_.gaps, time_fields_[i]);
+        notes_.longest_gap_s = std::max(notes_.longest_gap_s, step_s);
+      } else if (std::abs(step_s - period_s) > uneven_share * period_s) {
+        lines_.count(notes_.uneven_steps, time_fields_[i]);
+        const bool first = notes_.uneven_steps.count == 1;
+        notes_.shortest_step_s = first ? step_s : std::min(notes_.shortest_step_s, step_s);
+        notes_.longest_step_s = first ? step_s : std::max(notes_.longest_step_s, step_s);
+      }
+    }
+  }
+
+  static bool same_values(const Sample& a, const Sample& b) {
+    const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+    bool all = same(a.angle_deg, b.angle_deg);
+    for (const std::size_t coil : plant::coils) {
+      all = all && same(a.duty_fraction[coil], b.duty_fraction[coil]) &&
+            same(a.temperature_degC[coil], b.temperature_degC[coil]);
+    }
+    return all;
+  }
+
+  // The field of the text that begins here.
+  std::string_view field_at(const char* at) const {
+    const std::string_view text = lines_.text();
+    const std::string_view from = text.substr(static_cast<std::size_t>(at - text.data()));
+    return from.substr(0, from.find_first_of(",\r\n"));
+  }
+
+  Lines& lines_;
+  const Format& format_;
+  Recording& recording_;
+  ReadingNotes& notes_;
+  std::vector<std::size_t> role_of_field_;
+  std::vector<Row> rows_;
+  std::vector<const char*> time_fields_;  // of each sample, for line numbers
+  double first_clock_ms_ = 0.0, last_clock_ms_ = 0.0;
+  int day_ = 0;
+};
+
+// The number in at most four digits, for reading.
+std::string rounded(double value) {
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 4);
+  return std::string(digits.data(), end.ptr);
+}
+
+}  // namespace
+
+std::string ReadingNotes::summary() const {
+  std::string text;
+  const auto say = [&text](const Oddity& oddity, std::string_view one, std::string_view many, std::string_view rest) {
+    if (oddity.count == 0) return;
+    text += std::to_string(oddity.count);
+    text.append(1, ' ').append(oddity.count == 1 ? one : many).append(rest);
+    text.append(oddity.count == 1 ? " (line " : " (first on line ").append(std::to_string(oddity.first_line));
+    text.append(")\n");
+  };
+  say(byte_order_mark, "byte-order mark", "", ", passed over");
+  say(windows_line_ends, "line ends", "lines end", " as on Windows, CR LF");
+  say(blank_lines, "blank line", "blank lines", ", passed over");
+  say(late_comments, "comment", "comments", " below the header, kept with those above it");
+  say(unusual_preamble, "preamble", "", " of " + std::to_string(preamble_lines) + " lines where two are usual, kept");
+  std::string names;
+  for (std::size_t i = 0; i < std::min(extra_column_names.size(), listed_names); ++i) {
+    names += (i == 0 ? ": " : ", ") + extra_column_names[i];
+  }
+  if (extra_column_names.size() > listed_names) names += ", ...";
+  say(extra_columns, "extra column", "extra columns", ", not used" + names);
+  for (const std::size_t coil : plant::coils) {
+    const std::string of_coil = coil == plant::A ? " of coil A" : " of coil B";
+    say(held_duty[coil], "missing duty", "missing duties", of_coil + ", the one before held");
+    say(missing_temperature[coil], "missing temperature", "missing temperatures", of_coil + ", left missing");
+  }
+  say(missing_angle, "missing angle", "missing angles", ", left missing");
+  say(repeated_rows, "row repeats", "rows repeat", " the row before, time and values; dropped");
+  say(conflicting_rows, "row has", "rows have", " the time of the row before but other values; dropped");
+  say(backward_rows, "row goes", "rows go", " back in time by a little; dropped");
+  say(midnights, "midnight", "midnights", " at which the logger's clock began anew; time continued");
+  const std::string range_s = ", from " + rounded(shortest_step_s) + " to " + rounded(longest_step_s) + " s; kept";
+  say(uneven_steps, "uneven step", "uneven steps", " of time" + range_s);
+  say(gaps, "gap", "gaps", " in time, the longest of " + rounded(longest_gap_s) + " s; kept");
+  say(cut_off_last_line, "last line", "", " cut off in its middle; dropped");
+  return text;
+}
+
+double Recording::median_period_s() const {
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < samples.size(); ++i) steps_s.push_back(samples[i].time_s - samples[i - 1].time_s);
+  return lower_median(std::move(steps_s));
+}
+
+double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.back().time_s - samples.front().time_s; }
+
+Recording parse_recording(std::string_view text, std::string name) {
+  Recording recording{.name = std::move(name), .comments = {}, .samples = {}};
+  Lines lines(text, recording.name, recording.notes);
+  while (lines.next()) {
+    const std::string_view line = lines.line();
+    if (line.starts_with('#')) {
+      recording.comments.push_back(comment_of(line));
+    } else if (trimmed(line).empty()) {
+      lines.count(recording.notes.blank_lines, line.data());
+    } else {
+      Table(lines, recording_format, recording).read();
+      return recording;
+    }
+  }
+  lines.fail("no header", "", "expected the names of the columns: " + list(recording_format.names));
+}
+
+Recording parse_logger(std::string_view text, std::string name, bool swap_sides) {
+  Recording recording{.name = std::move(name), .comments = {}, .samples = {}};
+  ReadingNotes& notes = recording.notes;
+  Lines lines(text, recording.name, notes);
+  Format format = logger_format;
+  if (swap_sides) {
+    std::swap(format.names[role_duty_a], format.names[role_duty_b]);
+    std::swap(format.names[role_temperature_a], format.names[role_temperature_b]);
+  }
+  std::string advice = "expected two lines of preamble, then the logger's 21 columns";
+  while (notes.preamble_lines < header_search_lines && lines.next()) {
+    const std::string_view line = lines.line(), first = first_field(line);
+    if (same_name(first, logger_clock, false)) {
+      if (notes.preamble_lines != logger_preamble_lines) lines.count(notes.unusual_preamble, line.data());
+      Table(lines, format, recording).read();
+      return recording;
+    }
+    const std::array<std::string_view, 1> wanted{logger_clock};
+    if (!nearest(first, wanted).empty()) {
+      const std::string number = std::to_string(lines.line_number(line.data()));
+      advice += "\nline " + number + " begins with " + printable(first) + ": misspelled?";
+    }
+    if (first == recording_format.names[role_time]) advice = "this is a recording already: nothing to convert";
+    if (!trimmed(line).empty()) recording.comments.push_back(comment_of(line));
+    ++notes.preamble_lines;
+  }
+  lines.fail("no header", "", "none of the first lines begins with " + std::string(logger_clock) + '\n' + advice);
+}
+
+Recording read_recording(const std::filesystem::path& path) { return parse_recording(read_file(path), path.string()); }
+
+Recording read_logger(const std::filesystem::path& path, bool swap_sides) {
+  return parse_logger(read_file(path), path.string(), swap_sides);
+}
+
+std::string to_csv(const Recording& recording) {
+  std::string text;
+  text.reserve(256 + 64 * recording.samples.size());
+  for (const std::string& comment : recording.comments) {
+    for (std::size_t start = 0; start <= comment.size();) {
+      const std::size_t end = std::min(comment.find('\n', start), comment.size());
+      text.append(end > start ? "# " : "#").append(comment, start, end - start).append(1, '\n');
+      start = end + 1;
+    }
+  }
+  for (const std::string_view name : recording_format.names) text.append(name).append(1, ',');
+  text.back() = '\n';
+  for (const Sample& sample : recording.samples) {
+    for (const double value : {sample.time_s, sample.duty_fraction[plant::A], sample.duty_fraction[plant::B],
+                               sample.temperature_degC[plant::A], sample.temperature_degC[plant::B], sample.angle_deg}) {
+      if (!std::isnan(value)) append_shortest(text, value);
+      text += ',';
+    }
+    text.back() = '\n';
+  }
+  return text;
+}
+
+void write_recording(const std::filesystem::path& path, const Recording& recording) {
+  write_file_whole(path, to_csv(recording));
+}
+
+}  // namespace sinew::sim

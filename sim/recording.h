@@ -1,0 +1,99 @@
+// Recordings of a limb, in and out: samples of both duties, both thermocouples and the bend sensor.
+//
+// A recording is a CSV file in UTF-8: lines that begin with '#' are comments, then a header that names the columns
+//
+//     time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg
+//
+// (in any order, others among them), then rows. An empty field, or nan, is a missing sample. Files are read as they
+// are: what is odd about one is either put right and counted in `ReadingNotes`, or an InputError with file, line and
+// column. Nothing is dropped without a count.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plant/scalar.h"
+
+namespace sinew::sim {
+
+// A measurement that is missing is NaN; time and duty never are. In the units of the file.
+struct Sample {
+  double time_s;
+  plant::PerCoil<double> duty_fraction;  // 0 to 1, held until the next sample
+  plant::PerCoil<double> temperature_degC;
+  double angle_deg;
+};
+
+struct Oddity {
+  std::size_t count = 0;
+  int first_line = 0;  // of the file, from 1; 0 while the count is 0
+};
+
+// What was odd about a file, and put right or passed over in reading it. Counts of missing samples and of steps are
+// those of the rows that were kept.
+struct ReadingNotes {
+  Oddity byte_order_mark;
+  Oddity windows_line_ends;  // lines that end in CR LF
+  Oddity blank_lines;
+  Oddity late_comments;  // comments below the header
+  Oddity unusual_preamble;  // logger only: above the header stand not two lines but preamble_lines
+  std::size_t preamble_lines = 0;
+  Oddity extra_columns;     // neither used nor known
+  std::vector<std::string> extra_column_names;
+  plant::PerCoil<Oddity> missing_temperature, held_duty;  // a missing duty is the one before, held
+  Oddity missing_angle;
+  Oddity repeated_rows;     // same time and same values as the row before: dropped
+  Oddity conflicting_rows;  // same time, other values: the first is kept, these dropped
+  Oddity backward_rows;     // time goes back by less than 10 periods: dropped
+  Oddity midnights;         // logger only: the clock started anew from 0
+  Oddity uneven_steps;      // off the median period by more than a tenth, and no gap
+  double shortest_step_s = 0.0, longest_step_s = 0.0;  // among uneven_steps
+  Oddity gaps;                                         // steps of more than 2.5 median periods
+  double longest_gap_s = 0.0;
+  Oddity cut_off_last_line;  // the file ends in the middle of a row: dropped
+
+  // A line of plain words, ended by '\n', for each oddity that there was; empty when there was none.
+  std::string summary() const;
+};
+
+struct Recording {
+  std::string name;                   // where it came from, as messages say it: the path
+  std::vector<std::string> comments;  // without the "# "; logger: the lines above the header
+  std::vector<Sample> samples;        // times finite and strictly increasing
+  ReadingNotes notes{};
+
+  // The median of the steps between samples (the lower one of two in the middle); NaN with fewer than two samples.
+  double median_period_s() const;
+  // From the first sample to the last; 0 with fewer than two.
+  double duration_s() const;
+};
+
+// Reads a recording of at least two rows. An InputError for, among others: a required column that is missing or stands
+// twice; a row with too few or too many fields; a field that is no number; no time; no duty in the first row; a duty
+// outside [0, 1]; a temperature below -273.15 degC; an angle beyond 360 deg; a time beyond 1e10 s, or one that goes
+// back by 10 median periods or more; NUL bytes. A logger's file is told from a recording by name.
+// A last line without line end whose last number is cut short to another number cannot be told from a whole one.
+Recording read_recording(const std::filesystem::path& path);
+Recording parse_recording(std::string_view text, std::string name);
+
+// Reads the file that the limb's logger writes: two lines of anything, then the header of 21 columns (matched by name,
+// letter case and spaces around commas aside), of which are used
+//
+//     Timestamp (millisec since midnight today)   time, the first row at 0 s; continued over midnight
+//     pwm_0, Tl                                   duty and temperature of coil A, in fractions and degC
+//     pwm_1, Tr                                   those of coil B
+//     Bl                                          bend sensor, degrees
+//
+// `swap_sides` makes pwm_1 and Tr coil A, and pwm_0 and Tl coil B. The angle keeps its sign either way. Errors as above.
+Recording read_logger(const std::filesystem::path& path, bool swap_sides = false);
+Recording parse_logger(std::string_view text, std::string name, bool swap_sides = false);
+
+// The recording as such a file, with LF line ends, comments first, a missing sample as an empty field, and every number
+// in the shortest form that reads back the same.
+std::string to_csv(const Recording& recording);
+void write_recording(const std::filesystem::path& path, const Recording& recording);
+
+}  // namespace sinew::sim

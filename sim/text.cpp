@@ -1,0 +1,147 @@
+#include "sim/text.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <system_error>
+#include <utility>
+
+#include "sim/input_error.h"
+
+namespace sinew::sim {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what, int error_number) {
+  throw InputError({.file = path.string(), .key = std::string(what), .advice = std::strerror(error_number)});
+}
+
+class Descriptor {
+ public:
+  Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0)
+      : number_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+
+  bool open() const { return number_ >= 0; }
+  int number() const { return number_; }
+  bool close() { return ::close(std::exchange(number_, -1)) == 0; }
+
+ private:
+  int number_;
+};
+
+bool write_all(int descriptor, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    if (written >= 0) {
+      content.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno != EINTR) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool is_nan_word(std::string_view word) {
+  return word.size() == 3 && (word[0] == 'n' || word[0] == 'N') && (word[1] == 'a' || word[1] == 'A') &&
+         (word[2] == 'n' || word[2] == 'N');
+}
+
+}  // namespace
+
+std::string shortest(double value) {
+  std::string text;
+  append_shortest(text, value);
+  return text;
+}
+
+void append_shortest(std::string& text, double value) {
+  if (std::isnan(value)) {
+    text += "nan";
+    return;
+  }
+  std::array<char, 32> digits;  // the longest is of 24 characters: -2.2250738585072014e-308
+  const auto result = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+  text.append(digits.data(), result.ptr);
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::optional<double> parse_number(std::string_view token) {
+  token = trimmed(token);
+  std::string_view digits = token;
+  if (!digits.empty() && (digits.front() == '+' || digits.front() == '-')) digits.remove_prefix(1);
+  if (digits.empty()) return std::nullopt;
+  if (is_nan_word(digits)) return std::numeric_limits<double>::quiet_NaN();
+  // from_chars reads words too ("inf", "nan(1)") and would take a second sign.
+  const bool starts_a_number = digits.front() == '.' || (digits.front() >= '0' && digits.front() <= '9');
+  if (!starts_a_number) return std::nullopt;
+  if (token.front() == '+') token.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
+  if (error != std::errc() || end != token.data() + token.size()) return std::nullopt;
+  return value;
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  constexpr std::size_t least_room = 1 << 16;
+  const Descriptor file(path, O_RDONLY);
+  if (!file.open()) fail(path, "cannot read", errno);
+  struct stat facts {};
+  std::string content;
+  // One byte more than the size, so that the end of the file is met without growing.
+  if (::fstat(file.number(), &facts) == 0 && facts.st_size > 0) {
+    content.resize(static_cast<std::size_t>(facts.st_size) + 1);
+  }
+  for (std::size_t length = 0;;) {
+    if (length == content.size()) content.resize(std::max(2 * length, least_room));
+    const ssize_t got = ::read(file.number(), content.data() + length, content.size() - length);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(path, "cannot read", errno);
+    length += static_cast<std::size_t>(got);
+    if (got == 0) {
+      content.resize(length);
+      return content;
+    }
+  }
+}
+
+void write_file_whole(const std::filesystem::path& path, std::string_view content) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    Descriptor file(path, O_WRONLY);
+    if (!file.open() || !write_all(file.number(), content) || !file.close()) fail(path, "cannot write", errno);
+    return;
+  }
+  const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
+  const fs::path partial = fs::path(target) += ".partial";
+  Descriptor file(partial, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  if (!file.open()) fail(path, "cannot write", errno);
+  const bool written = write_all(file.number(), content) && ::fsync(file.number()) == 0 && file.close() &&
+                       ::rename(partial.c_str(), target.c_str()) == 0;
+  if (!written) {
+    const int reason = errno;
+    ::unlink(partial.c_str());
+    fail(path, "cannot write", reason);
+  }
+}
+
+}  // namespace sinew::sim

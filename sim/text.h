@@ -1,0 +1,32 @@
+// Numbers as text that reads back as the same number, and files that are read and written whole.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sinew::sim {
+
+// The shortest decimal form that reads back as the same double (std::to_chars). Any NaN is "nan", the infinities are
+// "inf" and "-inf", and zero keeps its sign.
+std::string shortest(double value);
+void append_shortest(std::string& text, double value);
+
+// The number that the whole token is, spaces and tabs around it aside; independent of the locale. One leading '+' is
+// accepted, and "nan" in any case. Anything else is nullopt: an empty token, words, "inf", hexadecimal, a number that
+// no double is near.
+std::optional<double> parse_number(std::string_view token);
+
+// Without spaces and tabs at both ends.
+std::string_view trimmed(std::string_view text);
+
+// The content of the file, byte by byte. Throws InputError with the path and the system's reason.
+std::string read_file(const std::filesystem::path& path);
+
+// Writes the file whole or not at all: under `path` + ".partial" in the same folder, then moved to `path`, over what
+// was there. A symbolic link is followed; what is not a regular file (a pipe, /dev/stdout) is written to directly.
+// Throws InputError with the path and the system's reason; no partial file is left then.
+void write_file_whole(const std::filesystem::path& path, std::string_view content);
+
+}  // namespace sinew::sim
