@@ -29,6 +29,8 @@ bool lies_in(char32_t code_point, const std::array<Interval, N>& intervals) {
   });
 }
 
+bool is_control(char32_t c) { return (c < 0x20 && c != U'\t' && c != U'\n') || (c >= 0x7F && c < 0xA0); }
+
 }  // namespace
 
 char32_t take_code_point(std::string_view& text) {
@@ -89,11 +91,18 @@ std::string escaped(std::string_view text) {
       case U'>': out += "&gt;"; break;
       case U'"': out += "&quot;"; break;
       case U'\'': out += "&#39;"; break;
-      default: {
-        const bool control = (c < 0x20 && c != U'\t' && c != U'\n') || (c >= 0x7F && c < 0xA0);
-        append_utf8(out, control || c == 0xFFFE || c == 0xFFFF ? replacement : c);
-      }
+      default: append_utf8(out, is_control(c) || c == 0xFFFE || c == 0xFFFF ? replacement : c);
     }
+  }
+  return out;
+}
+
+std::string printable(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const char32_t c = take_code_point(text);
+    append_utf8(out, c == U'\t' ? U' ' : is_control(c) ? replacement : c);
   }
   return out;
 }

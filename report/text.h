@@ -17,6 +17,10 @@ void append_utf8(std::string& text, char32_t code_point);
 // carry, become U+FFFD as well; tab and line feed stay.
 std::string escaped(std::string_view text);
 
+// Fit for a terminal: control characters, which could move its cursor or change its state, become U+FFFD; tab
+// becomes a space, line feed stays.
+std::string printable(std::string_view text);
+
 // Columns that `text` fills in a terminal: 0 for combining marks, 2 for wide East Asian characters and emoji, 1
 // for all else (°, ± and µ among them).
 std::size_t display_width(std::string_view text);

@@ -16,11 +16,11 @@
 namespace sinew::sim {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double uneven_share = 0.1;           // of the median period
-constexpr double gap_periods = 2.5;            // a longer step is a gap
-constexpr double backward_periods = 10.0;      // time that goes back by less is a row out of order
-constexpr double latest_time_s = 1e10;         // beyond it, seconds no longer resolve a sample well
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double uneven_share = 0.1;       // of the median period
+constexpr double gap_periods = 2.5;        // a longer step is a gap
+constexpr double backward_periods = 10.0;  // time that goes back by less is a row out of order
+constexpr double latest_time_s = 1e10;     // beyond it, seconds no longer resolve a sample well
 constexpr double absolute_zero_degC = -273.15;
 constexpr double full_turn_deg = 360.0;
 constexpr double day_ms = 86'400'000.0;
@@ -45,8 +45,8 @@ constexpr Format recording_format{
     {"time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"}, true, false, {}};
 
 constexpr std::string_view logger_clock = "Timestamp (millisec since midnight today)";
-constexpr std::array<std::string_view, 15> logger_unused{"Test time", "theta_targ", "x_251", "y_251", "x_285",
-                                                         "y_285",     "theta",      "Vl",    "Vr",    "Al",
+constexpr std::array<std::string_view, 15> logger_unused{"Test time", "theta_targ", "x_251",  "y_251",  "x_285",
+                                                         "y_285",     "theta",      "Vl",     "Vr",     "Al",
                                                          "Ar",        "Br",         "T_time", "B_time", "pctime"};
 constexpr Format logger_format{{logger_clock, "pwm_0", "pwm_1", "Tl", "Tr", "Bl"}, false, true, logger_unused};
 
@@ -83,7 +83,7 @@ std::string list(std::span<const std::string_view> names) {
 }
 
 double lower_median(std::vector<double> values) {
-  if (values.empty()) return nan;
+  if (values.empty()) return not_a_number;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -238,27 +238,25 @@ class Table {
         found[role] = true;
       }
     });
-    if (found != std::array{true, true, true, true, true, true}) fail_for_missing_columns(line, names, found);
+    if (found != std::array{true, true, true, true, true, true}) fail_for_missing_columns(names, extra, found);
     for (const std::string_view name : extra) {
       lines_.count(notes_.extra_columns, line.data());
       notes_.extra_column_names.push_back(name.empty() ? "(no name)" : printable(name));
     }
   }
 
-  [[noreturn]] void fail_for_missing_columns(std::string_view line, std::span<const std::string_view> names,
+  [[noreturn]] void fail_for_missing_columns(std::span<const std::string_view> names,
+                                             std::span<const std::string_view> extra,
                                              const std::array<bool, role_count>& found) const {
+    const std::string_view line = lines_.line();
     std::vector<std::string_view> missing;
     std::string near;
     for (std::size_t role = 0; role < role_count; ++role) {
       if (found[role]) continue;
       missing.push_back(format_.names[role]);
-      const std::string spelling = nearest(format_.names[role], names);
-      const bool wanted_itself = std::any_of(format_.names.begin(), format_.names.end(), [&](std::string_view name) {
-        return same_name(name, spelling, format_.case_matters);
-      });
-      if (!spelling.empty() && !wanted_itself) {
-        near += '\n' + std::string(format_.names[role]) + ": did you mean " + printable(spelling) + '?';
-      }
+      const std::string spelling = nearest(format_.names[role], extra);
+      if (spelling.empty()) continue;
+      near += '\n' + std::string(format_.names[role]) + ": did you mean " + printable(spelling) + '?';
     }
     std::string advice = "the columns here are: " + list(names) + near;
     if (!format_.milliseconds_of_day && looks_like_logger(lines_.text())) {
@@ -312,7 +310,7 @@ class Table {
   }
 
   double number_or_nan(std::string_view field, Role role) const {
-    if (trimmed(field).empty()) return nan;
+    if (trimmed(field).empty()) return not_a_number;
     const std::optional<double> value = parse_number(field);
     if (!value) fail_in_field(field, role, "must be a number; a missing sample is an empty field or nan");
     return *value;
@@ -393,8 +391,9 @@ class Table {
         continue;
       }
       for (const std::size_t coil : plant::coils) {
-        // The first row has its duties.
-        if (std::isnan(sample.duty_fraction[coil])) sample.duty_fraction[coil] = before->duty_fraction[coil];
+        // The first row has its duties: read_row saw to it.
+        const bool hold = before != nullptr && std::isnan(sample.duty_fraction[coil]);
+        if (hold) sample.duty_fraction[coil] = before->duty_fraction[coil];
       }
       if (before != nullptr && sample.time_s == before->time_s) {
         lines_.count(same_values(sample, *before) ? notes_.repeated_rows : notes_.conflicting_rows, row.time_field);
@@ -407,6 +406,10 @@ class Table {
       if (std::isnan(sample.angle_deg)) lines_.count(notes_.missing_angle, row.time_field);
       recording_.samples.push_back(sample);
       time_fields_.push_back(row.time_field);
+    }
+    if (recording_.samples.size() < 2) {
+      lines_.fail("rows in order of time", std::to_string(recording_.samples.size()),
+                  "of " + std::to_string(rows_.size()) + " rows; the others go back in time or repeat it");
     }
   }
 
@@ -574,8 +577,9 @@ std::string to_csv(const Recording& recording) {
   for (const std::string_view name : recording_format.names) text.append(name).append(1, ',');
   text.back() = '\n';
   for (const Sample& sample : recording.samples) {
-    for (const double value : {sample.time_s, sample.duty_fraction[plant::A], sample.duty_fraction[plant::B],
-                               sample.temperature_degC[plant::A], sample.temperature_degC[plant::B], sample.angle_deg}) {
+    const auto& [time_s, duty_fraction, temperature_degC, angle_deg] = sample;
+    for (const double value : {time_s, duty_fraction[plant::A], duty_fraction[plant::B], temperature_degC[plant::A],
+                               temperature_degC[plant::B], angle_deg}) {
       if (!std::isnan(value)) append_shortest(text, value);
       text += ',';
     }

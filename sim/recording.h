@@ -38,20 +38,21 @@ struct ReadingNotes {
   Oddity byte_order_mark;
   Oddity windows_line_ends;  // lines that end in CR LF
   Oddity blank_lines;
-  Oddity late_comments;  // comments below the header
+  Oddity late_comments;     // comments below the header
   Oddity unusual_preamble;  // logger only: above the header stand not two lines but preamble_lines
   std::size_t preamble_lines = 0;
-  Oddity extra_columns;     // neither used nor known
+  Oddity extra_columns;  // neither used nor known
   std::vector<std::string> extra_column_names;
   plant::PerCoil<Oddity> missing_temperature, held_duty;  // a missing duty is the one before, held
   Oddity missing_angle;
-  Oddity repeated_rows;     // same time and same values as the row before: dropped
-  Oddity conflicting_rows;  // same time, other values: the first is kept, these dropped
-  Oddity backward_rows;     // time goes back by less than 10 periods: dropped
-  Oddity midnights;         // logger only: the clock started anew from 0
-  Oddity uneven_steps;      // off the median period by more than a tenth, and no gap
-  double shortest_step_s = 0.0, longest_step_s = 0.0;  // among uneven_steps
-  Oddity gaps;                                         // steps of more than 2.5 median periods
+  Oddity repeated_rows;          // same time and same values as the row before: dropped
+  Oddity conflicting_rows;       // same time, other values: the first is kept, these dropped
+  Oddity backward_rows;          // time goes back by less than 10 periods: dropped
+  Oddity midnights;              // logger only: the clock started anew from 0
+  Oddity uneven_steps;           // off the median period by more than a tenth, and no gap
+  double shortest_step_s = 0.0;  // of the uneven ones, and
+  double longest_step_s = 0.0;
+  Oddity gaps;  // steps of more than 2.5 median periods
   double longest_gap_s = 0.0;
   Oddity cut_off_last_line;  // the file ends in the middle of a row: dropped
 
@@ -87,7 +88,8 @@ Recording parse_recording(std::string_view text, std::string name);
 //     pwm_1, Tr                                   those of coil B
 //     Bl                                          bend sensor, degrees
 //
-// `swap_sides` makes pwm_1 and Tr coil A, and pwm_0 and Tl coil B. The angle keeps its sign either way. Errors as above.
+// `swap_sides` makes pwm_1 and Tr coil A, and pwm_0 and Tl coil B; the angle keeps its sign either way. Errors are
+// those of a recording, and a time outside [0, 86400000] ms.
 Recording read_logger(const std::filesystem::path& path, bool swap_sides = false);
 Recording parse_logger(std::string_view text, std::string name, bool swap_sides = false);
 

@@ -1,14 +1,13 @@
 #include "sim/text.h"
 
 #include <doctest/doctest.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <string>
@@ -26,7 +25,7 @@ class Folder {
  public:
   Folder() {
     std::string name = (fs::temp_directory_path() / "sinew_text_test_XXXXXX").string();
-    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    REQUIRE(mkdtemp(name.data()) != nullptr);
     path = name;
   }
   Folder(const Folder&) = delete;
@@ -67,8 +66,12 @@ TEST_CASE("shortest: the shortest decimal form, worked by hand") {
 }
 
 TEST_CASE("shortest and parse_number: every finite double comes back to the last bit") {
-  std::vector<double> values{0.0, -0.0, std::numeric_limits<double>::denorm_min(), std::numeric_limits<double>::min(),
-                             std::numeric_limits<double>::max(), std::numeric_limits<double>::lowest()};
+  std::vector<double> values{0.0,
+                             -0.0,
+                             std::numeric_limits<double>::denorm_min(),
+                             std::numeric_limits<double>::min(),
+                             std::numeric_limits<double>::max(),
+                             std::numeric_limits<double>::lowest()};
   std::mt19937_64 random(4711);
   while (values.size() < 20000) {
     const double value = std::bit_cast<double>(random());
@@ -93,8 +96,9 @@ TEST_CASE("parse_number: the whole token, spaces aside, or nothing") {
     REQUIRE(parse_number(word).has_value());
     CHECK(std::isnan(*parse_number(word)));
   }
-  for (const std::string_view word : {"", " ", "+", "-", "+-1", "-+1", "--1", "++1", "1 2", "1,5", "1.2.3", "1e", "0x10",
-                                      "inf", "-inf", "+inf", "infinity", "nan(1)", "nano", "1e999", "twelve", "1s", "."}) {
+  for (const std::string_view word :
+       {"",     " ",   "+",    "-",    "+-1",      "-+1",    "--1",  "++1",   "1 2",    "1,5", "1.2.3", "1e",
+        "0x10", "inf", "-inf", "+inf", "infinity", "nan(1)", "nano", "1e999", "twelve", "1s",  "."}) {
     CAPTURE(word);
     CHECK_FALSE(parse_number(word).has_value());
   }

@@ -1,0 +1,50 @@
+#include "apps/app.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+
+namespace sinew::apps {
+namespace {
+
+volatile std::sig_atomic_t signals_seen = 0;
+
+void note_signal(int number) {
+  signals_seen = signals_seen + 1;
+  if (signals_seen > 1) {
+    std::signal(number, SIG_DFL);
+    std::raise(number);
+  }
+}
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+bool interrupted() { return signals_seen > 0; }
+
+void watch_for_interrupts() {
+  std::signal(SIGINT, note_signal);
+  std::signal(SIGTERM, note_signal);
+}
+
+Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1), began_s_(seconds_now()) {}
+
+Progress::~Progress() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+}
+
+void Progress::show(double done_share, const std::string& detail) {
+  if (!on_) return;
+  const double spent_s = seconds_now() - began_s_;
+  const double left_s = done_share > 0.0 ? spent_s * (1.0 - done_share) / done_share : 0.0;
+  std::fprintf(stderr, "\r\033[K%s: %3.0f %%, about %.0f s left  %s", what_.c_str(), 100.0 * done_share, left_s, detail.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+}  // namespace sinew::apps

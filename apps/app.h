@@ -1,0 +1,35 @@
+// What every subcommand of `sinew` shares: how it is registered, and how it speaks to the terminal.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace sinew::apps {
+
+// Each adds one subcommand; its callback returns by throwing or by setting `exit_code`.
+void add_run(CLI::App& program, int& exit_code);
+void add_calibrate(CLI::App& program, int& exit_code);
+void add_compare(CLI::App& program, int& exit_code);
+void add_effects(CLI::App& program, int& exit_code);
+void add_convert(CLI::App& program, int& exit_code);
+
+// A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
+class Progress {
+ public:
+  explicit Progress(std::string what);
+  ~Progress();
+  void show(double done_share, const std::string& detail = "");
+
+ private:
+  std::string what_;
+  bool on_;
+  double began_s_;
+  bool shown_ = false;
+};
+
+// True once Ctrl-C or SIGTERM has come. A second one ends the program at once.
+bool interrupted();
+void watch_for_interrupts();
+inline constexpr int interrupted_exit_code = 130;
+
+}  // namespace sinew::apps

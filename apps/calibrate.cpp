@@ -1,0 +1,254 @@
+// sinew calibrate: fits a plant to recordings, and says which parameters the data tells.
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/comparison_page.h"
+#include "diagnose/calibrate.h"
+#include "report/console.h"
+#include "report/svg.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct CalibrateArguments {
+  std::string recording, plant, out;
+  std::vector<std::string> fit;
+  double fit_until_s = std::numeric_limits<double>::infinity();
+  int starts = 3;
+  std::int64_t seed = 1;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool at_rest = false, json = false;
+};
+
+double in_file_units(const diagnose::Estimate& estimate, double internal) {
+  return internal / estimate.unknown.internal_per_unit;
+}
+
+bool is_parameter(const diagnose::Estimate& estimate) { return estimate.unknown.parameter != plant::no_effect; }
+
+std::vector<std::size_t> chosen_parameters(const std::vector<std::string>& names, const plant::Limb<double>& limb) {
+  std::vector<std::size_t> chosen;
+  std::vector<std::string> all;
+  for (const std::size_t p : diagnose::fittable_parameters(limb)) all.push_back(plant::parameters()[p].key());
+  for (const std::string& name : names) {
+    const auto found = std::find(all.begin(), all.end(), name);
+    if (found == all.end()) {
+      std::string advice = "no such parameter that can be fitted";
+      if (const std::string near = sim::nearest(name, all); !near.empty()) advice += "; did you mean " + near + "?";
+      throw sim::InputError({.file = "", .key = "--fit", .value = name,
+                             .advice = advice + "\n`sinew effects --core` lists the core's; an effect's must be on in the plant"});
+    }
+    chosen.push_back(plant::parameter_index(name));
+  }
+  return chosen;
+}
+
+report::Table parameter_table(const diagnose::Calibration& calibration, bool parameters) {
+  report::Table table;
+  table.header = {parameters ? "parameter" : "first value", "unit", "before", "fitted", "± standard error", "told by the data"};
+  for (const auto& e : calibration.estimates) {
+    if (is_parameter(e) != parameters) continue;
+    report::Row row;
+    const double error = in_file_units(e, e.standard_error);
+    row.cells = {e.unknown.name, std::string(e.unknown.unit), number_text(in_file_units(e, e.unknown.centre), 4),
+                 number_text(in_file_units(e, e.value), 4), number_text(error, 2),
+                 e.told() ? "yes" : "no (" + number_text(100.0 * e.share_of_prior, 2) + " % of the prior is left)"};
+    if (e.at_bound) row.note = "at the bound of what is allowed: the model is probably missing something";
+    else if (std::abs(e.surprise()) > 3.0)
+      row.note = number_text(e.surprise(), 2) + " prior deviations from where it began: the model is probably missing something";
+    else if (!e.told() && std::abs(e.partner_correlation) > 0.5)
+      row.note = "trades off with " + e.partner + " (correlation " + number_text(e.partner_correlation, 2) + ")";
+    table.rows.push_back(row);
+  }
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right,
+                 report::Align::left};
+  return table;
+}
+
+std::string untold_sentence(const diagnose::Calibration& calibration) {
+  std::string names;
+  for (const auto& e : calibration.estimates)
+    if (is_parameter(e) && !e.told()) names += (names.empty() ? "" : ", ") + e.unknown.name;
+  if (names.empty()) return "The data tells every parameter that was fitted.";
+  return "The data cannot tell these; their values are mostly what was believed before: " + names + ".";
+}
+
+std::string starts_sentence(const diagnose::Calibration& calibration) {
+  int usable = 0;
+  for (const auto& outcome : calibration.outcomes) usable += outcome.usable;
+  std::string text = std::to_string(usable) + " of " + std::to_string(calibration.outcomes.size()) + " starts could be used; ";
+  return text + (calibration.several_starts_agree ? "all found the same optimum."
+                                                  : "they did NOT find the same optimum: the best one is reported, and may not be the best there is.");
+}
+
+nlohmann::ordered_json error_json(const diagnose::ChannelError& error) {
+  nlohmann::ordered_json json{{"samples", error.samples}};
+  if (error.samples) {
+    json["rmse"] = error.rmse;
+    json["bias"] = error.bias;
+    json["largest"] = error.largest;
+    json["more_than_noise"] = error.more_than_noise;
+  }
+  return json;
+}
+
+nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
+                                        const diagnose::Comparison& comparison) {
+  nlohmann::ordered_json json;
+  json["program"] = "sinew " + sim::this_build().version;
+  json["commit"] = sim::this_build().commit;
+  json["recording"] = arguments.recording;
+  json["plant"] = arguments.plant;
+  if (std::isfinite(arguments.fit_until_s)) json["fit_until_s"] = arguments.fit_until_s;
+  json["seed"] = arguments.seed;
+  json["starts_agree"] = calibration.several_starts_agree;
+  for (const auto& outcome : calibration.outcomes)
+    json["starts"].push_back({{"usable", outcome.usable}, {"cost", outcome.cost}, {"passes", outcome.passes},
+                              {"iterations", outcome.iterations}});
+  for (const auto& e : calibration.estimates) {
+    nlohmann::ordered_json one{{"name", e.unknown.name},
+                               {"unit", e.unknown.unit},
+                               {"before", in_file_units(e, e.unknown.centre)},
+                               {"value", in_file_units(e, e.value)},
+                               {"standard_error", in_file_units(e, e.standard_error)},
+                               {"share_of_prior", e.share_of_prior},
+                               {"told", e.told()},
+                               {"at_bound", e.at_bound}};
+    if (!e.told()) one["trades_off_with"] = {{"name", e.partner}, {"correlation", e.partner_correlation}};
+    json[is_parameter(e) ? "parameters" : "first_values"].push_back(one);
+  }
+  for (std::size_t c = 0; c < diagnose::channel_count; ++c)
+    json["channels"][std::string(diagnose::channels[c].column)] = {{"noise", comparison.noise[c]},
+                                                                   {"fitted", error_json(comparison.fitted[c])},
+                                                                   {"not_fitted", error_json(comparison.unfitted[c])}};
+  return json;
+}
+
+int calibrate_command(const CalibrateArguments& arguments) {
+  const sim::Recording recording = sim::read_recording(arguments.recording);
+  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
+  const diagnose::PerChannel noise = diagnose::noise_of(recording);
+  const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
+  if (count < 20)
+    throw sim::InputError({.file = arguments.recording, .key = "--fit-until", .value = sim::shortest(arguments.fit_until_s),
+                           .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
+                                     sim::shortest(recording.samples.front().time_s) + " s"});
+  diagnose::CalibrationSettings settings;
+  settings.parameters = chosen_parameters(arguments.fit, nominal);
+  settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
+  settings.starts = arguments.starts;
+  settings.seed = static_cast<std::uint64_t>(arguments.seed);
+  settings.threads = arguments.threads;
+  settings.should_stop = interrupted;
+  diagnose::Calibration calibration;
+  {
+    Progress progress("calibrate");
+    settings.progress = [&](double share) { progress.show(share); };
+    calibration = diagnose::calibrate(nominal, {{&recording, count, noise}}, settings);
+  }
+  const diagnose::Comparison comparison = diagnose::compare(calibration.limb, calibration.starts_of_recordings.front(), recording,
+                                                            noise, arguments.fit_until_s, {plant::Method::automatic, 1e-7});
+  const report::Table errors = error_table(comparison), parameters = parameter_table(calibration, true),
+                      first_values = parameter_table(calibration, false);
+
+  const std::filesystem::path out = arguments.out;
+  std::filesystem::create_directories(out);
+  std::string yaml = "# Calibrated by `sinew calibrate` on " + std::filesystem::path(arguments.recording).filename().string() +
+                     ", from " + std::filesystem::path(arguments.plant).filename().string() + ".\n";
+  for (const auto& e : calibration.estimates)
+    if (is_parameter(e))
+      yaml += "#   " + e.unknown.name + " +- " + number_text(in_file_units(e, e.standard_error), 2) +
+              (e.told() ? "\n" : ", which the data cannot tell\n");
+  yaml += "format: 1\n" + sim::plant_to_yaml(calibration.limb);
+  const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparison);
+
+  report::Page page;
+  page.title = "Calibration on " + std::filesystem::path(arguments.recording).filename().string();
+  page.lead = findings(comparison).empty() ? "The recording has no measurements." : findings(comparison).back();
+  report::Section off;
+  off.heading = "How far off";
+  off.items = findings(comparison);
+  page.blocks.push_back(off);
+  page.blocks.push_back(errors);
+  for (auto& block : comparison_blocks(comparison, recording)) page.blocks.push_back(std::move(block));
+  report::Section told;
+  told.heading = "Parameters";
+  told.text = untold_sentence(calibration) + " " + starts_sentence(calibration) +
+              "\n\nA standard error here takes the residuals as they are, in size and in how long they stay correlated.";
+  page.blocks.push_back(told);
+  page.blocks.push_back(parameters);
+  if (!first_values.rows.empty()) {
+    report::Section start;
+    start.heading = "How the recording begins";
+    start.text = "A recording may begin in mid-motion; what the limb was doing then is estimated with the rest.";
+    page.blocks.push_back(start);
+    page.blocks.push_back(first_values);
+  }
+  const std::string oddities = recording.notes.summary();
+  if (!oddities.empty()) {
+    report::Section odd;
+    odd.heading = "What was odd about the recording";
+    odd.text = oddities;
+    page.blocks.push_back(odd);
+  }
+  page.footer = {"recording: " + arguments.recording, "nominal plant: " + arguments.plant,
+                 "seed " + std::to_string(arguments.seed) + ", " + std::to_string(arguments.starts) + " starts",
+                 "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+  const std::string html = report::to_html(page);
+  const std::string figure = report::stacked_svg(paper_figure(comparison, recording), 720, 640);
+  sim::write_file_whole(out / "report.html", html);
+  sim::write_file_whole(out / "figure.svg", figure);
+  sim::write_file_whole(out / "calibration.json", json.dump(2) + "\n");
+  sim::write_file_whole(out / "plant.yaml", yaml);
+
+  if (arguments.json) {
+    std::printf("%s\n", json.dump(2).c_str());
+    return 0;
+  }
+  std::fputs(oddities.c_str(), stdout);
+  std::fputs(report::to_text(errors).c_str(), stdout);
+  for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
+  std::printf("\n%s\n%s\n%s\nplant:  %s\nreport: %s\n", report::to_text(parameters).c_str(),
+              report::wrap(untold_sentence(calibration)).c_str(), report::wrap(starts_sentence(calibration)).c_str(),
+              (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  CLI::App* command = program.add_subcommand("calibrate", "Fit a plant to a recording.");
+  command->add_option("recording", arguments->recording, "recording in CSV")->required();
+  command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
+  command->add_option("--out", arguments->out, "folder for plant.yaml, calibration.json, report.html, figure.svg")->required();
+  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of the recording; the rest is kept back");
+  command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
+  command->add_option("--starts", arguments->starts, "number of seeded starts")->check(CLI::Range(1, 1000))->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of the starts")->check(CLI::NonNegativeNumber)->capture_default_str();
+  command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
+  command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
+  command->add_flag("--json", arguments->json, "print calibration.json instead of tables");
+  command->footer("Examples:\n"
+                  "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
+                  "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");
+  command->callback([arguments, &exit_code] {
+    try {
+      exit_code = calibrate_command(*arguments);
+    } catch (const diagnose::Stopped&) {
+      std::fputs("stopped; nothing was written\n", stderr);
+      exit_code = interrupted_exit_code;
+    }
+  });
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,111 @@
+// sinew compare: a plant against a recording, in open loop.
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/app.h"
+#include "apps/comparison_page.h"
+#include "diagnose/calibrate.h"
+#include "report/console.h"
+#include "report/svg.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct CompareArguments {
+  std::string recording, plant, out;
+  double start_from_s = 60.0;
+  bool at_rest = false, json = false;
+};
+
+nlohmann::ordered_json json_of(const diagnose::ChannelError& error) {
+  return {{"samples", error.samples}, {"rmse", error.rmse}, {"bias", error.bias}, {"largest", error.largest},
+          {"more_than_noise", error.more_than_noise}};
+}
+
+int compare_command(const CompareArguments& arguments) {
+  const sim::Recording recording = sim::read_recording(arguments.recording);
+  const plant::Limb<double> limb = sim::read_plant_file(arguments.plant);
+  const diagnose::PerChannel noise = diagnose::noise_of(recording);
+  const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
+
+  // What the limb was doing when the recording began is found from its first minute, with the plant as it is.
+  plant::Start start;
+  const double first_s = recording.samples.front().time_s;
+  if (!arguments.at_rest) {
+    const std::size_t count = std::max<std::size_t>(2, diagnose::samples_until(recording, first_s + arguments.start_from_s));
+    diagnose::CalibrationSettings settings;
+    settings.only_start = true;
+    settings.should_stop = interrupted;
+    start = diagnose::calibrate(limb, {{&recording, count, noise}}, settings).starts_of_recordings.front();
+  }
+  const diagnose::Comparison comparison = diagnose::compare(limb, start, recording, noise,
+                                                            std::numeric_limits<double>::infinity(), numerics);
+  if (arguments.json) {
+    nlohmann::ordered_json json;
+    json["recording"] = arguments.recording;
+    json["plant"] = arguments.plant;
+    for (std::size_t c = 0; c < diagnose::channel_count; ++c) {
+      json["channels"][std::string(diagnose::channels[c].column)] = json_of(comparison.fitted[c]);
+      json["channels"][std::string(diagnose::channels[c].column)]["noise"] = noise[c];
+    }
+    std::printf("%s\n", json.dump(2).c_str());
+  } else {
+    std::fputs(recording.notes.summary().c_str(), stdout);
+    std::fputs(report::to_text(error_table(comparison)).c_str(), stdout);
+    for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
+  }
+  if (!arguments.out.empty()) {
+    const std::filesystem::path out = arguments.out;
+    std::filesystem::create_directories(out);
+    report::Page page;
+    page.title = "Comparison with a recording";
+    page.lead = findings(comparison).empty() ? "The recording has no measurements." : findings(comparison).back();
+    report::Section section;
+    section.heading = "How far off";
+    section.items = findings(comparison);
+    page.blocks.push_back(section);
+    page.blocks.push_back(error_table(comparison));
+    for (auto& block : comparison_blocks(comparison, recording)) page.blocks.push_back(std::move(block));
+    page.footer = {"recording: " + arguments.recording, "plant: " + arguments.plant,
+                   arguments.at_rest ? std::string("start: cold and at rest")
+                                     : "start: estimated from the first " + sim::shortest(arguments.start_from_s) + " s",
+                   "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+    sim::write_file_whole(out / "comparison.html", report::to_html(page));
+    sim::write_file_whole(out / "comparison.svg", report::stacked_svg(paper_figure(comparison, recording), 720, 640));
+    if (!arguments.json) std::printf("report: %s\n", (out / "comparison.html").string().c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_compare(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* command = program.add_subcommand("compare", "Compare a plant with a recording, in open loop from its duty.");
+  command->add_option("recording", arguments->recording, "recording in CSV")->required();
+  command->add_option("--plant", arguments->plant, "plant in YAML")->required();
+  command->add_option("--out", arguments->out, "folder for comparison.html and comparison.svg");
+  command->add_option("--start-from", arguments->start_from_s, "estimate the first state from so many seconds")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->footer("Example:\n  sinew compare recording.csv --plant results/mine/plant.yaml --out results/mine");
+  command->callback([arguments, &exit_code] {
+    try {
+      exit_code = compare_command(*arguments);
+    } catch (const diagnose::Stopped&) {
+      std::fputs("stopped; nothing was written\n", stderr);
+      exit_code = interrupted_exit_code;
+    }
+  });
+}
+
+}  // namespace sinew::apps

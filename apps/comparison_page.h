@@ -1,0 +1,27 @@
+// What `compare` and `calibrate` show of a limb against a recording: the same words, tables and pictures.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/compare.h"
+#include "report/page.h"
+
+namespace sinew::apps {
+
+// RMSE per channel, fitted and not fitted, with noise, bias and the share that is more than noise.
+report::Table error_table(const diagnose::Comparison& comparison);
+
+// One sentence per channel: how far off, when most of it happens.
+std::vector<std::string> findings(const diagnose::Comparison& comparison);
+
+// Linked plots over time, residuals against temperature and angle, temperature-angle loops.
+std::vector<report::Block> comparison_blocks(const diagnose::Comparison& comparison, const sim::Recording& recording);
+
+// The stacked figure for papers.
+std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& comparison, const sim::Recording& recording);
+
+// "3.14" with so many significant digits; "–" for NaN.
+std::string number_text(double value, int significant = 3);
+
+}  // namespace sinew::apps

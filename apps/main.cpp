@@ -1,0 +1,41 @@
+#include <glog/logging.h>
+
+#include <cstdio>
+
+#include "apps/app.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+
+int main(int argc, char** argv) {
+  using namespace sinew;
+  CLI::App program{"Simulates soft limbs bent by shape memory alloy, and explains recordings of them."};
+  program.set_version_flag("--version", "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
+  program.require_subcommand(1);
+  program.footer(
+      "Examples:\n"
+      "  sinew run scenarios/babble_bidirectional.yaml --out results/babble --seed 7\n"
+      "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
+      "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
+      "  sinew effects");
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
+  int exit_code = 0;
+  apps::add_run(program, exit_code);
+  apps::add_calibrate(program, exit_code);
+  apps::add_compare(program, exit_code);
+  apps::add_effects(program, exit_code);
+  apps::add_convert(program, exit_code);
+  apps::watch_for_interrupts();
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int code = program.exit(e);
+    return code == 0 ? 0 : 2;
+  } catch (const sim::InputError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "sinew: %s\n", e.what());
+    return 1;
+  }
+  return exit_code;
+}

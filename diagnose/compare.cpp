@@ -1,0 +1,98 @@
+#include "diagnose/compare.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "sim/simulation.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr double window_s = 5.0;
+
+ChannelError error_of(const std::vector<double>& residual, std::size_t begin, std::size_t end, double noise) {
+  ChannelError error;
+  double squares = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (std::isnan(residual[k])) continue;
+    ++error.samples;
+    squares += residual[k] * residual[k];
+    error.bias += residual[k];
+    error.largest = std::max(error.largest, std::abs(residual[k]));
+  }
+  if (error.samples == 0) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    return {0, nan, nan, nan, nan};
+  }
+  const auto n = static_cast<double>(error.samples);
+  error.bias /= n;
+  error.rmse = std::sqrt(squares / n);
+  error.more_than_noise = squares > 0.0 ? std::max(0.0, 1.0 - noise * noise * n / squares) : 0.0;
+  return error;
+}
+
+WorstTime worst_of(const std::vector<double>& time_s, const std::vector<double>& residual) {
+  WorstTime worst;
+  const double first_s = time_s.front();
+  const auto count = static_cast<std::size_t>((time_s.back() - first_s) / window_s) + 1;
+  std::vector<double> squares(count, 0.0);
+  for (std::size_t k = 0; k < residual.size(); ++k)
+    if (!std::isnan(residual[k])) squares[static_cast<std::size_t>((time_s[k] - first_s) / window_s)] += residual[k] * residual[k];
+  const double total = std::accumulate(squares.begin(), squares.end(), 0.0);
+  if (total == 0.0) return worst;
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return squares[a] > squares[b]; });
+  double sum = 0.0;
+  std::size_t taken = 0;
+  while (taken < count && sum < 0.5 * total) sum += squares[order[taken++]];
+  order.resize(taken);
+  std::sort(order.begin(), order.end());
+  for (const std::size_t w : order) {
+    const double from = first_s + static_cast<double>(w) * window_s, until = std::min(from + window_s, time_s.back());
+    if (!worst.windows_s.empty() && worst.windows_s.back().second >= from)
+      worst.windows_s.back().second = until;
+    else
+      worst.windows_s.emplace_back(from, until);
+  }
+  worst.share_of_time = static_cast<double>(taken) / static_cast<double>(count);
+  worst.share_of_error = sum / total;
+  return worst;
+}
+
+}  // namespace
+
+std::size_t samples_until(const sim::Recording& recording, double until_s) {
+  std::size_t count = 0;
+  while (count < recording.samples.size() && recording.samples[count].time_s < until_s) ++count;
+  return count;
+}
+
+Comparison compare(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics) {
+  Comparison result;
+  result.noise = noise;
+  result.fit_until_s = fit_until_s;
+  plant::Integrator integrator(limb, start, numerics);
+  const auto failure = sim::replay(integrator, recording.samples, [&](std::size_t k) {
+    const plant::Reading<double> reading = integrator.reading();
+    result.time_s.push_back(recording.samples[k].time_s);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      result.model[c].push_back(shown(reading, c));
+      result.residual[c].push_back(result.model[c].back() - measured(recording.samples[k], c));
+    }
+  });
+  if (failure)
+    throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
+  const std::size_t split = samples_until(recording, fit_until_s);
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    result.fitted[c] = error_of(result.residual[c], 0, split, noise[c]);
+    result.unfitted[c] = error_of(result.residual[c], split, result.time_s.size(), noise[c]);
+    result.worst[c] = worst_of(result.time_s, result.residual[c]);
+  }
+  return result;
+}
+
+}  // namespace sinew::diagnose

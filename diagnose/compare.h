@@ -1,0 +1,45 @@
+// A limb against a recording: open loop, from the recorded duty alone.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/channels.h"
+#include "plant/integrator.h"
+
+namespace sinew::diagnose {
+
+// Errors of one channel over some samples.
+struct ChannelError {
+  std::size_t samples = 0;
+  double rmse = 0.0;             // in the unit of the channel; NaN without samples
+  double bias = 0.0;             // mean of model - measured
+  double largest = 0.0;          // of |model - measured|
+  double more_than_noise = 0.0;  // share of the mean square that is not sensor noise, 0 to 1
+};
+
+// Where most of a channel's squared error is.
+struct WorstTime {
+  double share_of_time = 0.0;   // the smallest share of the samples, in windows of 5 s, ...
+  double share_of_error = 0.0;  // ... that holds at least half of the squared error
+  std::vector<std::pair<double, double>> windows_s;  // merged, in time's order, recording's own time
+};
+
+struct Comparison {
+  std::vector<double> time_s;                                   // of the recording
+  std::array<std::vector<double>, channel_count> model;         // in the units of files
+  std::array<std::vector<double>, channel_count> residual;      // model - measured; NaN where nothing was measured
+  PerChannel noise;
+  std::array<ChannelError, channel_count> fitted, unfitted;     // before and from `fit_until_s`
+  std::array<WorstTime, channel_count> worst;
+  double fit_until_s;
+};
+
+// Throws std::runtime_error with the solver's words where the limb cannot be integrated over the recording.
+Comparison compare(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics);
+
+// Number of samples before `until_s`, in the recording's own time.
+std::size_t samples_until(const sim::Recording& recording, double until_s);
+
+}  // namespace sinew::diagnose

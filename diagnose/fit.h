@@ -1,0 +1,83 @@
+// A limb against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
+//
+// Unknowns are parameters of the limb, shared by all recordings, and for each recording the first values of those states
+// that a recording may begin with in mid-motion (temperatures, fractions, silicone, sensors); the beam's angle is in static
+// balance with them. Each unknown has a weak prior and bounds from its declaration, and is scaled by the prior: an
+// unknown's coordinate is z = (value - centre) / deviation.
+//
+// Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
+// then one row z for each unknown.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "diagnose/channels.h"
+#include "plant/integrator.h"
+#include "sim/recording.h"
+
+namespace sinew::diagnose {
+
+struct Unknown {
+  std::string name;      // "heat_loss_A_W_K"; "start.martensite_A_fraction"; with several recordings "start[1]. ..."
+  std::size_t parameter; // index into plant::parameters(), or plant::no_effect for a first value
+  double centre, deviation, lowest, highest;  // internal units
+  double internal_per_unit;
+  std::string_view unit;
+};
+
+struct FitData {
+  const sim::Recording* recording;
+  std::size_t sample_count;  // the first so many samples are fitted
+  PerChannel deviation;  // what a residual of each channel is divided by; at least the sensor's noise
+};
+
+enum class StartPolicy {
+  estimated,  // the recording may begin in mid-motion
+  at_rest,    // it begins cold and at rest; nothing about its start is unknown
+};
+
+struct Row {
+  std::size_t recording, sample, channel;
+};
+
+class FitProblem {
+ public:
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  // `limb`: what is on, what is not fitted, and the centres of the priors. Recordings must outlive this.
+  FitProblem(const plant::Limb<double>& limb, const std::vector<std::size_t>& parameters, std::vector<FitData> data,
+             StartPolicy start, const plant::NumericalSettings& numerics);
+
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  const std::vector<FitData>& data() const { return data_; }
+  void set_deviation(std::size_t recording, std::size_t channel, double deviation) {
+    data_[recording].deviation[channel] = deviation;
+  }
+  std::size_t residual_count() const { return rows_.size() + unknowns_.size(); }
+
+  double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
+  plant::Limb<double> limb_at(const double* z) const;
+  plant::Start start_at(const double* z, std::size_t recording) const;
+
+  // False where the integration fails. `jacobian`: [residual_count x unknowns], row-major, or null.
+  bool evaluate(const double* z, double* residuals, double* jacobian) const;
+
+ private:
+  void add_start_unknowns(std::size_t recording);
+
+  plant::Limb<double> limb_;
+  plant::Layout layout_;
+  std::vector<std::size_t> parameters_;
+  std::vector<FitData> data_;
+  StartPolicy start_;
+  plant::NumericalSettings numerics_;
+  std::vector<Unknown> unknowns_;
+  std::vector<std::size_t> free_states_;   // states whose first value is unknown, the same for every recording
+  std::vector<std::size_t> first_row_;     // of each recording
+  std::vector<Row> rows_;
+};
+
+}  // namespace sinew::diagnose

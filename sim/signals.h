@@ -1,0 +1,32 @@
+// The seam: all that a controller, a predictor or a diagnosis may ever see of a limb, and the one call that it answers.
+#pragma once
+
+#include <cstdint>
+
+#include "plant/scalar.h"
+
+namespace sinew::sim {
+
+struct Command {
+  std::int64_t tick = 0;
+  plant::PerCoil<double> duty_fraction{};  // 0 to 1
+};
+
+// NaN: the sensor gave nothing.
+struct Measurement {
+  std::int64_t tick = 0;
+  plant::PerCoil<double> temperature_degC{};
+  double angle_deg = 0.0;
+};
+
+// A limb, simulated or physical. Time is a count of ticks of the sample period.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  // What is measured at the first tick, before any command.
+  virtual Measurement begin() = 0;
+  // Applies the command of this tick and returns what is measured at the next.
+  virtual Measurement exchange(const Command& command) = 0;
+};
+
+}  // namespace sinew::sim

@@ -1,0 +1,30 @@
+// A picture of a whole page, or of a figure alone:
+//   node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark]
+
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
+
+import {with_report} from './browser.mjs';
+
+const [path, out, width, height, scheme] = process.argv.slice(2);
+if (!out) {
+  console.error('usage: node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark]');
+  process.exit(2);
+}
+const options = {width: Number(width ?? 1280), height: Number(height ?? 900), colorScheme: scheme ?? 'light'};
+const folder = mkdtempSync(join(tmpdir(), 'sinew-screenshot-'));
+try {
+  let shown = path;
+  if (path.endsWith('.svg')) {
+    shown = join(folder, 'figure.html');
+    writeFileSync(shown, `<!DOCTYPE html><meta charset="utf-8"><body style="margin:0">${readFileSync(path, 'utf8')}`);
+  }
+  await with_report(shown, options, async ({page, complaints}) => {
+    await page.waitForTimeout(200);
+    await page.screenshot({path: out, fullPage: true});
+    for (const complaint of complaints) console.error(complaint);
+  });
+} finally {
+  rmSync(folder, {recursive: true, force: true});
+}
