@@ -6,6 +6,11 @@
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -39,26 +44,37 @@ Context make_context() {
 }
 
 // Vectors of a few dozen doubles spend most of their time in the library's call per operation and its scalar loops; with
-// these three, sensitivities take about half as long (bench/methods). Arguments may be the same vector.
+// these four, sensitivities take about half as long (bench/methods). Arguments may be the same vector.
 namespace fast {
 
 std::size_t length(N_Vector v) { return static_cast<std::size_t>(NV_LENGTH_S(v)); }
 
+// One block of the sum: in registers where the width is known to the compiler.
+template <std::size_t width>
+void combine_block(int count, const realtype* factors, N_Vector* vectors, double* to, std::size_t begin) {
+  std::array<double, width> sum{};
+  for (int k = 0; k < count; ++k) {
+    const double factor = factors[k];
+    const double* from = NV_DATA_S(vectors[k]) + begin;
+    for (std::size_t i = 0; i < width; ++i) sum[i] += factor * from[i];
+  }
+  std::copy(sum.begin(), sum.end(), to + begin);
+}
+
 int linear_combination(int count, realtype* factors, N_Vector* vectors, N_Vector result) {
-  constexpr std::size_t block = 32;
   const std::size_t n = length(result);
   double* to = NV_DATA_S(result);
-  for (std::size_t begin = 0; begin < n; begin += block) {
-    const std::size_t width = std::min(block, n - begin);
-    std::array<double, block> sum{};
-    for (int k = 0; k < count; ++k) {
-      const double factor = factors[k];
-      const double* from = NV_DATA_S(vectors[k]) + begin;
-      for (std::size_t i = 0; i < width; ++i) sum[i] += factor * from[i];
-    }
-    std::copy_n(sum.begin(), width, to + begin);
-  }
+  std::size_t begin = 0;
+  for (; begin + 32 <= n; begin += 32) combine_block<32>(count, factors, vectors, to, begin);
+  for (; begin + 4 <= n; begin += 4) combine_block<4>(count, factors, vectors, to, begin);
+  for (; begin < n; ++begin) combine_block<1>(count, factors, vectors, to, begin);
   return 0;
+}
+
+realtype wrms_norm(N_Vector x, N_Vector weight) {
+  const auto n = static_cast<Eigen::Index>(length(x));
+  using Values = Eigen::Map<const Eigen::ArrayXd>;
+  return std::sqrt((Values(NV_DATA_S(x), n) * Values(NV_DATA_S(weight), n)).square().sum() / static_cast<double>(n));
 }
 
 void linear_sum(realtype a, N_Vector x, realtype b, N_Vector y, N_Vector result) {
@@ -84,6 +100,7 @@ Vector make_vector(std::size_t length, SUNContext context) {
   v->ops->nvlinearcombination = fast::linear_combination;  // clones inherit these
   v->ops->nvlinearsum = fast::linear_sum;
   v->ops->nvscale = fast::scale;
+  v->ops->nvwrmsnorm = fast::wrms_norm;
   return v;
 }
 
@@ -137,6 +154,18 @@ class Problem {
       }
     }
     return std::all_of(rate, rate + n, [](double r) { return std::isfinite(r); });
+  }
+
+  // By how much each column's parameter or first value may well differ: internal units, positive.
+  std::vector<double> typical_sizes() const {
+    std::vector<double> sizes;
+    for (const std::size_t p : request_.parameters) {
+      const Declaration& declared = parameters()[p].declaration;
+      const double size = std::max(std::abs(declared.typical), declared.prior_deviation);
+      sizes.push_back((size > 0.0 ? size : 1.0) * declared.unit.internal_per_unit);
+    }
+    for (const std::size_t i : request_.initial_states) sizes.push_back(equations.layout().entries[i].declaration.scale);
+    return sizes;
   }
 
   void load(std::size_t chunk, const double* y, const double* sensitivity, SensitivityJet* state) const {
@@ -199,6 +228,26 @@ void require(int flag, const char* call) {
 }
 
 // States with the largest error weighted by tolerance, for the report of a failed integration.
+// While it lives, numbers below 2.2e-308 are zero. The sensitivity to a first value decays through that range, where some
+// processors take a hundred times as long for each operation.
+class FlushSubnormals {
+ public:
+#if defined(__SSE__)
+  explicit FlushSubnormals(bool on) : before_(_mm_getcsr()) {
+    constexpr unsigned flush_to_zero = 0x8000, subnormals_are_zero = 0x0040;
+    if (on) _mm_setcsr(before_ | flush_to_zero | subnormals_are_zero);
+  }
+  ~FlushSubnormals() { _mm_setcsr(before_); }
+#else
+  explicit FlushSubnormals(bool) : before_(0) {}
+#endif
+  FlushSubnormals(const FlushSubnormals&) = delete;
+  FlushSubnormals& operator=(const FlushSubnormals&) = delete;
+
+ private:
+  unsigned before_;
+};
+
 std::string worst_of(const Layout& layout, const double* error, const double* weight) {
   std::vector<std::pair<double, std::size_t>> all;
   for (std::size_t i = 0; i < layout.size(); ++i) all.emplace_back(std::abs(error[i] * weight[i]), i);
@@ -240,16 +289,8 @@ class CvodeSolver : public Solver {
                             sensitivity_pointers_.data()),
               "CVodeSensInit");
       require(CVodeSetSensErrCon(memory_, SUNFALSE), "CVodeSetSensErrCon");
-      // CVODES asks for tolerances of the sensitivities for its corrector; the typical size of a column's parameter
-      // turns those of the state into theirs.
-      std::vector<double> typical;
-      for (const std::size_t p : problem.request().parameters) {
-        const Declaration& declared = parameters()[p].declaration;
-        const double size = std::max(std::abs(declared.typical), declared.prior_deviation);
-        typical.push_back((size > 0.0 ? size : 1.0) * declared.unit.internal_per_unit);
-      }
-      for (const std::size_t i : problem.request().initial_states)
-        typical.push_back(problem.equations.layout().entries[i].declaration.scale);
+      // CVODES makes tolerances of the sensitivities, for its corrector, from those of the state and these sizes.
+      std::vector<double> typical = problem.typical_sizes();
       require(CVodeSetSensParams(memory_, nullptr, typical.data(), nullptr), "CVodeSetSensParams");
       require(CVodeSensEEtolerances(memory_), "CVodeSensEEtolerances");
     }
@@ -357,6 +398,13 @@ class ArkodeSolver : public Solver {
     for (const auto& entry : problem.equations.layout().entries)
       absolute_tolerance_.push_back(settings.relative_tolerance * entry.declaration.scale);
     relative_tolerance_ = settings.relative_tolerance;
+    const std::vector<double> sizes = problem.typical_sizes();
+    sensitivity_weights_.assign(n * problem.padded_columns(), 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < sizes.size(); ++k)
+        sensitivity_weights_[i * problem.padded_columns() + k] =
+            std::sqrt(static_cast<double>(1 + problem.padded_columns()) / static_cast<double>(sizes.size())) * sizes[k] /
+            (wider_for_sensitivities * absolute_tolerance_[i]);
     memory_ = ERKStepCreate(rates, 0.0, y_.get(), context_.get());
     if (!memory_) throw std::bad_alloc();
     require(ERKStepSetErrHandlerFn(memory_, keep_message, static_cast<Solver*>(this)), "ERKStepSetErrHandlerFn");
@@ -419,24 +467,26 @@ class ArkodeSolver : public Solver {
                                                       : problem.rates_with_sensitivity(t, from, from + n, to, to + n);
     return finite ? 0 : 1;
   }
-  // Errors are judged by the states alone, as CVODES does by default: a sensitivity has no weight, and the norm, a mean
-  // over all entries, is made one over the states.
+  // The norm is that of the states' errors, plus that of the sensitivities' with tolerances that are wider. They must not be
+  // left out: near rest the states alone would let the step grow past the limit of stability, and the sensitivities,
+  // which are not near zero, would grow without bound before a state shows it.
   static int weights(N_Vector y, N_Vector weight, void* solver) {
     auto& self = *static_cast<ArkodeSolver*>(solver);
     const double* from = N_VGetArrayPointer(y);
     double* to = N_VGetArrayPointer(weight);
     const std::size_t n = self.absolute_tolerance_.size();
-    const auto length = static_cast<std::size_t>(N_VGetLength(y));
-    const double share = std::sqrt(static_cast<double>(length) / static_cast<double>(n));
+    const double share = std::sqrt(static_cast<double>(1 + self.problem_.padded_columns()));
     for (std::size_t i = 0; i < n; ++i)
       to[i] = share / (self.relative_tolerance_ * std::abs(from[i]) + self.absolute_tolerance_[i]);
-    std::fill(to + n, to + length, 0.0);
+    std::copy(self.sensitivity_weights_.begin(), self.sensitivity_weights_.end(), to + n);
     return 0;
   }
+  static constexpr double wider_for_sensitivities = 100.0;
 
   Problem& problem_;
   Context context_;
   Vector y_;
+  std::vector<double> sensitivity_weights_;  // [states x padded columns], row by row
   std::vector<double> absolute_tolerance_;
   double relative_tolerance_;
   void* memory_ = nullptr;
@@ -488,6 +538,7 @@ class Integrator::Implementation {
   }
 
   std::optional<IntegrationFailure> advance_to(double time_s) {
+    const FlushSubnormals flush(!s_.empty());
     while (time_s_ < time_s) {
       double stop_s = time_s;
       for (const auto& [arrival_s, duty] : pending_) stop_s = std::min(stop_s, arrival_s);
@@ -537,6 +588,7 @@ class Integrator::Implementation {
   }
 
   void reading_with_sensitivity(Reading<double>& reading, Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) const {
+    const FlushSubnormals flush(true);
     const auto columns = static_cast<Eigen::Index>(problem_.request().columns());
     sensitivity.resize(3, columns);
     Instant<SensitivityJet> now;

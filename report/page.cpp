@@ -213,7 +213,7 @@ class Writer {
     }
     for (TimeAxis& axis : axes_) {
       if (is_empty(axis.full)) axis.full = {};
-      if (!(axis.full.low < axis.full.high)) axis.full.high = axis.full.low + 1.0;
+      if (!(axis.full.low < axis.full.high)) axis.full = {axis.full.low - 0.5, axis.full.high + 0.5};
     }
     for (const Block& block : page.blocks) {
       if (!std::holds_alternative<ScatterPlot>(block)) end_scatters();
@@ -330,7 +330,9 @@ class Writer {
       for (std::size_t column = 0; column < align.size(); ++column) {
         body_ += "<" + element;
         if (align[column] == Align::right) body_ += " class=\"right\"";
-        body_ += ">" + (column < cells.size() ? escaped(cells[column]) : std::string()) + "</" + element.substr(0, 2) + ">";
+        body_ += ">";
+        if (column < cells.size()) body_ += escaped(cells[column]);
+        body_ += "</" + element.substr(0, 2) + ">";
       }
     };
     body_ += "<figure>\n";
@@ -369,8 +371,8 @@ class Writer {
     if constexpr (std::is_same_v<Style, Series::Style>) {
       if (style == Style::steps) shape = "<path d=\"M0 8H7V2H15V8H22\" stroke-width=\"1.8\"/>";
     }
-    return "<svg width=\"22\" height=\"10\" viewBox=\"0 0 22 10\" fill=\"none\" stroke=\"currentColor\" style=\"color:" +
-           color + "\" aria-hidden=\"true\">" + shape + "</svg>";
+    return "<svg width=\"22\" height=\"10\" viewBox=\"0 0 22 10\" fill=\"none\" stroke=\"currentColor\" "
+           "style=\"color:" + color + "\" aria-hidden=\"true\">" + shape + "</svg>";
   }
 
   inline static const std::string reset_button = "<button type=\"button\" class=\"reset\">Reset zoom</button>\n";

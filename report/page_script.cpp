@@ -70,6 +70,15 @@ const std::string_view page_script = R"js(
     };
   }
 
+  // Gives a plot the keys without the ring that shows where the keyboard is.
+  function focus_by_mouse(chart) {
+    chart.classList.add('by-mouse');
+    chart.focus({preventScroll: true});
+  }
+  document.addEventListener('keydown', function () {
+    for (const chart of document.querySelectorAll('.by-mouse')) chart.classList.remove('by-mouse');
+  }, true);
+
   // The index of the value nearest to x in an ascending array.
   function nearest(values, x) {
     let low = 0, high = values.length - 1;
@@ -118,12 +127,12 @@ const std::string_view page_script = R"js(
   }
 
   function mark_zoom(plot) {
-    plot.figure.classList.toggle('zoomed', is_zoomed(plot.axis) || plot.graph.isZoomed('y'));
+    plot.figure.classList.toggle('zoomed', is_zoomed(plot.axis) || plot.is_stretched());
   }
 
   function reset(axis) {
     axis.applying = true;
-    for (const plot of axis.plots) plot.graph.resetZoom();
+    for (const plot of axis.plots) plot.reset();
     axis.applying = false;
     axis.window = axis.full.slice();
     apply(axis);
@@ -315,10 +324,22 @@ const std::string_view page_script = R"js(
       plot.row = row;
     };
 
+    // A range of values that the report fixes is where zooming starts and ends.
+    let home = null;
+    plot.is_stretched = function () {
+      if (!spec.range) return plot.graph.isZoomed('y');
+      const range = plot.graph.yAxisRange();
+      return home !== null && (range[0] !== home[0] || range[1] !== home[1]);
+    };
+    plot.reset = function () {
+      plot.graph.resetZoom();
+      if (spec.range) plot.graph.updateOptions({valueRange: spec.range.slice()});
+    };
+
     const model = Object.assign({}, Dygraph.defaultInteractionModel);
     model.mousedown = function (event, graph, context) {
       if (event.button === 2) return;
-      chart.focus({preventScroll: true});
+      focus_by_mouse(chart);
       if (!event.shiftKey && !event.altKey) return Dygraph.defaultInteractionModel.mousedown(event, graph, context);
       event.preventDefault();
       const start = axis.window.slice();
@@ -372,6 +393,7 @@ const std::string_view page_script = R"js(
     cursor.className = 'cursor';
     plot.graph = new Dygraph(chart, rows, Object.assign(base, look()));
     chart.dygraph = plot.graph;
+    home = plot.graph.yAxisRange();
     chart.appendChild(cursor);
     if (!has_data) {
       const note = document.createElement('div');
@@ -667,7 +689,9 @@ const std::string_view page_script = R"js(
       spec.series.forEach(function (series, i) {
         if (!series.t || !shown(i)) return;
         const k = nearest(series.t, t);
-        if (k >= 0 && series.x[k] !== null && series.y[k] !== null) ring(context, series, k);
+        const slack = (series.t[series.t.length - 1] - series.t[0]) / series.t.length;
+        if (k < 0 || Math.abs(series.t[k] - t) > slack || series.x[k] === null || series.y[k] === null) return;
+        ring(context, series, k);
       });
     };
 
@@ -737,7 +761,7 @@ const std::string_view page_script = R"js(
     over.addEventListener('mousedown', function (event) {
       if (event.button !== 0 || !frame) return;
       event.preventDefault();
-      chart.focus({preventScroll: true});
+      focus_by_mouse(chart);
       tip.style.display = 'none';
       drag = {from: position(event), to: position(event)};
       const move = function (e) {

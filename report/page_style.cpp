@@ -94,6 +94,7 @@ tr.note td { font-size: 13.5px; color: var(--soft); padding-top: 1px; white-spac
 .chart { position: relative; width: 100%; }
 .chart:focus { outline: none; }
 .chart:focus-visible { outline: 2px solid var(--link); outline-offset: 1px; }
+.chart.by-mouse:focus-visible { outline: none; }
 .chart .cursor { position: absolute; width: 1px; background: var(--cursor); pointer-events: none; z-index: 8;
                  display: none; }
 .chart .empty { position: absolute; color: var(--soft); font-size: 14px; pointer-events: none; z-index: 8; }

@@ -22,8 +22,8 @@ constexpr std::array<std::string_view, 7> palette{okabe_ito::blue,   okabe_ito::
 void check_length(const std::string& plot, const std::string& series, std::string_view column, std::size_t found,
                   std::size_t wanted) {
   if (found == wanted) return;
-  refuse(plot, "series \"" + series + "\" has " + std::to_string(found) + " values of " + std::string(column) + " for " +
-                   std::to_string(wanted) + " points");
+  refuse(plot, "series \"" + series + "\" has " + std::to_string(found) + " values of " + std::string(column) +
+                   " for " + std::to_string(wanted) + " points");
 }
 
 void check_times(const std::string& plot, const std::vector<double>& time_s) {
@@ -36,9 +36,8 @@ void check_times(const std::string& plot, const std::vector<double>& time_s) {
 // Colours end up in style sheets and attributes, so only the one spelling is let through.
 void check_color(const std::string& plot, const std::string& series, const std::string& color) {
   if (color.empty()) return;
-  if (color.size() == 7 && color[0] == '#' && color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos) {
-    return;
-  }
+  const bool hex = color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+  if (color.size() == 7 && color[0] == '#' && hex) return;
   refuse(plot, "series \"" + series + "\" has the color \"" + color + "\", which is not of the form #rrggbb");
 }
 

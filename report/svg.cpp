@@ -52,29 +52,28 @@ std::string n(double value) { return compact(value, 2); }
 // On the middle of a pixel, where a thin line is sharpest.
 std::string crisp(double value) { return compact(std::floor(value) + 0.5, 1); }
 
-// Width in em/1000 of the printable ASCII characters in Helvetica (Adobe font metrics).
-constexpr std::array<int, 95> helvetica{
-    278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556, 556, 556, 556, 556, 556,
-    556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833, 722,
-    778, 667, 778, 722, 667, 611, 722, 667, 944, 667, 667, 611, 278, 278, 278, 469, 556, 333, 556, 556, 500, 556, 556, 278,
-    556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584};
-
-// Fonts that stand in for Helvetica run wider, DejaVu Sans by about a seventh.
-constexpr double substitute_font = 1.15;
+// Widths of the printable ASCII characters in em/1000: of Helvetica or DejaVu Sans, whichever runs wider, since the
+// reader's machine may have either.
+constexpr std::array<int, 95> widths{
+    318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636, 636, 636, 636, 636,
+    636, 636, 636, 337, 337, 838, 838, 838, 556, 1015, 684, 686, 722, 770, 667, 611, 778, 752, 295, 500, 667, 557,
+    863, 748, 787, 667, 787, 722, 667, 611, 732, 684, 989, 685, 667, 685, 390, 337, 390, 838, 556, 500, 613, 635, 550,
+    635, 615, 352, 635, 634, 278, 278, 579, 278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525,
+    636, 337, 636, 838};
 
 double text_width(std::string_view text, double size_px) {
   double em = 0.0;
   while (!text.empty()) {
     const char32_t c = take_code_point(text);
     if (c >= 0x20 && c < 0x7F) {
-      em += helvetica[c - 0x20];
+      em += widths[c - 0x20];
     } else if (c >= 0x300 && c < 0x370) {
       continue;
     } else {
-      em += c >= 0x1100 ? 1000 : 600;
+      em += c >= 0x1100 ? 1000 : 640;
     }
   }
-  return em / 1000.0 * size_px * substitute_font;
+  return em / 1000.0 * size_px;
 }
 
 // The text, cut short with an ellipsis where it is wider than the room.
@@ -267,39 +266,44 @@ void draw_axes(Figure& figure, const Scale& scale, const Ticks& across, const Ti
 
 // ---- data ----
 
-std::string pen(const std::string& color, bool dashed) {
-  return "fill=\"none\" stroke=\"" + color + "\" stroke-width=\"1.1\" stroke-linejoin=\"round\" stroke-linecap=\"" +
-         (dashed ? "butt\" stroke-dasharray=\"5 2.5\"" : "round\"");
-}
-
-// A path through the points of the rows; a gap lifts the pen, and a lone point leaves a dot.
+// A path through the points of the rows; a gap lifts the pen, and a point alone between gaps becomes a dot.
 std::string path(const Scale& scale, std::span<const double> x, std::span<const double> y,
-                 const std::vector<std::size_t>& rows, bool steps) {
+                 const std::vector<std::size_t>& rows, bool steps, const std::string& color, bool dashed) {
   std::string d;
+  std::string dots;
+  std::string start;  // "M x y" of a stroke that has only begun
   std::string last;
   bool down = false;
-  bool lone = false;
+  const auto lift = [&] {
+    if (!start.empty()) {
+      const std::size_t space = start.find(' ');
+      dots += "<circle cx=\"" + start.substr(1, space - 1) + "\" cy=\"" + start.substr(space + 1) +
+              "\" r=\"1.3\" fill=\"" + color + "\"/>\n";
+    }
+    start.clear();
+    down = false;
+  };
   for (const std::size_t row : rows) {
     if (!std::isfinite(x[row]) || !std::isfinite(y[row])) {
-      if (lone) d += "h0";
-      down = lone = false;
+      lift();
       continue;
     }
     const std::string px = n(scale.px(x[row]));
     const std::string py = n(scale.py(y[row]));
     const std::string here = px + " " + py;
     if (!down) {
-      d += "M" + here;
-      lone = true;
+      start = "M" + here;
     } else if (here != last) {
-      d += steps ? "H" + px + "V" + py : "L" + here;
-      lone = false;
+      d += std::exchange(start, {}) + (steps ? "H" + px + "V" + py : "L" + here);
     }
     down = true;
     last = here;
   }
-  if (lone) d += "h0";
-  return d;
+  lift();
+  if (d.empty()) return dots;
+  return "<path d=\"" + d + "\" fill=\"none\" stroke=\"" + color +
+         "\" stroke-width=\"1.1\" stroke-linejoin=\"round\"" + (dashed ? " stroke-dasharray=\"5 2.5\"" : "") + "/>\n" +
+         dots;
 }
 
 // Circles at the points of the rows; one that would lie on another of its series is left out.
@@ -364,8 +368,8 @@ void draw_series(Figure& figure, const Scale& scale, const TimePlot& plot) {
       figure.add(circles(scale, plot.time_s, series.y, rows, colors[i], 1.3));
       continue;
     }
-    figure.add("<path d=\"" + path(scale, plot.time_s, series.y, rows, series.style == Series::Style::steps) + "\" " +
-               pen(colors[i], series.style == Series::Style::dashed) + "/>\n");
+    figure.add(path(scale, plot.time_s, series.y, rows, series.style == Series::Style::steps, colors[i],
+                    series.style == Series::Style::dashed));
   }
 }
 
@@ -409,8 +413,7 @@ void draw_series(Figure& figure, const Scale& scale, const ScatterPlot& plot) {
       continue;
     }
     const auto rows = rows_to_draw(series.x.size(), columns, 4 * rows_for(scale.area.w));
-    figure.add("<path d=\"" + path(scale, series.x, series.y, rows, false) + "\" " +
-               pen(colors[i], series.style == ScatterSeries::Style::dashed) + "/>\n");
+    figure.add(path(scale, series.x, series.y, rows, false, colors[i], series.style == ScatterSeries::Style::dashed));
     if (series.arrows) draw_arrows(figure, scale, series, colors[i]);
   }
 }
@@ -491,7 +494,7 @@ std::string stacked_svg(const std::vector<TimePlot>& plots, int width_px, int he
     shares += std::max(plot.height_px, 1);
   }
   if (is_empty(time)) time = {};
-  if (!(time.low < time.high)) time.high = time.low + 1.0;
+  if (!(time.low < time.high)) time = {time.low - 0.5, time.high + 0.5};
 
   // The left margin is found with ticks for a panel of common height: labels differ by a digit at most from the final.
   double labels_px = 0.0;

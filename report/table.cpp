@@ -18,7 +18,9 @@ bool looks_like_number(std::string_view cell) {
       cell.remove_prefix(std::min(cell.find_first_not_of(' '), cell.size()));
     }
   }
-  if (cell == "\u2013" || cell == "\u2014" || cell == "-" || cell == "\u221e" || cell == "nan" || cell == "NaN") return true;
+  for (const std::string_view mark : {"\u2013", "\u2014", "-", "\u221e", "nan", "NaN"}) {
+    if (cell == mark) return true;
+  }
   if (cell.empty() || cell.front() < '0' || cell.front() > '9') return false;
   // "12.5 ± 0.3 %" is a number and "3 of 5 recordings" is not: a long word makes it a phrase.
   std::size_t letters = 0;

@@ -25,7 +25,8 @@ export async function with_report(path, options, use) {
     const page = context.pages()[0] ?? await context.newPage();
     const complaints = [];
     page.on('console', (message) => {
-      if (['error', 'warning'].includes(message.type())) complaints.push(`console ${message.type()}: ${message.text()}`);
+      const type = message.type();
+      if (['error', 'warning'].includes(type)) complaints.push(`console ${type}: ${message.text()}`);
     });
     page.on('pageerror', (error) => complaints.push(`exception: ${error.message}`));
     page.on('request', (request) => {

@@ -14,7 +14,8 @@ let passed = 0;
 let failed = 0;
 function check(statement, holds, found) {
   if (holds) ++passed; else ++failed;
-  console.log(`${holds ? 'ok  ' : 'FAIL'}  ${statement}${!holds && found !== undefined ? `; found ${JSON.stringify(found)}` : ''}`);
+  const instead = holds || found === undefined ? '' : `; found ${JSON.stringify(found)}`;
+  console.log(`${holds ? 'ok  ' : 'FAIL'}  ${statement}${instead}`);
 }
 
 // In the page: the time plots, first those of the axis with the most plots.
@@ -37,7 +38,8 @@ try {
       requestAnimationFrame(() => setTimeout(done, 0)))));
     await settle();
 
-    check('the page has a title and a heading', (await page.title()) !== '' && (await page.locator('h1').count()) === 1);
+    check('the page has a title and a heading', (await page.title()) !== '' &&
+          (await page.locator('h1').count()) === 1);
     check('nothing reaches beyond the edge of the window', await page.evaluate(() =>
       document.documentElement.scrollWidth <= document.documentElement.clientWidth));
     const loose = await page.locator('body b, body script[src], body img[src^="http"], link').count();
@@ -147,8 +149,8 @@ try {
       await page.keyboard.press('+');
       await settle();
       const nearer = await ranges();
-      check('the + key zooms all linked plots', all_equal(nearer) && Math.abs(width(nearer[0]) / width(full[0]) - .5) < .01,
-            nearer[0]);
+      check('the + key zooms all linked plots',
+            all_equal(nearer) && Math.abs(width(nearer[0]) / width(full[0]) - .5) < .01, nearer);
       await page.keyboard.press('ArrowRight');
       await settle();
       check('the arrow key moves the cursor', (await page.locator(`#plot-${last} .when`).textContent()) !== '');
@@ -160,6 +162,20 @@ try {
       check('the last linked plot has a range selector, and it alone', (await handles.count()) === 2 &&
             (await page.locator(plots.map((i) => `#plot-${i} .dygraph-rangesel-zoomhandle`).join(','))
               .count()) === 2, await handles.count());
+      await handles.first().scrollIntoViewIfNeeded();
+      const handle = await handles.first().boundingBox();
+      await page.mouse.move(handle.x + handle.width / 2, handle.y + handle.height / 2);
+      await page.mouse.down();
+      await page.mouse.move(handle.x + 100, handle.y + handle.height / 2, {steps: 5});
+      await page.mouse.move(handle.x + 200, handle.y + handle.height / 2, {steps: 5});
+      await page.mouse.up();
+      await settle();
+      const selected = await ranges();
+      check('its handle narrows all linked plots', all_equal(selected) && selected[0][0] > full[0][0] &&
+            close([0, selected[0][1]], [0, full[0][1]]), selected);
+      await page.locator(`#plot-${last} .reset`).click();
+      await settle();
+      check('the button resets', (await ranges()).every((range, k) => close(range, full[k])));
     } else {
       check('a page without time plots carries no plotting library', (await page.evaluate(() => typeof Dygraph)) ===
             'undefined');
@@ -177,7 +193,8 @@ try {
       await page.mouse.move(box.x + .7 * box.width, box.y + .6 * box.height, {steps: 4});
       await page.mouse.up();
       const nearer = await view();
-      check('dragging zooms a scatter plot', width(nearer.x) < width(before.x) && width(nearer.y) < width(before.y), nearer);
+      check('dragging zooms a scatter plot',
+            width(nearer.x) < width(before.x) && width(nearer.y) < width(before.y), nearer);
       await page.waitForTimeout(600);
       await page.mouse.dblclick(box.x + .5 * box.width, box.y + .5 * box.height);
       check('double-click resets it', JSON.stringify(await view()) === JSON.stringify(before), await view());
