@@ -1,4 +1,5 @@
 // sinew calibrate: fits a plant to recordings, and says which parameters the data tells.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "apps/comparison_page.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
+#include "report/number.h"
 #include "report/svg.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -22,6 +24,7 @@ namespace {
 struct CalibrateArguments {
   std::string recording, plant, out;
   std::vector<std::string> fit;
+  std::vector<double> noise;  // of each channel; empty: estimated
   double fit_until_s = std::numeric_limits<double>::infinity();
   int starts = 3;
   std::int64_t seed = 1;
@@ -54,23 +57,24 @@ std::vector<std::size_t> chosen_parameters(const std::vector<std::string>& names
 
 report::Table parameter_table(const diagnose::Calibration& calibration, bool parameters) {
   report::Table table;
-  table.header = {parameters ? "parameter" : "first value", "unit", "before", "fitted", "± standard error", "told by the data"};
+  table.header = {parameters ? "parameter" : "first value", "unit", "before", "fitted", "± standard error", "of prior", "told"};
   for (const auto& e : calibration.estimates) {
     if (is_parameter(e) != parameters) continue;
     report::Row row;
     const double error = in_file_units(e, e.standard_error);
-    row.cells = {e.unknown.name, std::string(e.unknown.unit), number_text(in_file_units(e, e.unknown.centre), 4),
-                 number_text(in_file_units(e, e.value), 4), number_text(error, 2),
-                 e.told() ? "yes" : "no (" + number_text(100.0 * e.share_of_prior, 2) + " % of the prior is left)"};
+    row.cells = {e.unknown.name, std::string(e.unknown.unit), report::significant(in_file_units(e, e.unknown.centre), 4),
+                 report::significant(in_file_units(e, e.value), 4), report::significant(error, 2),
+                 report::fixed(100.0 * e.share_of_prior, 0) + " %", e.told() ? "yes" : "no"};
     if (e.at_bound) row.note = "at the bound of what is allowed: the model is probably missing something";
     else if (std::abs(e.surprise()) > 3.0)
-      row.note = number_text(e.surprise(), 2) + " prior deviations from where it began: the model is probably missing something";
+      row.note = report::significant(e.surprise(), 2) + " prior deviations from where it began: the model is probably missing something";
     else if (!e.told() && std::abs(e.partner_correlation) > 0.5)
-      row.note = "trades off with " + e.partner + " (correlation " + number_text(e.partner_correlation, 2) + ")";
+      row.note = "trades off with " + e.partner + " (correlation " + report::significant(e.partner_correlation, 2) + ")";
     table.rows.push_back(row);
   }
-  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right,
-                 report::Align::left};
+  table.align = {report::Align::left,  report::Align::left,  report::Align::right, report::Align::right,
+                 report::Align::right, report::Align::right, report::Align::left};
+  table.caption = "Of prior: the standard error as a share of what was uncertain before the data. Above 70 % the data cannot tell.";
   return table;
 }
 
@@ -80,6 +84,14 @@ std::string untold_sentence(const diagnose::Calibration& calibration) {
     if (is_parameter(e) && !e.told()) names += (names.empty() ? "" : ", ") + e.unknown.name;
   if (names.empty()) return "The data tells every parameter that was fitted.";
   return "The data cannot tell these; their values are mostly what was believed before: " + names + ".";
+}
+
+std::string signs_sentence(const diagnose::Calibration& calibration) {
+  std::string text;
+  for (const std::size_t p : calibration.flipped_signs)
+    text += "The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(calibration.limb, p) +
+            ", the other way than in the nominal plant, and that was used. ";
+  return text;
 }
 
 std::string starts_sentence(const diagnose::Calibration& calibration) {
@@ -110,6 +122,7 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
   json["plant"] = arguments.plant;
   if (std::isfinite(arguments.fit_until_s)) json["fit_until_s"] = arguments.fit_until_s;
   json["seed"] = arguments.seed;
+  for (const std::size_t p : calibration.flipped_signs) json["flipped_signs"].push_back(plant::parameters()[p].key());
   json["starts_agree"] = calibration.several_starts_agree;
   for (const auto& outcome : calibration.outcomes)
     json["starts"].push_back({{"usable", outcome.usable}, {"cost", outcome.cost}, {"passes", outcome.passes},
@@ -136,7 +149,8 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
 int calibrate_command(const CalibrateArguments& arguments) {
   const sim::Recording recording = sim::read_recording(arguments.recording);
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
-  const diagnose::PerChannel noise = diagnose::noise_of(recording);
+  diagnose::PerChannel noise = diagnose::noise_of(recording);
+  if (!arguments.noise.empty()) std::copy_n(arguments.noise.begin(), diagnose::channel_count, noise.begin());
   const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
   if (count < 20)
     throw sim::InputError({.file = arguments.recording, .key = "--fit-until", .value = sim::shortest(arguments.fit_until_s),
@@ -166,7 +180,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
                      ", from " + std::filesystem::path(arguments.plant).filename().string() + ".\n";
   for (const auto& e : calibration.estimates)
     if (is_parameter(e))
-      yaml += "#   " + e.unknown.name + " +- " + number_text(in_file_units(e, e.standard_error), 2) +
+      yaml += "#   " + e.unknown.name + " +- " + report::significant(in_file_units(e, e.standard_error), 2) +
               (e.told() ? "\n" : ", which the data cannot tell\n");
   yaml += "format: 1\n" + sim::plant_to_yaml(calibration.limb);
   const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparison);
@@ -182,7 +196,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   for (auto& block : comparison_blocks(comparison, recording)) page.blocks.push_back(std::move(block));
   report::Section told;
   told.heading = "Parameters";
-  told.text = untold_sentence(calibration) + " " + starts_sentence(calibration) +
+  told.text = signs_sentence(calibration) + untold_sentence(calibration) + " " + starts_sentence(calibration) +
               "\n\nA standard error here takes the residuals as they are, in size and in how long they stay correlated.";
   page.blocks.push_back(told);
   page.blocks.push_back(parameters);
@@ -218,7 +232,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   std::fputs(report::to_text(errors).c_str(), stdout);
   for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
   std::printf("\n%s\n%s\n%s\nplant:  %s\nreport: %s\n", report::to_text(parameters).c_str(),
-              report::wrap(untold_sentence(calibration)).c_str(), report::wrap(starts_sentence(calibration)).c_str(),
+              report::wrap(signs_sentence(calibration) + untold_sentence(calibration)).c_str(), report::wrap(starts_sentence(calibration)).c_str(),
               (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
   return 0;
 }
@@ -233,6 +247,12 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for plant.yaml, calibration.json, report.html, figure.svg")->required();
   command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of the recording; the rest is kept back");
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
+  command->add_option("--noise", arguments->noise,
+                      "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
+                      "otherwise estimated from the recording")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::PositiveNumber);
   command->add_option("--starts", arguments->starts, "number of seeded starts")->check(CLI::Range(1, 1000))->capture_default_str();
   command->add_option("--seed", arguments->seed, "of the starts")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));

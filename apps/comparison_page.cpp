@@ -1,7 +1,8 @@
 #include "apps/comparison_page.h"
 
 #include <cmath>
-#include <cstdio>
+
+#include "report/number.h"
 
 namespace sinew::apps {
 namespace {
@@ -106,44 +107,35 @@ report::ScatterSeries points(std::string name, std::vector<double> x, std::vecto
 std::string windows_text(const diagnose::WorstTime& worst) {
   std::string text;
   for (std::size_t i = 0; i < worst.windows_s.size() && i < 4; ++i)
-    text += (i ? ", " : "") + number_text(worst.windows_s[i].first, 4) + "–" + number_text(worst.windows_s[i].second, 4);
-  if (worst.windows_s.size() > 4) text += " and " + std::to_string(worst.windows_s.size() - 4) + " more";
-  return text + " s";
+    text += (i ? ", " : "") + report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0);
+  text += " s";
+  if (worst.windows_s.size() > 4) text += " and " + std::to_string(worst.windows_s.size() - 4) + " more such times";
+  return text;
 }
 
 }  // namespace
 
-std::string number_text(double value, int significant) {
-  if (std::isnan(value)) return "–";
-  if (value == 0.0) return "0";
-  const int before = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
-  char buffer[64];
-  if (before > 6 || before < -3)
-    std::snprintf(buffer, sizeof buffer, "%.*e", significant - 1, value);
-  else
-    std::snprintf(buffer, sizeof buffer, "%.*f", std::max(0, significant - before), value);
-  return buffer;
-}
-
 report::Table error_table(const diagnose::Comparison& comparison) {
   const bool held = comparison.fit_until_s <= comparison.time_s.back();
   report::Table table;
-  table.header = {"channel", "unit", "noise", held ? "RMSE fitted" : "RMSE", "bias", "largest", "more than noise"};
-  if (held) table.header.insert(table.header.end(), {"RMSE not fitted", "bias", "largest", "more than noise"});
-  const auto cells = [](const diagnose::ChannelError& error) {
-    return std::vector<std::string>{number_text(error.rmse), number_text(error.bias), number_text(error.largest),
-                                    std::isnan(error.rmse) ? "–" : number_text(100.0 * error.more_than_noise, 4) + " %"};
-  };
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  table.header = {"channel", "samples", "noise", "RMSE", "bias", "largest", "more than noise"};
+  const auto add = [&](std::size_t c, const std::string& part, const diagnose::ChannelError& error) {
     report::Row row;
-    row.cells = {name_of(c), std::string(channels[c].unit), number_text(comparison.noise[c], 2)};
-    for (const auto& cell : cells(comparison.fitted[c])) row.cells.push_back(cell);
-    if (held)
-      for (const auto& cell : cells(comparison.unfitted[c])) row.cells.push_back(cell);
+    row.cells = {with_unit(c) + part,
+                 std::to_string(error.samples),
+                 report::significant(comparison.noise[c], 2),
+                 report::significant(error.rmse, 3),
+                 report::significant(error.bias, 2),
+                 report::significant(error.largest, 3),
+                 std::isnan(error.rmse) ? "–" : report::fixed(100.0 * error.more_than_noise, 1) + " %"};
     table.rows.push_back(row);
-  }
+  };
+  for (std::size_t c = 0; c < channel_count; ++c) add(c, held ? ", fitted" : "", comparison.fitted[c]);
+  for (std::size_t c = 0; held && c < channel_count; ++c) add(c, ", not fitted", comparison.unfitted[c]);
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = report::Align::left;
+  table.caption = "RMSE of model − recording, open loop. Noise is what the sensor alone does; the last column is the share of the "
+                  "mean square that noise does not explain.";
   return table;
 }
 
@@ -153,16 +145,16 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
     if (comparison.fitted[c].samples + comparison.unfitted[c].samples == 0) continue;
     const std::string unit(channels[c].unit);
     const diagnose::ChannelError& error = comparison.fitted[c].samples ? comparison.fitted[c] : comparison.unfitted[c];
-    std::string text = "The " + name_of(c) + " is " + number_text(error.rmse) + " " + unit + " off (noise: " +
-                       number_text(comparison.noise[c], 2) + " " + unit + ")";
+    std::string text = "The " + name_of(c) + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
+                       report::significant(comparison.noise[c], 2) + " " + unit + ")";
     if (comparison.fitted[c].samples && comparison.unfitted[c].samples)
-      text += " where it was fitted and " + number_text(comparison.unfitted[c].rmse) + " " + unit + " where it was not";
+      text += " where it was fitted and " + report::significant(comparison.unfitted[c].rmse, 3) + " " + unit + " where it was not";
     const auto& worst = comparison.worst[c];
     if (error.more_than_noise > 0.2)
-      text += "; " + number_text(100.0 * worst.share_of_error, 2) + " % of the squared error happens in " +
-              number_text(100.0 * worst.share_of_time, 2) + " % of the time: " + windows_text(worst);
+      text += "; " + report::fixed(100.0 * worst.share_of_error, 0) + " % of the squared error happens in " +
+              report::fixed(100.0 * worst.share_of_time, 0) + " % of the time: " + windows_text(worst);
     else
-      text += ", which is little more than noise";
+      text += ", little or nothing more than noise";
     lines.push_back(text + ".");
   }
   return lines;

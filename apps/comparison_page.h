@@ -21,7 +21,4 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
 // The stacked figure for papers.
 std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& comparison, const sim::Recording& recording);
 
-// "3.14" with so many significant digits; "–" for NaN.
-std::string number_text(double value, int significant = 3);
-
 }  // namespace sinew::apps

@@ -1,7 +1,8 @@
 #include "sim/plant_file.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "sim/text.h"
 
@@ -53,19 +54,20 @@ void read_effects(const YamlValue& value, plant::Limb<double>& limb) {
     const YamlValue* given = map.find(effect.name);
     if (!given) continue;
     YamlMap inner(*given);
+    for (const std::size_t p : effect.parameters) inner.find(plant::parameters()[p].declaration.name);
+    inner.finish();  // before what is missing: an unknown key may be a misspelling of it
     for (const std::size_t p : effect.parameters) {
       const Declaration& declared = plant::parameters()[p].declaration;
       const std::string what_for = "an effect that is named gives all its parameters; " + std::string(declared.meaning);
       plant::set_in_file_units(limb, p, read_value(inner.require(declared.name, what_for), declared, effect.name));
     }
-    inner.finish();
   }
   map.finish("`sinew effects` lists all effects");
 }
 
-}  // namespace
-
-plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::path& folder) {
+// `below`: the files that have this one as their base, or as the base of their base.
+plant::Limb<double> read_plant_of(const YamlValue& value, const std::filesystem::path& folder,
+                                  std::vector<std::filesystem::path> below) {
   YamlMap map(value);
   plant::Limb<double> limb;
   if (const YamlValue* format = map.find("format"); format && format->whole_number() != 1)
@@ -74,8 +76,10 @@ plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::pa
     const std::filesystem::path file = folder / base->text();
     if (!std::filesystem::exists(file))
       base->complain("no such file; a base is paper_limb or a plant file, looked for beside this one");
-    if (file.string() == value.file) base->complain("a plant cannot be its own base");
-    limb = read_plant_file(file);
+    below.push_back(std::filesystem::weakly_canonical(value.file));
+    if (std::find(below.begin(), below.end(), std::filesystem::weakly_canonical(file)) != below.end())
+      base->complain("a plant cannot be its own base");
+    limb = read_plant_of(read_yaml(file), file.parent_path(), below);
   }
   if (const YamlValue* parameters = map.find("parameters")) read_core(*parameters, limb);
   if (const YamlValue* effects = map.find("effects")) read_effects(*effects, limb);
@@ -84,20 +88,32 @@ plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::pa
   return limb;
 }
 
+}  // namespace
+
+plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::path& folder) {
+  return read_plant_of(value, folder, {});
+}
+
 plant::Limb<double> read_plant_file(const std::filesystem::path& file) {
   return read_plant(read_yaml(file), file.parent_path());
+}
+
+std::string text_in_unit(double internal, double internal_per_unit) {
+  const double quotient = internal / internal_per_unit;
+  std::string text;
+  for (const double candidate : {quotient, std::nextafter(quotient, -INFINITY), std::nextafter(quotient, INFINITY)}) {
+    if (candidate * internal_per_unit != internal) continue;
+    const std::string other = shortest(candidate);
+    if (text.empty() || other.size() < text.size()) text = other;
+  }
+  return text.empty() ? shortest(quotient) : text;
 }
 
 std::string parameter_text(const plant::Limb<double>& limb, std::size_t parameter) {
   const Declaration& declared = plant::parameters()[parameter].declaration;
   const double internal = plant::get(limb, parameter);
   if (declared.kind == Kind::toggle) return internal != 0.0 ? "true" : "false";
-  // Degrees: of the numbers around the quotient, the first that converts back to the same radians.
-  const double quotient = internal / declared.unit.internal_per_unit;
-  std::array<double, 3> candidates{quotient, std::nextafter(quotient, -INFINITY), std::nextafter(quotient, INFINITY)};
-  for (const double candidate : candidates)
-    if (candidate * declared.unit.internal_per_unit == internal) return shortest(candidate);
-  return shortest(quotient);
+  return text_in_unit(internal, declared.unit.internal_per_unit);
 }
 
 std::string plant_to_yaml(const plant::Limb<double>& limb, int indent) {

@@ -22,10 +22,13 @@ plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::pa
 plant::Limb<double> read_plant_file(const std::filesystem::path& file);
 
 // Every parameter of the core, and every effect that is on with all of its parameters; `indent` spaces before each line.
-// What is written reads back as the same limb, bit for bit.
+// What is written reads back as the same limb, bit for bit, if it was read from a file; angles of other limbs can be off
+// by a rounding.
 std::string plant_to_yaml(const plant::Limb<double>& limb, int indent = 0);
 
-// A number as it is written in a plant file: shortest form that gives back the same internal value.
+// A number as it is written in a file: of the numbers around the quotient that are converted back to the same internal
+// value, the one of the shortest form. Where there is none (an internal value that no file gave), the quotient.
+std::string text_in_unit(double internal, double internal_per_unit);
 std::string parameter_text(const plant::Limb<double>& limb, std::size_t parameter);
 
 }  // namespace sinew::sim

@@ -70,6 +70,19 @@ struct Write {
   }
 };
 
+// An unknown key is complained of before a missing one, which it may be a misspelling of.
+template <class Fields>
+void read_fields(const YamlValue& value, Fields&& fields) {
+  YamlMap map(value);
+  fields([&](const auto&, const Key& key) { map.find(key.name); });
+  map.finish();
+  fields(Assign{map});
+}
+template <class One>
+void read_fields_of(One& one, const YamlValue& value) {
+  read_fields(value, [&](auto&& visit) { One::fields(one, visit); });
+}
+
 void complain_unless_ordered(const YamlValue& value, double from, double until, std::string_view from_key,
                              std::string_view until_key) {
   if (!(from < until)) {
@@ -86,9 +99,7 @@ Signal read_signal(const YamlValue& value) {
     if (const YamlValue* given = map.find(One::name)) {
       if (signal) given->complain("one signal a map; write a list for a sum of signals");
       One one;
-      YamlMap inner(*given);
-      One::fields(one, Assign{inner});
-      inner.finish();
+      read_fields_of(one, *given);
       if constexpr (requires { one.until_s; }) complain_unless_ordered(*given, one.from_s, one.until_s, "from_s", "until_s");
       signal = one;
     }
@@ -120,9 +131,7 @@ Input read_input(const YamlValue& value, const std::filesystem::path& folder) {
     value.complain("one of babble, replay, or duty_A and duty_B");
   if (babble) {
     BabbleInput input;
-    YamlMap inner(*babble);
-    BabbleInput::fields(input, Assign{inner});
-    inner.finish();
+    read_fields_of(input, *babble);
     complain_unless_ordered(*babble, input.lowest_deg, input.highest_deg, "lowest_deg", "highest_deg");
     complain_unless_ordered(*babble, input.shortest_hold_s, input.longest_hold_s, "shortest_hold_s", "longest_hold_s");
     return input;
@@ -130,8 +139,9 @@ Input read_input(const YamlValue& value, const std::filesystem::path& folder) {
   if (replay) {
     ReplayInput input;
     YamlMap inner(*replay);
-    const YamlValue& file = inner.require("recording", "a recording's file, looked for beside this one");
+    inner.find("recording");
     inner.finish();
+    const YamlValue& file = inner.require("recording", "a recording's file, looked for beside this one");
     std::filesystem::path path = folder / file.text();
     if (!std::filesystem::exists(path)) file.complain("no such file; looked for " + path.string());
     input.recording = read_recording(path);
@@ -149,9 +159,7 @@ SensorSettings read_sensor(const YamlValue& value, SensorSettings settings, cons
   sensor_fields(settings, unit, Assign{map});
   if (const YamlValue* given = map.find("stuck")) {
     Stuck stuck;
-    YamlMap inner(*given);
-    stuck_fields(stuck, Assign{inner});
-    inner.finish();
+    read_fields(*given, [&](auto&& visit) { stuck_fields(stuck, visit); });
     complain_unless_ordered(*given, stuck.from_s, stuck.until_s, "from_s", "until_s");
     settings.stuck = stuck;
   }
@@ -179,6 +187,13 @@ std::vector<std::string> comments_of(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return comments;
+}
+
+// As YAML's single quotes want it: a quote inside stands twice.
+std::string single_quoted(std::string_view path) {
+  std::string text = "'";
+  for (const char c : path) text += c == '\'' ? std::string("''") : std::string(1, c);
+  return text + "'";
 }
 
 void write_sensor(std::string& text, const std::string& name, const SensorSettings& settings, const std::string& unit) {
@@ -209,17 +224,24 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
   Scenario scenario;
   scenario.comments = comments_of(text);
   YamlMap map(root);
-  const YamlValue& format = map.require("format", "format: 1");
-  if (format.whole_number() != 1) format.complain("must be 1, the format that this version reads");
-  if (const YamlValue* seed = map.find("seed")) {
+  // A file of another format may have other keys; otherwise unknown keys come first, then what is missing.
+  if (const YamlValue* format = map.find("format"); format && format->whole_number() != 1)
+    format->complain("must be 1, the format that this version reads");
+  const YamlValue *seed = map.find("seed"), *duration = map.find("duration_s"), *period = map.find("sample_period_s"),
+                  *limb = map.find("plant"), *input = map.find("input"), *sensors = map.find("sensors"),
+                  *numerics = map.find("numerics"), *start = map.find("start");
+  map.finish();
+  map.require("format", "format: 1");
+  map.require("duration_s", "how long the scenario lasts");
+  if (seed) {
     scenario.seed = seed->whole_number();
     if (scenario.seed < 0) seed->complain("must not be negative");
   }
-  scenario.duration_s = map.require("duration_s", "how long the scenario lasts").number_in({0.1, 1e6});
-  if (const YamlValue* period = map.find("sample_period_s")) scenario.sample_period_s = period->number_in({0.001, 60.0});
-  if (const YamlValue* limb = map.find("plant")) scenario.limb = read_plant(*limb, folder);
-  if (const YamlValue* input = map.find("input")) scenario.input = read_input(*input, folder);
-  if (const YamlValue* sensors = map.find("sensors")) {
+  scenario.duration_s = duration->number_in({0.1, 1e6});
+  if (period) scenario.sample_period_s = period->number_in({0.001, 60.0});
+  if (limb) scenario.limb = read_plant(*limb, folder);
+  if (input) scenario.input = read_input(*input, folder);
+  if (sensors) {
     YamlMap inner(*sensors);
     if (const YamlValue* one = inner.find("temperature_A"))
       scenario.sensors.temperature[plant::A] = read_sensor(*one, scenario.sensors.temperature[plant::A], "degC");
@@ -228,21 +250,20 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
     if (const YamlValue* one = inner.find("angle")) scenario.sensors.angle = read_sensor(*one, scenario.sensors.angle, "deg");
     inner.finish();
   }
-  if (const YamlValue* numerics = map.find("numerics")) {
+  if (numerics) {
     YamlMap inner(*numerics);
     numerics_fields(scenario, Assign{inner});
     inner.finish();
   }
   const plant::Layout layout = plant::layout_of(scenario.limb.on);
   scenario.start.assign(layout.size(), std::nullopt);
-  if (const YamlValue* start = map.find("start")) {
+  if (start) {
     YamlMap inner(*start);
     for (std::size_t i = 0; i < layout.size(); ++i)
       if (const YamlValue* one = inner.find(start_key(layout.entries[i])))
         scenario.start[i] = one->number_in({-1000.0, 1000.0}) * start_unit(layout.entries[i]);
     inner.finish("a state that is left out is at rest");
   }
-  map.finish();
   if (scenario.ticks() > 20'000'000) root.complain("more than 20 million samples; shorten duration_s or lengthen sample_period_s");
   return scenario;
 }
@@ -258,14 +279,14 @@ std::string to_yaml(const Scenario& scenario) {
   std::string start;
   for (std::size_t i = 0; i < scenario.start.size(); ++i)
     if (scenario.start[i])
-      start += "  " + start_key(layout.entries[i]) + ": " + shortest(*scenario.start[i] / start_unit(layout.entries[i])) + "\n";
+      start += "  " + start_key(layout.entries[i]) + ": " + text_in_unit(*scenario.start[i], start_unit(layout.entries[i])) + "\n";
   text += start.empty() ? "start: {}\n" : "start:\n" + start;
   text += "input:";
   if (const auto* babble = std::get_if<BabbleInput>(&scenario.input)) {
     text += "\n  babble:\n";
     BabbleInput::fields(*babble, Write{text, "    "});
   } else if (const auto* replay = std::get_if<ReplayInput>(&scenario.input)) {
-    text += "\n  replay: { recording: \"" + replay->recording_path + "\" }\n";
+    text += "\n  replay: { recording: " + single_quoted(replay->recording_path) + " }\n";
   } else {
     const auto& open_loop = std::get<OpenLoopInput>(scenario.input);
     std::string duties;

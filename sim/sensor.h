@@ -10,7 +10,7 @@
 
 namespace sinew::sim {
 
-// From `from_s` until `until_s` the sensor reports what it reported last before.
+// From `from_s` until `until_s` the sensor reports what it reported last before; at the very beginning, its first value.
 struct Stuck {
   double from_s = 0.0;
   double until_s = 0.0;
@@ -37,13 +37,13 @@ class Sensor {
     if (settings_.step > 0.0) value = std::round(value / settings_.step) * settings_.step + 0.0;  // + 0.0: never -0
     const bool is_stuck = settings_.stuck && time_s >= settings_.stuck->from_s && time_s < settings_.stuck->until_s;
     if (is_stuck && last_) value = *last_;
-    if (!is_stuck) last_ = value;
+    if (!is_stuck || !last_) last_ = value;
     if (settings_.dropout_fraction > 0.0 && dropout_.uniform(n) < settings_.dropout_fraction)
       return std::numeric_limits<double>::quiet_NaN();
     return value;
   }
 
-  // What it reported last while it was not stuck: its only state.
+  // What it reported last while it was not stuck, or first where it has been stuck from the beginning: its only state.
   const std::optional<double>& last() const { return last_; }
   void set_last(std::optional<double> value) { last_ = value; }
 

@@ -13,12 +13,17 @@ namespace {
 
 std::string joined(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
 
-YamlValue convert(const YAML::Node& node, const std::string& file, const std::string& path) {
+// Deeper than any file that a person writes. An anchor that contains itself has no end.
+constexpr int deepest = 64;
+
+YamlValue convert(const YAML::Node& node, const std::string& file, const std::string& path, int depth = 0) {
   YamlValue value;
   value.file = file;
   value.path = path;
   value.line = node.Mark().line + 1;
   value.column = node.Mark().column + 1;
+  if (depth > deepest)
+    throw InputError({file, value.line, value.column, "", "", "is nested too deeply; does an anchor contain itself?"});
   switch (node.Type()) {
     case YAML::NodeType::Undefined:
     case YAML::NodeType::Null:
@@ -31,7 +36,7 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
     case YAML::NodeType::Sequence:
       value.kind = YamlValue::Kind::list;
       for (std::size_t i = 0; i < node.size(); ++i)
-        value.list.push_back(convert(node[i], file, path + "[" + std::to_string(i) + "]"));
+        value.list.push_back(convert(node[i], file, path + "[" + std::to_string(i) + "]", depth + 1));
       break;
     case YAML::NodeType::Map:
       value.kind = YamlValue::Kind::map;
@@ -44,7 +49,10 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
           if (entry.key == key)
             throw InputError({file, line, column, joined(path, key), "",
                               "stands twice; the first is in line " + std::to_string(entry.line)});
-        value.map.push_back({key, line, column, convert(pair.second, file, joined(path, key))});
+        value.map.push_back({key, line, column, convert(pair.second, file, joined(path, key), depth + 1)});
+        // The library places what is not there where the next thing begins.
+        YamlValue& added = value.map.back().value;
+        if (added.kind == YamlValue::Kind::empty) added.line = line, added.column = column;
       }
       break;
   }

@@ -1,0 +1,46 @@
+#include "diagnose/channels.h"
+
+#include <doctest/doctest.h>
+
+#include "sim/random.h"
+#include "tests/diagnose/one_limb.h"
+
+using namespace sinew;
+
+TEST_CASE("noise: white noise on a slow signal is found from second differences") {
+  sim::Recording recording;
+  const sim::RandomStream a(1, "a"), c(1, "c");
+  for (std::uint64_t k = 0; k < 6000; ++k) {
+    const double t = 0.1 * static_cast<double>(k);
+    recording.samples.push_back({t, {0.0, 0.0}, {60.0 + 20.0 * std::sin(t / 20.0) + 0.1 * a.normal(k), 25.0},
+                                 30.0 * std::sin(t / 5.0) + 0.05 * c.normal(k)});
+  }
+  const auto noise = diagnose::noise_of(recording);
+  // The standard deviation of an estimate from 6000 samples is about 1.5 %; cutting at 4 sigma takes 0.1 %.
+  CHECK(noise[0] == doctest::Approx(0.1).epsilon(0.05));
+  CHECK(noise[2] == doctest::Approx(0.05).epsilon(0.05));
+}
+
+TEST_CASE("noise: a quantised sensor without noise has that of its steps") {
+  sim::Recording recording;
+  for (int k = 0; k < 2000; ++k) {
+    const double t = 0.1 * k;
+    recording.samples.push_back({t, {0.0, 0.0}, {std::round((40.0 + 0.05 * t) / 0.25) * 0.25, 25.0}, 0.0});
+  }
+  // 0.25 / sqrt(12) = 0.0722
+  CHECK(diagnose::noise_of(recording)[0] == doctest::Approx(0.0722).epsilon(0.02));
+}
+
+TEST_CASE("correlation length: white residuals have 1, a first-order process has (1 + a)/(1 - a)") {
+  const sim::RandomStream chance(3, "residual");
+  std::vector<double> white, slow;
+  double state = 0.0;
+  for (std::uint64_t k = 0; k < 50000; ++k) {
+    white.push_back(chance.normal(k));
+    state = 0.8 * state + chance.normal(k);
+    slow.push_back(state);
+  }
+  CHECK(diagnose::correlation_samples(white) == doctest::Approx(1.0).epsilon(0.02));
+  // (1 + 0.8)/(1 - 0.8) = 9; the sum ends where the correlation falls below 0.05, which leaves out 2 * 0.05 / 0.2 = 0.4.
+  CHECK(diagnose::correlation_samples(slow) == doctest::Approx(8.6).epsilon(0.08));
+}

@@ -1,0 +1,71 @@
+#include "diagnose/fit.h"
+
+#include <doctest/doctest.h>
+
+#include "diagnose/calibrate.h"
+#include "tests/diagnose/one_limb.h"
+
+using namespace sinew;
+
+namespace {
+
+// Largest relative difference of a column from central differences, over the rows' norm.
+double worst_column(const diagnose::FitProblem& problem, const std::vector<double>& z) {
+  const auto rows = problem.residual_count(), columns = z.size();
+  std::vector<double> residuals(rows), low(rows), high(rows);
+  std::vector<double> jacobian(rows * columns);
+  REQUIRE(problem.evaluate(z.data(), residuals.data(), jacobian.data()));
+  double worst = 0.0;
+  for (std::size_t u = 0; u < columns; ++u) {
+    const double step = 1e-4;
+    auto there = z;
+    there[u] = z[u] + step;
+    REQUIRE(problem.evaluate(there.data(), high.data(), nullptr));
+    there[u] = z[u] - step;
+    REQUIRE(problem.evaluate(there.data(), low.data(), nullptr));
+    double difference = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double slope = (high[i] - low[i]) / (2.0 * step);
+      difference += std::pow(jacobian[i * columns + u] - slope, 2);
+      size += slope * slope;
+    }
+    INFO(problem.unknowns()[u].name);
+    CHECK(std::sqrt(difference / size) < 5e-3);
+    worst = std::max(worst, std::sqrt(difference / size));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("fit: the Jacobian over two recordings is that of differences, first values included") {
+  const sim::Recording first = testing::recorded(testing::babbling(25.0)), second = testing::recorded(testing::babbling(15.0));
+  plant::Limb<double> limb;
+  plant::set_in_file_units(limb, plant::parameter_index("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
+  plant::turn_on_by_strength(limb);
+  const diagnose::FitProblem problem(
+      limb, diagnose::fittable_parameters(limb),
+      {{&first, first.samples.size(), testing::paper_noise}, {&second, 100, testing::paper_noise}},
+      diagnose::StartPolicy::estimated, {plant::Method::arkode, 1e-10});
+  std::vector<double> z(problem.unknowns().size());
+  for (std::size_t u = 0; u < z.size(); ++u) z[u] = 0.03 * (u % 3) - 0.02;
+  // Differences of step 1e-4 over corners of the hysteresis are good to some 1e-3.
+  CHECK(worst_column(problem, z) > 0.0);
+}
+
+TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
+  sim::Recording recording = testing::recorded(testing::babbling(10.0));
+  recording.samples[5].angle_deg = std::nan("");
+  const diagnose::FitProblem problem(plant::Limb<double>{}, {plant::parameter_index("heat_loss_A_W_K")},
+                                     {{&recording, 50, testing::paper_noise}}, diagnose::StartPolicy::at_rest,
+                                     {plant::Method::cvode, 1e-8});
+  CHECK(problem.rows().size() == 3 * 50 - 1);
+  REQUIRE(problem.residual_count() == 150);
+  const double z = 0.7;
+  std::vector<double> residuals(150), jacobian(150);
+  REQUIRE(problem.evaluate(&z, residuals.data(), jacobian.data()));
+  CHECK(residuals.back() == 0.7);
+  CHECK(jacobian.back() == 1.0);
+  // One deviation of the prior is 0.02 W/K around 0.04.
+  CHECK(plant::get(problem.limb_at(&z), plant::parameter_index("heat_loss_A_W_K")) == doctest::Approx(0.054).epsilon(1e-12));
+}
