@@ -102,17 +102,6 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
                                                   : "they did NOT find the same optimum: the best one is reported, and may not be the best there is.");
 }
 
-nlohmann::ordered_json error_json(const diagnose::ChannelError& error) {
-  nlohmann::ordered_json json{{"samples", error.samples}};
-  if (error.samples) {
-    json["rmse"] = error.rmse;
-    json["bias"] = error.bias;
-    json["largest"] = error.largest;
-    json["more_than_noise"] = error.more_than_noise;
-  }
-  return json;
-}
-
 nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
                                         const diagnose::Comparison& comparison) {
   nlohmann::ordered_json json;
@@ -139,10 +128,7 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
     if (!e.told()) one["trades_off_with"] = {{"name", e.partner}, {"correlation", e.partner_correlation}};
     json[is_parameter(e) ? "parameters" : "first_values"].push_back(one);
   }
-  for (std::size_t c = 0; c < diagnose::channel_count; ++c)
-    json["channels"][std::string(diagnose::channels[c].column)] = {{"noise", comparison.noise[c]},
-                                                                   {"fitted", error_json(comparison.fitted[c])},
-                                                                   {"not_fitted", error_json(comparison.unfitted[c])}};
+  json["channels"] = channels_json(comparison);
   return json;
 }
 
@@ -261,14 +247,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->footer("Examples:\n"
                   "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
                   "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");
-  command->callback([arguments, &exit_code] {
-    try {
-      exit_code = calibrate_command(*arguments);
-    } catch (const diagnose::Stopped&) {
-      std::fputs("stopped; nothing was written\n", stderr);
-      exit_code = interrupted_exit_code;
-    }
-  });
+  command->callback([arguments, &exit_code] { exit_code = calibrate_command(*arguments); });
 }
 
 }  // namespace sinew::apps

@@ -24,11 +24,6 @@ struct CompareArguments {
   bool at_rest = false, json = false;
 };
 
-nlohmann::ordered_json json_of(const diagnose::ChannelError& error) {
-  return {{"samples", error.samples}, {"rmse", error.rmse}, {"bias", error.bias}, {"largest", error.largest},
-          {"more_than_noise", error.more_than_noise}};
-}
-
 int compare_command(const CompareArguments& arguments) {
   const sim::Recording recording = sim::read_recording(arguments.recording);
   const plant::Limb<double> limb = sim::read_plant_file(arguments.plant);
@@ -51,10 +46,7 @@ int compare_command(const CompareArguments& arguments) {
     nlohmann::ordered_json json;
     json["recording"] = arguments.recording;
     json["plant"] = arguments.plant;
-    for (std::size_t c = 0; c < diagnose::channel_count; ++c) {
-      json["channels"][std::string(diagnose::channels[c].column)] = json_of(comparison.fitted[c]);
-      json["channels"][std::string(diagnose::channels[c].column)]["noise"] = noise[c];
-    }
+    json["channels"] = channels_json(comparison);
     std::printf("%s\n", json.dump(2).c_str());
   } else {
     std::fputs(recording.notes.summary().c_str(), stdout);
@@ -98,14 +90,7 @@ void add_compare(CLI::App& program, int& exit_code) {
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer("Example:\n  sinew compare recording.csv --plant results/mine/plant.yaml --out results/mine");
-  command->callback([arguments, &exit_code] {
-    try {
-      exit_code = compare_command(*arguments);
-    } catch (const diagnose::Stopped&) {
-      std::fputs("stopped; nothing was written\n", stderr);
-      exit_code = interrupted_exit_code;
-    }
-  });
+  command->callback([arguments, &exit_code] { exit_code = compare_command(*arguments); });
 }
 
 }  // namespace sinew::apps

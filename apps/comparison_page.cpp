@@ -139,6 +139,25 @@ report::Table error_table(const diagnose::Comparison& comparison) {
   return table;
 }
 
+nlohmann::ordered_json channels_json(const diagnose::Comparison& comparison) {
+  const auto json_of = [](const diagnose::ChannelError& error) {
+    nlohmann::ordered_json json{{"samples", error.samples}};
+    if (error.samples > 0) {
+      json["rmse"] = error.rmse;
+      json["bias"] = error.bias;
+      json["largest"] = error.largest;
+      json["more_than_noise"] = error.more_than_noise;
+    }
+    return json;
+  };
+  nlohmann::ordered_json json;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    json[std::string(channels[c].column)] = {{"noise", comparison.noise[c]},
+                                             {"fitted", json_of(comparison.fitted[c])},
+                                             {"not_fitted", json_of(comparison.unfitted[c])}};
+  return json;
+}
+
 std::vector<std::string> findings(const diagnose::Comparison& comparison) {
   std::vector<std::string> lines;
   for (std::size_t c = 0; c < channel_count; ++c) {

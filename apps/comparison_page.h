@@ -1,6 +1,7 @@
-// What `compare` and `calibrate` show of a limb against a recording: the same words, tables and pictures.
+// What `compare` and `calibrate` show of a limb against a recording: the same words, tables, pictures and JSON.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,9 @@ namespace sinew::apps {
 
 // RMSE per channel, fitted and not fitted, with noise, bias and the share that is more than noise.
 report::Table error_table(const diagnose::Comparison& comparison);
+
+// The same for programs: a map from column to noise and errors.
+nlohmann::ordered_json channels_json(const diagnose::Comparison& comparison);
 
 // One sentence per channel: how far off, when most of it happens.
 std::vector<std::string> findings(const diagnose::Comparison& comparison);

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/app.h"
+#include "diagnose/calibrate.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 
@@ -30,6 +31,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     const int code = program.exit(e);
     return code == 0 ? 0 : 2;
+  } catch (const diagnose::Stopped&) {
+    std::fputs("stopped; nothing was written\n", stderr);
+    return apps::interrupted_exit_code;
   } catch (const sim::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;

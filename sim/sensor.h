@@ -22,7 +22,7 @@ struct SensorSettings {
   double step = 0.0;              // quantisation; 0: none
   double bias = 0.0;              // added before noise and steps
   double dropout_fraction = 0.0;  // of samples that are missing, at random
-  std::optional<Stuck> stuck;
+  std::optional<Stuck> stuck{};
 };
 
 class Sensor {

@@ -1,5 +1,5 @@
-// A picture of a whole page, or of a figure alone:
-//   node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark]
+// A picture of a whole page (or, with 'top', of its first screen), or of a figure alone:
+//   node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark] [whole|top]
 
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
@@ -7,9 +7,9 @@ import {join} from 'node:path';
 
 import {with_report} from './browser.mjs';
 
-const [path, out, width, height, scheme] = process.argv.slice(2);
+const [path, out, width, height, scheme, extent] = process.argv.slice(2);
 if (!out) {
-  console.error('usage: node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark]');
+  console.error('usage: node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark] [whole|top]');
   process.exit(2);
 }
 const options = {width: Number(width ?? 1280), height: Number(height ?? 900), colorScheme: scheme ?? 'light'};
@@ -22,7 +22,7 @@ try {
   }
   await with_report(shown, options, async ({page, complaints}) => {
     await page.waitForTimeout(200);
-    await page.screenshot({path: out, fullPage: true});
+    await page.screenshot({path: out, fullPage: extent !== 'top'});
     for (const complaint of complaints) console.error(complaint);
   });
 } finally {

@@ -26,7 +26,7 @@ inline Profile babbling_profile() {
     plant::Coil coil;
   };
   constexpr Stretch drawn[] = {{4.8, 0.60, 0.55, plant::A},  {8.0, 0.25, 0.12, plant::A},  {13.6, 0.00, 0.00, plant::A},
-                               {20.0, 0.30, 0.55, plant::B}, {24.0, 0.45, 0.40, plant::B}, {26.8, 0.05, 0.00, plant::B},
+                               {20.0, 0.30, 0.55, plant::B}, {24.0, 0.45, 0.40, plant::B}, {26.8, 0.075, 0.00, plant::B},
                                {31.6, 0.50, 0.60, plant::A}, {33.2, 0.02, 0.00, plant::A}, {36.0, 0.40, 0.60, plant::B}};
   Profile profile{{}, 36.0};
   double from_s = 0.0;

@@ -1,0 +1,99 @@
+#include "plant/integrator.h"
+
+#include <stdexcept>
+
+#include "tests/plant/one_instant.h"
+
+using namespace sinew::plant;
+using namespace sinew::test;
+
+TEST_CASE("integrator: a run begins at rest, where what is held at the start acts") {
+  Integrator run(Limb<double>{}, Start{{}, {0.3, 0.0}}, {});
+  CHECK(run.time_s() == 0.0);
+  CHECK(run.state()[0] == 25.0);
+  CHECK(run.state()[4] == 0.0);
+  CHECK(run.instant().joule_heat_W[A] == by_hand(5.88));
+}
+
+TEST_CASE("integrator: a duty that is commanded again unchanged is no jump") {
+  Integrator run(Limb<double>{}, Start{}, {});
+  for (int tick = 0; tick < 10; ++tick) {
+    run.hold({0.6, 0.0});
+    REQUIRE_FALSE(run.advance_to(0.1 * (tick + 1)));
+  }
+  CHECK(run.counters().restarts == 1);
+  run.hold({0.5, 0.0});
+  REQUIRE_FALSE(run.advance_to(1.1));
+  CHECK(run.counters().restarts == 2);
+}
+
+TEST_CASE("integrator: of two commands at one moment the later one holds") {
+  Integrator run(Limb<double>{}, Start{}, {});
+  run.hold({0.6, 0.0});
+  run.hold({0.0, 0.2});
+  CHECK(run.instant().duty_fraction == PerCoil<double>{0.0, 0.2});
+  REQUIRE_FALSE(run.advance_to(1.0));
+  CHECK(run.state()[0] == 25.0);
+}
+
+TEST_CASE("integrator: counters only grow, over restarts too, and say what was done") {
+  for (const Method method : {Method::cvode, Method::arkode}) {
+    Integrator run(Limb<double>{}, Start{}, {.method = method});
+    SolverCounters before = run.counters();
+    for (int tick = 0; tick < 5; ++tick) {
+      run.hold({0.1 * (tick + 1), 0.0});
+      REQUIRE_FALSE(run.advance_to(0.5 * (tick + 1)));
+      const SolverCounters now = run.counters();
+      CHECK(now.steps > before.steps);
+      CHECK(now.rhs_evaluations >= before.rhs_evaluations + (now.steps - before.steps));
+      CHECK(now.restarts == before.restarts + 1);
+      CHECK(now.error_test_failures >= before.error_test_failures);
+      before = now;
+    }
+    CHECK((before.jacobian_evaluations > 0) == (method == Method::cvode));
+  }
+}
+
+TEST_CASE("integrator: the automatic method is explicit for the core and implicit where dry friction is stiff") {
+  const auto jacobians = [](const Limb<double>& limb) {
+    Integrator run(limb, Start{}, {.method = Method::automatic});
+    run.hold({0.6, 0.0});
+    REQUIRE_FALSE(run.advance_to(5.0));
+    return run.counters().jacobian_evaluations;
+  };
+  CHECK(jacobians(Limb<double>{}) == 1);  // the one by which it chose
+  CHECK(jacobians(limb_with("dry_friction", {{"moment_Nm", 0.003}})) > 1);
+}
+
+TEST_CASE("integrator: a start that does not fit the limb is refused") {
+  const Start start{std::vector<std::optional<double>>(7), {}};
+  CHECK_THROWS_WITH_AS(Integrator(Limb<double>{}, start, {}), "start must give one entry a state", std::invalid_argument);
+}
+
+TEST_CASE("integrator: a request that does not fit the limb is refused") {
+  const auto with_request = [](const SensitivityRequest& request) { Integrator(Limb<double>{}, Start{}, {}, request); };
+  CHECK_THROWS_AS(with_request({{}, {0}}), std::invalid_argument);   // not given, so there is nothing to vary
+  CHECK_THROWS_AS(with_request({{}, {99}}), std::invalid_argument);  // no such state
+  CHECK_THROWS_AS(with_request({{parameters().size()}, {}}), std::invalid_argument);  // no such parameter
+}
+
+TEST_CASE("integrator: to ask for sensitivities changes no reading by more than the tolerance") {
+  for (const Method method : {Method::cvode, Method::arkode}) {
+    const NumericalSettings settings{.method = method};
+    Integrator alone(Limb<double>{}, Start{}, settings);
+    Integrator asked(Limb<double>{}, Start{}, settings, {{0, 5, 9}, {}});
+    for (Integrator* run : {&alone, &asked}) {
+      run->hold({0.6, 0.0});
+      REQUIRE_FALSE(run->advance_to(6.0));
+    }
+    Reading<double> reading;
+    Eigen::Matrix<double, 3, Eigen::Dynamic> sensitivity;
+    asked.reading_with_sensitivity(reading, sensitivity);
+    CHECK(sensitivity.cols() == 3);
+    CHECK(reading.temperature_degC[A] == asked.reading().temperature_degC[A]);
+    CHECK(reading.angle_rad == asked.reading().angle_rad);
+    // Steps may differ; each keeps to 1e-8, and some hundred of them add up.
+    CHECK(std::abs(reading.angle_rad - alone.reading().angle_rad) < 1e-6);
+    CHECK(std::abs(reading.temperature_degC[A] - alone.reading().temperature_degC[A]) < 1e-4);
+  }
+}

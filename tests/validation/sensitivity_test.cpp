@@ -1,0 +1,232 @@
+// Sensitivities of both methods against differences of runs that share nothing with them but the equations: Runge-Kutta
+// with a fixed step, which is smooth in the parameters, so that the steps of the differences may be small.
+#include "plant/integrator.h"
+#include "tests/plant/one_instant.h"
+#include "tests/validation/drive.h"
+#include "tests/validation/runge_kutta.h"
+
+using namespace sinew::plant;
+using namespace sinew::test;
+
+namespace {
+
+// What is compared at each sample: three readings, then all states.
+constexpr std::size_t readings = 3;
+constexpr std::size_t angular_velocity_row = readings + core_state::angular_velocity;
+
+struct Trial {
+  Limb<double> limb;
+  std::vector<std::optional<double>> given;  // empty: at rest
+  SensitivityRequest request;
+  Profile profile = babbling_profile();
+  double step_s = 1e-3;  // of the fixed step; must be stable for the limb's fastest motion
+  // Whether a parameter stands at the end of its range, so that it can only be moved to one side: +1, -1, or 0 for neither.
+  int side = 0;
+  // How far the two may be apart; see below.
+  double tolerance = 3e-3;
+  bool at_two_steps = true;  // whether to see that the differences do not depend on their step
+
+  std::size_t rows() const { return readings + layout_of(limb.on).size(); }
+  std::vector<double> sample_times_s() const { return sample_times_between_jumps(profile.end_s); }
+  // A change of this size is large: of a parameter in internal units, or of a first value.
+  double size(std::size_t column) const {
+    if (column >= request.parameters.size())
+      return layout_of(limb.on).entries[request.initial_states[column - request.parameters.size()]].declaration.scale;
+    const Declaration& declared = parameters()[request.parameters[column]].declaration;
+    return std::max(std::abs(declared.typical), declared.prior_deviation) * declared.unit.internal_per_unit;
+  }
+  std::string name(std::size_t column) const {
+    if (column < request.parameters.size()) return parameters()[request.parameters[column]].key();
+    return "first " + layout_of(limb.on).entries[request.initial_states[column - request.parameters.size()]].key;
+  }
+};
+
+// [rows x samples] of a run in which one column's quantity is moved by so much.
+Eigen::MatrixXd moved(const Trial& trial, std::size_t column, double by) {
+  Limb<double> limb = trial.limb;
+  std::vector<std::optional<double>> given = trial.given;
+  if (column < trial.request.parameters.size()) {
+    const std::size_t p = trial.request.parameters[column];
+    set(limb, p, get(limb, p) + by);
+  } else {
+    *given[trial.request.initial_states[column - trial.request.parameters.size()]] += by;
+  }
+  const auto samples = runge_kutta(limb, given, trial.profile, trial.sample_times_s(), trial.step_s);
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(samples.size()));
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    result.col(static_cast<Eigen::Index>(k)) << samples[k].reading.temperature_degC[A], samples[k].reading.temperature_degC[B],
+        samples[k].reading.angle_rad, Eigen::Map<const Eigen::VectorXd>(samples[k].state.data(), static_cast<Eigen::Index>(samples[k].state.size()));
+  return result;
+}
+
+Eigen::MatrixXd difference_quotient(const Trial& trial, std::size_t column, double step) {
+  if (trial.side == 0) return (moved(trial, column, step) - moved(trial, column, -step)) / (2.0 * step);
+  const double h = trial.side * step;  // to second order from one side
+  return (4.0 * moved(trial, column, h) - 3.0 * moved(trial, column, 0.0) - moved(trial, column, 2.0 * h)) / (2.0 * h);
+}
+
+// One matrix a column, [rows x samples].
+std::vector<Eigen::MatrixXd> integrated(const Trial& trial, Method method) {
+  Integrator run(trial.limb, Start{trial.given, {}}, {.method = method, .relative_tolerance = 1e-9, .most_steps = 1000000}, trial.request);
+  const auto times_s = trial.sample_times_s();
+  std::vector<Eigen::MatrixXd> columns(trial.request.columns(), Eigen::MatrixXd(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(times_s.size())));
+  drive(run, trial.profile, times_s, [&](std::size_t k) {
+    Reading<double> reading;
+    Eigen::Matrix<double, 3, Eigen::Dynamic> of_reading;
+    run.reading_with_sensitivity(reading, of_reading);
+    const Eigen::MatrixXd of_state = run.state_sensitivity();
+    for (std::size_t c = 0; c < columns.size(); ++c)
+      columns[c].col(static_cast<Eigen::Index>(k)) << of_reading.col(static_cast<Eigen::Index>(c)), of_state.col(static_cast<Eigen::Index>(c));
+  });
+  return columns;
+}
+
+struct Disagreement {
+  double elsewhere = 0.0, angular_velocity = 0.0;
+};
+
+// Row by row: the norm over the run of the difference, as a share of the norm of what is expected. A row that the column
+// hardly moves, less than a thousandth of its scale for a large change, is judged as if it were moved that much.
+Disagreement disagreement(const Trial& trial, std::size_t column, const Eigen::MatrixXd& found, const Eigen::MatrixXd& expected) {
+  const Layout layout = layout_of(trial.limb.on);
+  Disagreement worst;
+  for (std::size_t r = 0; r < trial.rows(); ++r) {
+    const auto row = static_cast<Eigen::Index>(r);
+    const double scale = r < 2 ? 50.0 : r == 2 ? 1.0 : layout.entries[r - readings].declaration.scale;
+    const double least = 1e-3 * scale / trial.size(column) * std::sqrt(static_cast<double>(expected.cols()));
+    const double share = (found.row(row) - expected.row(row)).norm() / std::max(expected.row(row).norm(), least);
+    double& kept = r == angular_velocity_row ? worst.angular_velocity : worst.elsewhere;
+    kept = std::max(kept, std::isfinite(share) ? share : 1e300);
+  }
+  return worst;
+}
+
+// Tolerances. Away from corners both sides are right to 1e-6. A fraction that meets an envelope has a rate with a corner,
+// and its sensitivity a rate with a jump: a step over it, of either integration, leaves an error of the step's length times
+// the jump, as does a difference whose two runs meet the envelope in different steps. With some dozens of such meetings in
+// a run that is 1e-4 to 1e-3 of the whole. The angular velocity is the derivative of such a thing, in bursts of 5 ms: ten
+// times as much. Differences at steps of 1e-5 and 1e-6 of a parameter's size see the corners alike, or nothing is proved.
+void check(const Trial& trial) {
+  const auto cvode = integrated(trial, Method::cvode), arkode = integrated(trial, Method::arkode);
+  for (std::size_t c = 0; c < trial.request.columns(); ++c) {
+    const Eigen::MatrixXd expected = difference_quotient(trial, c, 1e-6 * trial.size(c));
+    Disagreement of_differences;
+    if (trial.at_two_steps)
+      of_differences = disagreement(trial, c, difference_quotient(trial, c, 1e-5 * trial.size(c)), expected);
+    const Disagreement of_cvode = disagreement(trial, c, cvode[c], expected);
+    const Disagreement of_arkode = disagreement(trial, c, arkode[c], expected);
+    INFO(trial.name(c), ": differences ", of_differences.elsewhere, ", cvode ", of_cvode.elsewhere, " (angular velocity ",
+         of_cvode.angular_velocity, "), arkode ", of_arkode.elsewhere, " (angular velocity ", of_arkode.angular_velocity, ")");
+    CHECK(of_differences.elsewhere < trial.tolerance);
+    CHECK(of_cvode.elsewhere < trial.tolerance);
+    CHECK(of_arkode.elsewhere < trial.tolerance);
+    CHECK(of_differences.angular_velocity < 10.0 * trial.tolerance);
+    CHECK(of_cvode.angular_velocity < 10.0 * trial.tolerance);
+    CHECK(of_arkode.angular_velocity < 10.0 * trial.tolerance);
+  }
+}
+
+// Dry friction at its usual smoothing decays in a third of a millisecond.
+double stable_step_s(std::string_view effect) { return effect == "dry_friction" ? 5e-4 : 1e-3; }
+
+// A minor loop fades in over 0.005 of a fraction, a corner at either end of it at every turn of the temperature.
+double tolerance_of(std::string_view effect) { return effect == "minor_loops" ? 2e-2 : 3e-3; }
+
+Limb<double> typical(std::size_t effect) {
+  Limb<double> limb;
+  turn_on_typical(limb, effect);
+  if (effects()[effect].name == "airflow_change") set_in_file_units(limb, parameter_index("airflow_change.onset_s"), 12.34);
+  return limb;
+}
+
+std::vector<std::size_t> real_parameters(std::size_t effect) {
+  std::vector<std::size_t> real;
+  for (std::size_t p = 0; p < parameters().size(); ++p)
+    if (parameters()[p].effect == effect && parameters()[p].declaration.kind == Kind::real) real.push_back(p);
+  return real;
+}
+
+// In mid-motion: both wires warm, both fractions inside their loops, the limb bent and moving, effects not at rest.
+std::vector<std::optional<double>> in_motion(const Limb<double>& limb) {
+  std::vector<std::optional<double>> given{40.0, 30.0, 0.97, 0.992, 0.1, 0.5};
+  const Layout layout = layout_of(limb.on);
+  for (std::size_t i = given.size(); i < layout.size(); ++i)
+    given.push_back(layout.entries[i].declaration.unit.text == "degC" ? 33.0 : 0.05);
+  return given;
+}
+
+}  // namespace
+
+TEST_CASE("the run of these tests takes both fractions through their loops and the limb past 30 degrees both ways") {
+  const auto samples = runge_kutta(Limb<double>{}, {}, babbling_profile(), sample_times_between_jumps(36.0), 1e-3);
+  double least[5] = {1e9, 1e9, 1e9, 1e9, 1e9}, most[5] = {-1e9, -1e9, -1e9, -1e9, -1e9};
+  for (const Sample& sample : samples)
+    for (std::size_t i = 0; i < 5; ++i) {
+      least[i] = std::min(least[i], sample.state[i]);
+      most[i] = std::max(most[i], sample.state[i]);
+    }
+  for (const std::size_t j : coils) {
+    CHECK(least[core_state::martensite + j] < 0.05);
+    CHECK(most[core_state::martensite + j] > 0.99);
+  }
+  CHECK(least[core_state::angle] < -30.0 * radians_per_degree);
+  CHECK(most[core_state::angle] > 30.0 * radians_per_degree);
+}
+
+TEST_CASE("sensitivities are what differences say: every parameter of the core") {
+  check({.limb = {}, .given = {}, .request = {real_parameters(no_effect), {}}});
+}
+
+TEST_CASE("sensitivities are what differences say: every parameter of every effect") {
+  for (std::size_t e = 0; e < effect_count; ++e) {
+    const auto name = effects()[e].name;
+    const auto real = real_parameters(e);
+    if (real.empty()) continue;
+    check({.limb = typical(e), .given = {}, .request = {real, {}}, .step_s = stable_step_s(name), .tolerance = tolerance_of(name)});
+  }
+}
+
+TEST_CASE("sensitivities are what differences say: every effect's strength at its null") {
+  for (std::size_t e = 0; e < effect_count; ++e) {
+    const auto name = effects()[e].name;
+    const std::size_t strength = effects()[e].strength;
+    const Declaration& declared = parameters()[strength].declaration;
+    if (declared.kind != Kind::real) continue;
+    Trial trial{.limb = typical(e), .given = {}, .request = {{strength}, {}}, .step_s = stable_step_s(name), .tolerance = tolerance_of(name)};
+    set_in_file_units(trial.limb, strength, *declared.null_value);
+    trial.side = *declared.null_value == declared.range.lowest ? 1 : *declared.null_value == declared.range.highest ? -1 : 0;
+    // Just inside the loops: a wire at rest stands on the corner of its cooling envelope, where sides differ.
+    trial.given.resize(layout_of(trial.limb.on).size());
+    trial.given[core_state::martensite + A] = trial.given[core_state::martensite + B] = 0.995;
+    check(trial);
+  }
+}
+
+TEST_CASE("sensitivities are what differences say: every first value of a state") {
+  const auto check_first_values = [](const Limb<double>& limb, double step_s, double tolerance) {
+    Trial trial{.limb = limb, .given = in_motion(limb), .request = {}, .step_s = step_s, .tolerance = tolerance};
+    for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(i);
+    check(trial);
+  };
+  check_first_values(Limb<double>{}, 1e-3, 3e-3);
+  for (std::size_t e = 0; e < effect_count; ++e) {
+    const Limb<double> limb = typical(e);
+    if (layout_of(limb.on).size() > core_state::count) check_first_values(limb, stable_step_s(effects()[e].name), 3e-3);
+  }
+}
+
+TEST_CASE("sensitivities are what differences say: all parameters and first values with all effects at once") {
+  Trial trial{.limb = {}, .given = {}, .request = {}};
+  trial.tolerance = 2e-2;  // as for minor loops
+  trial.profile.end_s = 18.0;
+  trial.at_two_steps = false;  // each has been seen alone
+  for (std::size_t e = 0; e < effect_count; ++e) turn_on_typical(trial.limb, e);
+  set_in_file_units(trial.limb, parameter_index("airflow_change.onset_s"), 12.34);
+  set_in_file_units(trial.limb, parameter_index("dry_friction.smoothing_rad_s"), 0.5);  // so that the fixed step is stable
+  set_in_file_units(trial.limb, parameter_index("hard_stop.angle_deg"), 10.0);          // so that it is reached
+  for (std::size_t p = 0; p < parameters().size(); ++p)
+    if (parameters()[p].declaration.kind == Kind::real) trial.request.parameters.push_back(p);
+  trial.given = in_motion(trial.limb);
+  for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(i);
+  check(trial);
+}

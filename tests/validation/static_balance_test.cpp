@@ -1,0 +1,186 @@
+// Where the beam comes to rest, against a root of the moment written out here and found by bisection.
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "plant/integrator.h"
+#include "tests/plant/one_instant.h"
+#include "tests/validation/drive.h"
+
+using namespace sinew::plant;
+using namespace sinew::test;
+
+namespace {
+
+// A falling function's root between the limits, to the last bits.
+double bisect(const std::function<double(double)>& falling, double low, double high) {
+  REQUIRE(falling(low) > 0.0);
+  REQUIRE(falling(high) < 0.0);
+  for (int n = 0; n < 200; ++n) {
+    const double middle = 0.5 * (low + high);
+    (falling(middle) > 0.0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+double logistic(double temperature_degC, double midpoint_degC, double width_K) {
+  return 1.0 / (1.0 + std::exp((temperature_degC - midpoint_degC) / width_K));
+}
+
+// Tension of a default coil, written out.
+double tension_N(double fraction, double longer_share, double shortening_m) {
+  return (313.0 - 200.0 * fraction) * (0.030 - shortening_m - 0.028 * longer_share);
+}
+
+// Rounding of the moment, 1e-17 N m, over the least stiffness, 0.05 N m/rad, and of the Newton steps' differences.
+constexpr double rest_rad = 1e-12;
+
+}  // namespace
+
+TEST_CASE("at rest the core's beam stands where tensions and bending balance") {
+  std::mt19937_64 bits(4711);
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
+  };
+  for (int n = 0; n < 50; ++n) {
+    Limb<double> limb;
+    Core<double>& core = limb.core;
+    core.austenite_stiffness_N_m = between(200.0, 400.0);
+    core.martensite_stiffness_N_m = between(50.0, 200.0);
+    core.coil_stretch_m = between(0.01, 0.04);
+    core.transformation_stretch_m = between(0.01, 0.04);
+    core.moment_arm_m = {between(0.003, 0.01), between(0.003, 0.01)};
+    core.beam_stiffness_Nm_rad = between(0.03, 0.1);
+    core.bend_sign = n % 2 ? 1.0 : -1.0;
+    const double a = between(0.0, 1.0), b = between(0.0, 1.0);
+    std::vector<std::optional<double>> given(6);
+    given[0] = between(20.0, 100.0);
+    given[2] = a;
+    given[3] = b;
+    const auto y = Equations<double>(limb).rest({}, given);
+    const auto moment = [&](double theta) {
+      const double sign = core.bend_sign, arm_a = core.moment_arm_m[A], arm_b = core.moment_arm_m[B];
+      const double ka = core.austenite_stiffness_N_m, km = core.martensite_stiffness_N_m;
+      const double fa = (ka + a * (km - ka)) * (core.coil_stretch_m - sign * arm_a * theta - a * core.transformation_stretch_m);
+      const double fb = (ka + b * (km - ka)) * (core.coil_stretch_m + sign * arm_b * theta - b * core.transformation_stretch_m);
+      return sign * (arm_a * fa - arm_b * fb) - core.beam_stiffness_Nm_rad * theta;
+    };
+    CHECK(std::abs(y[4] - bisect(moment, -6.0, 6.0)) < rest_rad);
+    CHECK(y[0] == *given[0]);
+    CHECK(y[1] == 25.0);
+    CHECK(y[2] == a);
+    CHECK(y[5] == 0.0);
+  }
+}
+
+TEST_CASE("at rest with weight, stiffening, a stop, slack, an R-phase, creep and friction, all at once") {
+  Limb<double> limb;
+  turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}, {"tilt_deg", 35.0}});
+  turn_on(limb, "cubic_stiffening", {{"stiffness_Nm_rad3", 0.08}});
+  turn_on(limb, "hard_stop", {{"stiffness_Nm_rad", 0.15}, {"angle_deg", 12.0}});
+  turn_on(limb, "coil_slack", {{"enabled", 1.0}});
+  turn_on(limb, "r_phase", {{"share", 0.3}, {"midpoint_degC", 45.0}, {"width_K", 4.0}});
+  turn_on(limb, "viscoelastic_creep", {{"stiffness_Nm_rad", 0.03}});  // relaxed at rest: no moment
+  turn_on(limb, "dry_friction", {{"moment_Nm", 0.01}});               // not moving: no moment
+  turn_on(limb, "fatigue", {{"loss_per_cycle", 0.01}});               // no cycle done yet
+  struct Case {
+    double t_a, t_b, xi_a, xi_b;
+  };
+  // Hot A, hot B (so that it leans on the stop from the other side), both half-way, and one where the cold coil is slack.
+  for (const Case& c : {Case{95.0, 25.0, 0.05, 0.99}, Case{25.0, 95.0, 0.99, 0.05}, Case{67.0, 67.0, 0.5, 0.5}, Case{25.0, 120.0, 1.0, 0.0}}) {
+    std::vector<std::optional<double>> given(layout_of(limb.on).size());
+    given[0] = c.t_a;
+    given[1] = c.t_b;
+    given[2] = c.xi_a;
+    given[3] = c.xi_b;
+    const auto y = Equations<double>(limb).rest({}, given);
+    const auto moment = [&](double theta) {
+      constexpr double degree = std::numbers::pi / 180.0;
+      const double fa = std::max(0.0, tension_N(c.xi_a, 0.7 * c.xi_a + 0.3 * logistic(c.t_a, 45.0, 4.0), 0.006 * theta));
+      const double fb = std::max(0.0, tension_N(c.xi_b, 0.7 * c.xi_b + 0.3 * logistic(c.t_b, 45.0, 4.0), -0.006 * theta));
+      const double beyond = std::max(0.0, std::abs(theta) - 12.0 * degree);
+      return 0.006 * (fa - fb) - 0.05 * theta - 0.08 * theta * theta * theta - 0.02 * std::sin(theta + 35.0 * degree) -
+             0.15 * (theta < 0.0 ? -beyond : beyond);
+    };
+    CHECK(std::abs(y[4] - bisect(moment, -2.0, 2.0)) < rest_rad);
+  }
+}
+
+TEST_CASE("at rest with stress shift, fractions and bend settle together") {
+  // Room temperature, one side warm, both warm alike (so that the beam is straight from the first), and a strong shift.
+  struct Case {
+    double shift_K_N;
+    PerCoil<double> temperature_degC;
+  };
+  for (const auto& [shift_K_N, temperature_degC] :
+       {Case{0.8, {25.0, 25.0}}, {0.8, {62.0, 25.0}}, {0.8, {30.0, 66.0}}, {0.8, {62.0, 62.0}}, {2.5, {25.0, 25.0}}, {2.5, {70.0, 25.0}}, {5.0, {70.0, 25.0}}}) {
+    CAPTURE(shift_K_N);
+    CAPTURE(temperature_degC[A]);
+    CAPTURE(temperature_degC[B]);
+    const auto limb = limb_with("stress_shift", {{"shift_K_N", shift_K_N}});
+    std::vector<std::optional<double>> given(6);
+    given[0] = temperature_degC[A];
+    given[1] = temperature_degC[B];
+    const auto y = Equations<double>(limb).rest({}, given);
+    // A coil's fraction is the root of xi = xi_cool(T - F(xi) / C_F) at its stretch; the beam's angle that of the moment.
+    const double shift = shift_K_N;
+    const auto fraction = [shift](double t_degC, double shortening_m) {
+      return bisect([&](double xi) { return logistic(t_degC, 60.0 + shift * tension_N(xi, xi, shortening_m), 7.0) - xi; }, -0.1, 1.1);
+    };
+    const auto moment = [&](double theta) {
+      const double a = fraction(temperature_degC[A], 0.006 * theta), b = fraction(temperature_degC[B], -0.006 * theta);
+      return 0.006 * (tension_N(a, a, 0.006 * theta) - tension_N(b, b, -0.006 * theta)) - 0.05 * theta;
+    };
+    const double theta = bisect(moment, -2.0, 2.0);
+    CHECK(std::abs(y[4] - theta) < rest_rad);
+    CHECK(std::abs(y[2] - fraction(temperature_degC[A], 0.006 * theta)) < rest_rad);
+    CHECK(std::abs(y[3] - fraction(temperature_degC[B], -0.006 * theta)) < rest_rad);
+  }
+}
+
+TEST_CASE("a limb that is let go goes to the bend at which it balances") {
+  Limb<double> limb;
+  turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}, {"tilt_deg", 35.0}});
+  turn_on(limb, "cubic_stiffening", {{"stiffness_Nm_rad3", 0.08}});
+  turn_on(limb, "hard_stop", {{"stiffness_Nm_rad", 0.15}, {"angle_deg", 12.0}});
+  turn_on(limb, "coil_slack", {{"enabled", 1.0}});
+  turn_on(limb, "viscoelastic_creep", {{"stiffness_Nm_rad", 0.03}, {"time_constant_s", 0.5}});
+  turn_on(limb, "dry_friction", {{"moment_Nm", 0.001}, {"smoothing_rad_s", 0.1}});
+  std::vector<std::optional<double>> given(layout_of(limb.on).size());
+  given[0] = 100.0;
+  given[2] = 0.02;  // inside the loop, 0.003 to 0.027
+  given[3] = 0.995;
+  given[4] = -0.4;
+  const auto moment = [](double theta) {
+    constexpr double degree = std::numbers::pi / 180.0;
+    const double fa = std::max(0.0, tension_N(0.02, 0.02, 0.006 * theta)), fb = std::max(0.0, tension_N(0.995, 0.995, -0.006 * theta));
+    const double beyond = std::max(0.0, std::abs(theta) - 12.0 * degree);
+    return 0.006 * (fa - fb) - 0.05 * theta - 0.08 * theta * theta * theta - 0.02 * std::sin(theta + 35.0 * degree) -
+           0.15 * (theta < 0.0 ? -beyond : beyond);
+  };
+  const double expected_rad = bisect(moment, -2.0, 2.0);
+  for (const Method method : {Method::cvode, Method::arkode}) {
+    // By hand: duty that makes up for the loss of 0.04 * 75 W.
+    Integrator run(limb, Start{given, {3.0 * 2.5 / 49.0, 0.0}}, {.method = method, .relative_tolerance = 1e-9});
+    CHECK(run.state()[4] == -0.4);
+    advance(run, 20.0);
+    CHECK(std::abs(run.state()[0] - 100.0) < 1e-9);
+    // The slowest motion decays by more than 1e-9 in 20 s; what remains is the solver's tolerance.
+    CHECK(std::abs(run.state()[4] - expected_rad) < 1e-7);
+  }
+}
+
+TEST_CASE("a limb at rest stays at rest") {
+  Limb<double> limb;
+  for (std::size_t e = 0; e < effect_count; ++e) turn_on_typical(limb, e);
+  set_in_file_units(limb, parameter_index("ambient_drift.rate_K_s"), 0.0);
+  for (const Method method : {Method::cvode, Method::arkode}) {
+    Integrator run(limb, Start{}, {.method = method});
+    const auto at_first = run.state();
+    advance(run, 100.0);
+    for (std::size_t i = 0; i < at_first.size(); ++i) {
+      INFO(run.layout().entries[i].key);
+      CHECK(std::abs(run.state()[i] - at_first[i]) < 1e-9);  // what rest() leaves, 1e-12, and the solver's 1e-8 of it
+    }
+  }
+}
