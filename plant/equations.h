@@ -238,7 +238,8 @@ std::vector<S> Equations<S>::rest(const Situation& situation, const std::vector<
   // What depends on what: fractions on tension (where stress moves the envelopes), tension on angle and fractions, angle on
   // all. Each pass is a contraction, in the derivatives too; the Newton step for the angle has a slope from differences,
   // which slows the derivatives' convergence only by the slope's relative error.
-  constexpr int passes = 60;
+  // Derivatives follow the values a few passes later.
+  constexpr int most_passes = 400, settled_passes = 8;
   for (const std::size_t j : coils) {
     y[core_state::temperature + j] = given_or(core_state::temperature + j, limb_.core.ambient_temperature_degC);
     y[core_state::martensite + j] = given_or(core_state::martensite + j, S(1.0));
@@ -254,35 +255,42 @@ std::vector<S> Equations<S>::rest(const Situation& situation, const std::vector<
     });
   };
   const auto evaluate_here = [&] { evaluate(situation, y.data(), now, rates.data()); };
-  double step_rad = 1.0;
-  int settled = 0;
-  for (int pass = 0; pass < passes && settled < 4; ++pass) {
+  std::vector<double> before(n);
+  double relaxation = 1.0, last_change = 1e300;
+  for (int pass = 0, settled = 0; pass < most_passes && settled < settled_passes; ++pass) {
+    for (std::size_t i = 0; i < n; ++i) before[i] = value_of(y[i]);
     evaluate_here();
     for (const std::size_t j : coils) {
       if (!given[core_state::temperature + j]) y[core_state::temperature + j] = now.ambient_temperature_degC;
-      if (!given[core_state::martensite + j]) y[core_state::martensite + j] = now.cooling_envelope[j];
+      S& xi = y[core_state::martensite + j];
+      if (!given[core_state::martensite + j]) xi = xi + relaxation * (now.cooling_envelope[j] - xi);
     }
     evaluate_here();
     settle_effects();
-    if (given[core_state::angle]) {
-      settled += pass > 4;
-      continue;
+    if (!given[core_state::angle]) {
+      evaluate_here();
+      const S moment = now.moment_Nm;
+      const S angle = y[core_state::angle];
+      constexpr double difference_rad = 1e-6;
+      y[core_state::angle] = angle + difference_rad;
+      evaluate_here();
+      settle_effects();
+      evaluate_here();
+      const double slope = (value_of(now.moment_Nm) - value_of(moment)) / difference_rad;
+      // A stable balance has a negative slope; elsewhere move down the moment with the beam's own stiffness.
+      const double used_slope = slope < 0.0 ? slope : -value_of(limb_.core.beam_stiffness_Nm_rad);
+      const S step = -1.0 * moment / used_slope;
+      constexpr double longest_step_rad = 0.5;
+      y[core_state::angle] =
+          angle + (std::abs(value_of(step)) > longest_step_rad ? S(std::copysign(longest_step_rad, value_of(step))) : step);
     }
-    evaluate_here();
-    const S moment = now.moment_Nm;
-    const S angle = y[core_state::angle];
-    constexpr double difference_rad = 1e-6;
-    y[core_state::angle] = angle + difference_rad;
-    evaluate_here();
-    settle_effects();
-    evaluate_here();
-    const double slope = (value_of(now.moment_Nm) - value_of(moment)) / difference_rad;
-    // A stable balance has a negative slope; elsewhere move down the moment with the beam's own stiffness.
-    const double used_slope = slope < 0.0 ? slope : -value_of(limb_.core.beam_stiffness_Nm_rad);
-    const S step = -1.0 * moment / used_slope;
-    step_rad = value_of(step);
-    y[core_state::angle] = angle + (std::abs(step_rad) > 0.5 ? S(step_rad > 0.0 ? 0.5 : -0.5) : step);
-    settled = std::abs(step_rad) < 1e-13 ? settled + 1 : 0;
+    double change = 0.0;
+    for (std::size_t i = 0; i < n; ++i)
+      change = std::max(change, std::abs(value_of(y[i]) - before[i]) / layout_.entries[i].declaration.scale);
+    settled = change < 1e-13 ? settled + 1 : 0;
+    // Where stress moves the envelopes far, whole steps overshoot.
+    if (settled == 0 && change > 0.9 * last_change) relaxation = std::max(0.05, 0.7 * relaxation);
+    last_change = change;
   }
   evaluate_here();
   settle_effects();

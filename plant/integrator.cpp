@@ -115,8 +115,9 @@ class Problem {
       const auto all = fields(seeded);
       for (std::size_t k = 0; k < sensitivity_width; ++k) {
         const std::size_t column = c * sensitivity_width + k;
-        if (column < request.parameters.size())
-          all.at(request.parameters[column])->v[static_cast<Eigen::Index>(k)] = 1.0;
+        if (column >= request.parameters.size()) continue;
+        if (request.parameters[column] >= all.size()) throw std::invalid_argument("sensitivity to a parameter that is not there");
+        all[request.parameters[column]]->v[static_cast<Eigen::Index>(k)] = 1.0;
       }
       chunk_equations.emplace_back(seeded);
     }
@@ -142,15 +143,13 @@ class Problem {
                               double* sensitivity_rate) {
     ++rhs_evaluations;
     const std::size_t n = states();
-    Instant<SensitivityJet> now;
-    std::array<SensitivityJet, largest_state_count> state, state_rate;
     for (std::size_t c = 0; c < chunk_equations.size(); ++c) {
-      load(c, y, sensitivity, state.data());
-      chunk_equations[c].evaluate(at(time_s), state.data(), now, state_rate.data());
+      load(c, y, sensitivity, jet_state_.data());
+      chunk_equations[c].evaluate(at(time_s), jet_state_.data(), jet_instant_, jet_rate_.data());
       for (std::size_t i = 0; i < n; ++i) {
-        rate[i] = state_rate[i].a;
+        rate[i] = jet_rate_[i].a;
         Eigen::Map<Eigen::Matrix<double, sensitivity_width, 1>>(sensitivity_rate + i * padded_columns() +
-                                                               c * sensitivity_width) = state_rate[i].v;
+                                                               c * sensitivity_width) = jet_rate_[i].v;
       }
     }
     return std::all_of(rate, rate + n, [](double r) { return std::isfinite(r); });
@@ -204,6 +203,9 @@ class Problem {
 
  private:
   SensitivityRequest request_;
+  // Scratch of rates_with_sensitivity; kept, since clearing so many derivatives at every call takes a tenth of the time.
+  Instant<SensitivityJet> jet_instant_;
+  std::array<SensitivityJet, largest_state_count> jet_state_, jet_rate_;
 };
 
 // One SUNDIALS integrator of a Problem. y: [states], s: [states x padded columns], row by row.
@@ -495,16 +497,16 @@ class ArkodeSolver : public Solver {
 // Above this spectral radius at the start, an explicit method takes more steps than BDF would.
 constexpr double stiff_for_explicit_1_s = 1000.0;
 
-std::unique_ptr<Solver> make_solver(Problem& problem, const NumericalSettings& settings, const std::vector<double>& y) {
-  Method method = settings.method;
-  if (method == Method::automatic) {
-    const auto n = static_cast<Eigen::Index>(problem.states());
-    Eigen::MatrixXd jacobian(n, n);
-    problem.jacobian(0.0, y.data(), jacobian.data());
-    const double radius = jacobian.eigenvalues().cwiseAbs().maxCoeff();
-    method = radius > stiff_for_explicit_1_s ? Method::cvode : Method::arkode;
-  }
-  if (method == Method::cvode) return std::make_unique<CvodeSolver>(problem, settings);
+Method chosen_method(Problem& problem, Method wanted, const std::vector<double>& y) {
+  if (wanted != Method::automatic) return wanted;
+  const auto n = static_cast<Eigen::Index>(problem.states());
+  Eigen::MatrixXd jacobian(n, n);
+  problem.jacobian(0.0, y.data(), jacobian.data());
+  return jacobian.eigenvalues().cwiseAbs().maxCoeff() > stiff_for_explicit_1_s ? Method::cvode : Method::arkode;
+}
+
+std::unique_ptr<Solver> make_solver(Problem& problem, const NumericalSettings& settings) {
+  if (settings.method == Method::cvode) return std::make_unique<CvodeSolver>(problem, settings);
   return std::make_unique<ArkodeSolver>(problem, settings);
 }
 
@@ -518,7 +520,9 @@ class Integrator::Implementation {
     problem_.duty_fraction = start.duty_fraction;
     commanded_ = start.duty_fraction;
     begin(start);
-    prepare(settings);
+    NumericalSettings chosen = settings;
+    chosen.method = chosen_method(problem_, settings.method, y_);
+    prepare(chosen);
   }
   Implementation(const Limb<double>& limb, const Checkpoint& from, const NumericalSettings& settings)
       : problem_(limb, {}), y_(from.state), time_s_(from.time_s), pending_(from.commands_under_way),
@@ -527,7 +531,9 @@ class Integrator::Implementation {
     problem_.duty_fraction = from.held_duty_fraction;
     problem_.segment_start_s = from.segment_start_s;
     commanded_ = pending_.empty() ? from.held_duty_fraction : pending_.back().second;
-    prepare(settings);
+    NumericalSettings chosen = settings;
+    chosen.method = from.method;
+    prepare(chosen);
   }
 
   void hold(const PerCoil<double>& duty_fraction) {
@@ -569,7 +575,7 @@ class Integrator::Implementation {
 
   Checkpoint checkpoint() {
     restart();
-    return {time_s_, problem_.segment_start_s, problem_.duty_fraction, pending_, y_, next_step_s_, counters()};
+    return {method_, time_s_, problem_.segment_start_s, problem_.duty_fraction, pending_, y_, next_step_s_, counters()};
   }
 
   SolverCounters counters() const {
@@ -658,7 +664,8 @@ class Integrator::Implementation {
           switch_gradients_[e][c * sensitivity_width + k] = switches[e].v[lane];
       }
     }
-    solver_ = make_solver(problem_, settings, y_);
+    method_ = settings.method;
+    solver_ = make_solver(problem_, settings);
     apply_events();
   }
 
@@ -691,6 +698,7 @@ class Integrator::Implementation {
     }
   }
 
+  Method method_ = Method::cvode;
   std::unique_ptr<Solver> solver_;
   bool running_ = false;  // false: the solver must be restarted before it goes on
   PerCoil<double> commanded_{};

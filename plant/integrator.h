@@ -62,6 +62,7 @@ struct IntegrationFailure {
 
 // All that a run needs to go on as if it had not stopped. Can be taken right after the integrator has restarted.
 struct Checkpoint {
+  Method method = Method::cvode;  // the one that runs: what `automatic` chose at the start stays chosen
   double time_s = 0.0;
   double segment_start_s = 0.0;
   PerCoil<double> held_duty_fraction{};

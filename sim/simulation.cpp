@@ -133,14 +133,15 @@ std::string to_json(const RunCheckpoint& checkpoint, const std::string& scenario
   json["tick"] = checkpoint.tick;
   json["measured"] = {number_or_null(checkpoint.measured.temperature_degC[0]),
                       number_or_null(checkpoint.measured.temperature_degC[1]), number_or_null(checkpoint.measured.angle_deg)};
-  const plant::Checkpoint& plant = checkpoint.plant;
-  json["time_s"] = plant.time_s;
-  json["segment_start_s"] = plant.segment_start_s;
-  json["held_duty_fraction"] = plant.held_duty_fraction;
-  json["commands_under_way"] = plant.commands_under_way;
-  json["state"] = plant.state;
-  json["next_step_s"] = plant.next_step_s;
-  const plant::SolverCounters& counters = plant.counters;
+  const plant::Checkpoint& limb = checkpoint.plant;
+  json["method"] = limb.method == plant::Method::cvode ? "cvode" : "arkode";
+  json["time_s"] = limb.time_s;
+  json["segment_start_s"] = limb.segment_start_s;
+  json["held_duty_fraction"] = limb.held_duty_fraction;
+  json["commands_under_way"] = limb.commands_under_way;
+  json["state"] = limb.state;
+  json["next_step_s"] = limb.next_step_s;
+  const plant::SolverCounters& counters = limb.counters;
   json["counters"] = {counters.steps, counters.rhs_evaluations, counters.jacobian_evaluations, counters.error_test_failures,
                       counters.restarts};
   const DriverState& driver = checkpoint.driver;
@@ -167,6 +168,7 @@ RunCheckpoint checkpoint_from_json(std::string_view text, const std::string& fil
     from.measured = {from.tick,
                      {number_or_nan(json.at("measured").at(0)), number_or_nan(json.at("measured").at(1))},
                      number_or_nan(json.at("measured").at(2))};
+    from.plant.method = json.at("method") == "cvode" ? plant::Method::cvode : plant::Method::arkode;
     from.plant.time_s = json.at("time_s");
     from.plant.segment_start_s = json.at("segment_start_s");
     from.plant.held_duty_fraction = json.at("held_duty_fraction");

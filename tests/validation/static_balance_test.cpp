@@ -138,6 +138,50 @@ TEST_CASE("at rest with stress shift, fractions and bend settle together") {
   }
 }
 
+TEST_CASE("at rest neither fractions nor limb want to move, however strong the shift by stress and however warm the wires") {
+  int not_at_rest = 0;
+  for (const double shift_K_N : {0.3, 0.8, 2.5, 5.0, 10.0, 20.0})
+    for (double warm_degC = 0.0; warm_degC <= 150.0; warm_degC += 7.5)
+      for (const double other_degC : {25.0, 70.0, warm_degC}) {
+        Limb<double> limb = limb_with("stress_shift", {{"shift_K_N", shift_K_N}});
+        turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}});
+        turn_on(limb, "coil_slack", {{"enabled", 1.0}});
+        std::vector<std::optional<double>> given(6);
+        given[0] = warm_degC;
+        given[1] = other_degC;
+        const auto at = at_one_instant(limb, {}, Equations<double>(limb).rest({}, given));
+        for (const std::size_t j : coils)
+          not_at_rest += std::abs(at.now.cooling_envelope[j] - at.now.martensite_fraction[j]) > rest_rad;
+        not_at_rest += std::abs(at.now.moment_Nm / 0.05) > rest_rad;
+      }
+  CHECK(not_at_rest == 0);
+}
+
+TEST_CASE("how the state at rest depends on a parameter is what differences of states at rest say") {
+  const double step = 1e-6;  // of a parameter of size one; differences of values right to 1e-15 are then right to 1e-9
+  for (const std::string_view key : {"stress_shift.shift_K_N", "coil_stretch_m", "ambient_temperature_degC"}) {
+    CAPTURE(key);
+    const std::size_t p = parameter_index(key);
+    const double size = parameters()[p].declaration.typical;
+    const auto at_rest = [&](double by) {
+      Limb<double> limb = limb_with("stress_shift", {{"shift_K_N", 2.5}});
+      set(limb, p, get(limb, p) + by);
+      std::vector<std::optional<double>> given(6);
+      given[0] = 70.0;
+      return Equations<double>(limb).rest({}, given);
+    };
+    std::vector<std::optional<double>> given(6);
+    given[0] = 70.0;
+    const Integrator run(limb_with("stress_shift", {{"shift_K_N", 2.5}}), Start{given, {}}, {}, {{p}, {}});
+    const auto above = at_rest(step * size), below = at_rest(-step * size);
+    for (std::size_t i = 0; i < 6; ++i) {
+      CAPTURE(i);
+      const double expected = (above[i] - below[i]) / (2.0 * step);  // for a change of the parameter's size
+      CHECK(std::abs(run.state_sensitivity()(static_cast<Eigen::Index>(i), 0) * size - expected) < 1e-7);
+    }
+  }
+}
+
 TEST_CASE("a limb that is let go goes to the bend at which it balances") {
   Limb<double> limb;
   turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}, {"tilt_deg", 35.0}});

@@ -1,0 +1,436 @@
+#!/usr/bin/env python3
+"""Runs the `sinew` program as a person would, in a folder of its own, and looks at what it says, writes and returns.
+
+    python3 tests/cli/test_cli.py build/release/sinew
+
+One line a check; the last line is `N passed, N failed`; the exit code is 1 where one failed. Python's standard library alone.
+"""
+import csv
+import json
+import math
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PAPER_LIMB = ROOT / "plant/limbs/paper_limb.yaml"
+RUN_FILES = ["recording.csv", "run.json", "scenario.yaml", "truth.csv"]
+CALIBRATE_FILES = ["calibration.json", "figure.svg", "plant.yaml", "report.html"]
+SUBCOMMANDS = ["run", "calibrate", "compare", "effects", "convert"]
+WRONG_INPUT, INTERRUPTED = 2, 130
+
+program = ""
+folder = Path()
+counts = {True: 0, False: 0}
+
+
+def check(what, holds, detail=""):
+    counts[bool(holds)] += 1
+    print(("ok      " if holds else "FAILED  ") + what, flush=True)
+    if not holds and detail:
+        print("        " + str(detail).strip()[:2000].replace("\n", "\n        "), flush=True)
+
+
+def sinew(*arguments, timeout=120):
+    return subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout)
+
+
+def said(result):
+    return f"exit code {result.returncode}\nstdout: {result.stdout}\nstderr: {result.stderr}"
+
+
+def write(name, text):
+    (folder / name).write_text(text)
+    return name
+
+
+def files_in(path):
+    path = folder / path
+    return sorted(str(p.relative_to(path)) for p in path.rglob("*")) if path.is_dir() else None
+
+
+def content(path):
+    return (folder / path).read_bytes()
+
+
+def same_bytes(what, one, other, names):
+    for name in names:
+        check(f"{what}: {name} has the same bytes", content(f"{one}/{name}") == content(f"{other}/{name}"))
+
+
+def all_files():
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def refused(what, arguments, message, code=WRONG_INPUT):
+    """Wrong input: exit code, a message on standard error that the pattern finds, nothing on standard output or disk."""
+    before, folders = all_files(), files_in(".")
+    result = sinew(*arguments)
+    check(f"{what}: the exit code is {code}", result.returncode == code, said(result))
+    check(f"{what}: standard error says what is wrong", re.search(message, result.stderr), said(result))
+    check(f"{what}: standard output is empty", result.stdout == "", said(result))
+    check(f"{what}: nothing is written", all_files() == before and files_in(".") == folders)
+
+
+def columns(path):
+    with open(folder / path, newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    return {name: [float(row[name]) if row[name] else math.nan for row in rows] for name in rows[0]}
+
+
+def test_help():
+    result = sinew("--help")
+    check("--help: succeeds and has an example", result.returncode == 0 and "Example" in result.stdout, said(result))
+    check("--help: names every subcommand", all(re.search(rf"^  {s} ", result.stdout, re.M) for s in SUBCOMMANDS), said(result))
+    shown = result.stdout
+    for subcommand in SUBCOMMANDS:
+        result = sinew(subcommand, "--help")
+        shown += result.stdout
+        check(f"{subcommand} --help: succeeds and has an example of itself",
+              result.returncode == 0 and re.search(rf"Examples?:\n(.*\n)*  sinew {subcommand}\b", result.stdout), said(result))
+    shipped = set(re.findall(r"(?:scenarios|plant/limbs)/\S+\.yaml", shown))
+    check("--help: the files of the examples are there", shipped and all((ROOT / name).is_file() for name in shipped), shipped)
+    result = sinew("--version")
+    check("--version: program, version and commit", re.fullmatch(r"sinew \d+\.\d+\.\d+ \(\S+\)\n", result.stdout), said(result))
+
+
+def test_wrong_command_lines():
+    step = ROOT / "scenarios/step.yaml"
+    refused("no subcommand", [], r"[Ss]ubcommand")
+    refused("an unknown subcommand", ["simulate"], r"simulate|[Ss]ubcommand")
+    refused("run without --out", ["run", step], r"--out")
+    refused("run without a scenario", ["run", "--out", "o"], r"scenario")
+    refused("run with an unknown option", ["run", step, "--out", "o", "--sead", "3"], r"--sead")
+    refused("run with a negative seed", ["run", step, "--out", "o", "--seed", "-3"], r"--seed")
+    refused("run with a seed that is a word", ["run", step, "--out", "o", "--seed", "three"], r"three")
+    refused("calibrate without --plant", ["calibrate", "r.csv", "--out", "o"], r"--plant")
+    refused("calibrate without --out", ["calibrate", "r.csv", "--plant", PAPER_LIMB], r"--out")
+    refused("calibrate with no starts", ["calibrate", "r.csv", "--plant", PAPER_LIMB, "--out", "o", "--starts", "0"], r"--starts")
+    refused("compare without --plant", ["compare", "r.csv"], r"--plant")
+    refused("effects with an unknown option", ["effects", "--xml"], r"--xml")
+
+
+def test_wrong_files():
+    refused("a scenario that is not there", ["run", "nowhere.yaml", "--out", "o"],
+            r"^nowhere\.yaml: cannot read\n  No such file or directory\n$")
+    write("misspelt.yaml", "format: 1\nduration_s: 5\nplnt: { base: paper_limb }\n")
+    refused("a misspelt key", ["run", "misspelt.yaml", "--out", "o"],
+            r"^misspelt\.yaml:3:1: plnt\n  no such key here; did you mean plant\?\n$")
+    write("unit.yaml", "format: 1\nduration_ms: 5000\n")
+    refused("a key of another unit", ["run", "unit.yaml", "--out", "o"],
+            r"^unit\.yaml:2:1: duration_ms\n  no such key here; did you mean duration_s\?\n$")
+    write("range.yaml", "format: 1\nduration_s: 5\nplant:\n  effects:\n    thermocouple_lag: { time_constant_s: -1.2 }\n")
+    refused("a value out of its range", ["run", "range.yaml", "--out", "o"],
+            r"^range\.yaml:5:42: plant\.effects\.thermocouple_lag\.time_constant_s = -1\.2\n"
+            r"  must lie in \[0, 30\] s; 0 turns thermocouple_lag off\n$")
+    write("effect.yaml", "format: 1\nduration_s: 5\nplant: { effects: { thermocuple_lag: { time_constant_s: 1 } } }\n")
+    refused("an effect that there is not", ["run", "effect.yaml", "--out", "o"],
+            r"^effect\.yaml:3:21: plant\.effects\.thermocuple_lag\n.*did you mean thermocouple_lag\?\n")
+    write("broken.yaml", "format: 1\nduration_s: [5\n")
+    refused("text that is no YAML", ["run", "broken.yaml", "--out", "o"], r"^broken\.yaml:3:1\n  no YAML: ")
+    write("replay.yaml", "format: 1\nduration_s: 5\ninput: { replay: { recording: no.csv } }\n")
+    refused("a recording to replay that is not there", ["run", "replay.yaml", "--out", "o"],
+            r"^replay\.yaml:3:31: input\.replay\.recording = no\.csv\n  no such file")
+    write("row.csv", "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n0,0,0,25,25,0\n0.1,60,0,25,25,0\n")
+    refused("a recording with a wrong row", ["compare", "row.csv", "--plant", PAPER_LIMB], r"^row\.csv:3:5: duty_A = 60\n  ")
+    refused("calibrate on the same", ["calibrate", "row.csv", "--plant", PAPER_LIMB, "--out", "o"], r"^row\.csv:3:5: duty_A = 60\n  ")
+    write("wrong_plant.yaml", "parameters:\n  heat_loss_A_W_K: 0.04 W/K\n")
+    refused("a plant with a unit at a number", ["compare", ROOT / "scenarios/demo/recording.csv", "--plant", "wrong_plant.yaml"],
+            r"^wrong_plant\.yaml:2:20: parameters\.heat_loss_A_W_K = 0\.04 W/K\n  must be a number alone")
+    write("a_file", "kept")
+    result = sinew("run", ROOT / "scenarios/step.yaml", "--out", "a_file")
+    check("--out that is a file: an error, and the file stays", result.returncode not in (0, INTERRUPTED) and result.stderr
+          and content("a_file") == b"kept", said(result))
+
+
+SHORT = """# Sixty seconds of babbling.
+format: 1
+seed: 5
+duration_s: 60
+plant: { effects: { input_delay: { delay_s: 0.37 }, thermocouple_lag: { time_constant_s: 1.2 } } }
+input: { babble: { lowest_deg: -45, highest_deg: 45, longest_hold_s: 8 } }
+sensors: { angle: { dropout_fraction: 0.05 } }
+numerics: { restart_period_s: 5 }
+"""
+
+
+def test_run():
+    write("short.yaml", SHORT)
+    result = sinew("run", "short.yaml", "--out", "run/one")
+    check("run: succeeds and says what it wrote", result.returncode == 0 and "601 samples over 60 s, seed 5" in result.stdout
+          and result.stderr == "", said(result))
+    check("run: writes its four files and nothing else", files_in("run/one") == RUN_FILES, files_in("run/one"))
+    run_json = json.loads(content("run/one/run.json"))
+    check("run: run.json says finished, and the seed", run_json["status"] == "finished" and run_json["seed"] == 5)
+    recording = columns("run/one/recording.csv")
+    check("run: the recording has 601 rows at 10 Hz", recording["time_s"] == [k / 10 for k in range(601)])
+    check("run: the duty stays within the limit", 0 < max(recording["duty_A"] + recording["duty_B"]) <= 0.6)
+
+    sinew("run", "short.yaml", "--out", "run/two")
+    same_bytes("two runs", "run/one", "run/two", RUN_FILES)
+    sinew("run", "run/one/scenario.yaml", "--out", "run/resolved")
+    same_bytes("a run of the resolved scenario", "run/one", "run/resolved", RUN_FILES)
+
+    sinew("run", "short.yaml", "--out", "run/seed", "--seed", "6")
+    check("another seed: another recording", content("run/one/recording.csv") != content("run/seed/recording.csv"))
+    check("another seed: stands in run.json and in the resolved scenario",
+          json.loads(content("run/seed/run.json"))["seed"] == 6 and b"\nseed: 6\n" in content("run/seed/scenario.yaml"))
+
+    result = sinew("run", "short.yaml", "--out", "run/parts", "--stop-at", "30")
+    check("--stop-at: exit code 130, and says how to go on", result.returncode == INTERRUPTED
+          and "stopped at 30 s" in result.stderr and "--resume" in result.stderr, said(result))
+    check("--stop-at: leaves a checkpoint alone", files_in("run/parts") == ["checkpoint.json"], files_in("run/parts"))
+    check("--stop-at: the checkpoint is JSON", json.loads(content("run/parts/checkpoint.json"))["tick"] == 300)
+    refused("a run where an earlier one stopped", ["run", "short.yaml", "--out", "run/parts"], r"checkpoint\.json\n.*--resume")
+    refused("--resume with another seed", ["run", "short.yaml", "--out", "run/parts", "--seed", "6", "--resume"],
+            r"checkpoint\.json: scenario_sha256\n.*another scenario or seed")
+    result = sinew("run", "short.yaml", "--out", "run/parts", "--resume", "--stop-at", "45")
+    check("--resume --stop-at: stops again, later", result.returncode == INTERRUPTED and "stopped at 45 s" in result.stderr, said(result))
+    result = sinew("run", "short.yaml", "--out", "run/parts", "--resume")
+    check("--resume: succeeds, and the checkpoint is gone", result.returncode == 0 and files_in("run/parts") == RUN_FILES, said(result))
+    same_bytes("a run in three parts", "run/one", "run/parts", RUN_FILES)
+    refused("--resume without a checkpoint", ["run", "short.yaml", "--out", "run/parts", "--resume"], r"no checkpoint to go on from")
+    (folder / "run/damaged").mkdir()
+    write("run/damaged/checkpoint.json", "{ \"tick\": 300")
+    refused("--resume from a damaged checkpoint", ["run", "short.yaml", "--out", "run/damaged", "--resume"], r"is no checkpoint of")
+
+
+def test_failed_run():
+    # Cooling that turns into heating below ambient, where a drift of 1 K/s leaves the wires behind.
+    write("failing.yaml", "format: 1\nduration_s: 60\nplant: { effects: { convection_nonlinearity: { slope_1_K: 0.1 }, "
+                          "ambient_drift: { rate_K_s: 1 } } }\n")
+    result = sinew("run", "failing.yaml", "--out", "failed")
+    check("a failed integration: exit code 1, time and reason on standard error",
+          result.returncode == 1 and re.match(r"the integration failed at [\d.]+ s: At t = ", result.stderr), said(result))
+    run_json = json.loads(content("failed/run.json"))
+    check("a failed integration: run.json says so", run_json["status"] == "failed" and run_json["failure"]["time_s"] > 10)
+    temperature = columns("failed/recording.csv")["temperature_A_degC"]
+    first_empty = next(k for k, value in enumerate(temperature) if math.isnan(value))
+    check("a failed integration: samples that were not reached are empty",
+          len(temperature) == 601 and first_empty > 100 and all(math.isnan(v) for v in temperature[first_empty:]))
+
+
+def test_effects():
+    text, as_json, as_markdown = sinew("effects"), sinew("effects", "--json"), sinew("effects", "--markdown")
+    names = re.findall(r"^(\w+)  \(", text.stdout, re.M)
+    check("effects: lists 24 of them", text.returncode == 0 and len(names) == 24 == len(set(names)), names)
+    catalogue = json.loads(as_json.stdout)
+    check("effects --json: the same names in the same order", [e["name"] for e in catalogue["effects"]] == names)
+    if (ROOT / "docs/plant.md").exists():
+        reference = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs/plant.md").read_text(), re.M)
+        check("effects: are those of docs/plant.md", set(names) <= set(reference), set(names) - set(reference))
+    parameters = catalogue["core"] + [p for e in catalogue["effects"] for p in e["parameters"]]
+    check("effects --json: every parameter has a range with its typical value in it, a meaning and a unit",
+          all(p["lowest"] <= p["typical"] <= p["highest"] and p["meaning"] and "unit" in p for p in parameters))
+    check("effects --json: one parameter of every effect has a null",
+          all(sum(p["null"] is not None for p in e["parameters"]) == 1 for e in catalogue["effects"]))
+    core = sinew("effects", "--core").stdout
+    check("effects --core: lists the core's parameters", all(p["name"] in core for p in catalogue["core"]), core)
+    stored = ROOT / "docs/parameters.md"
+    if stored.exists():
+        check("effects --markdown: is docs/parameters.md", as_markdown.stdout == stored.read_text())
+    typical = {e["name"]: {p["name"]: p["typical"] for p in e["parameters"]} for e in catalogue["effects"]}
+    typical["coil_slack"] = {"enabled": True}
+    write("all_effects.yaml", json.dumps({"format": 1, "duration_s": 5, "plant": {"effects": typical}}))
+    result = sinew("run", "all_effects.yaml", "--out", "all_effects")
+    check("effects: a scenario with all of them at typical values runs", result.returncode == 0, said(result))
+
+
+LOGGER_HEADER = ("Timestamp (millisec since midnight today), Test time, theta_targ, pwm_0, pwm_1, x_251, y_251, x_285, y_285, "
+                 "theta, Tl, Tr, Vl, Vr, Al, Ar, Bl, Br, T_time, B_time, pctime")
+
+
+def logger_row(k, clock_ms):
+    pwm = (0.5 if 10 <= k < 30 else 0.0, 0.25 if k >= 40 else 0.0)
+    return [clock_ms, k / 10, 30, *pwm, 251, 1, 285, 2, 12.5, 22 + k / 4, 23.25 + (k % 3 == 0) / 4, 0, 0, 0, 0, round(-k / 32, 5), 7.5, 1, 1, 1]
+
+
+def samples_of(channel):
+    return channel.get("fitted", channel)["samples"]
+
+
+def test_convert():
+    # At about 10 Hz and not exactly, Windows line ends, and a last line that is cut off in the middle.
+    clocks = [35_000_000 + 100 * k + (k * 7) % 5 for k in range(60)]
+    rows = [",".join(map(str, logger_row(k, clock))) for k, clock in enumerate(clocks)]
+    text = "\r\n".join(["CV Data Logger started on:,2021-03-04", "anything, at all", LOGGER_HEADER, *rows, "35006000,6.0,30,0.0,0.2"])
+    (folder / "logger.txt").write_bytes(text.encode())
+    result = sinew("convert", "logger.txt", "converted.csv")
+    check("convert: succeeds and says how many samples", result.returncode == 0 and result.stdout.startswith("60 samples over 5.9"),
+          said(result))
+    check("convert: says that lines end in CR LF and that the last one is cut off",
+          "CR LF" in result.stdout and re.search(r"cut|middle", result.stdout), said(result))
+    recording = columns("converted.csv")
+    check("convert: time begins at 0 and follows the clock",
+          all(abs(t - (c - clocks[0]) / 1000) < 1e-9 for t, c in zip(recording["time_s"], clocks)) and len(recording["time_s"]) == 60)
+    check("convert: duty, temperature and angle are those of the logger",
+          recording["duty_A"] == [logger_row(k, 0)[3] for k in range(60)]
+          and recording["duty_B"] == [logger_row(k, 0)[4] for k in range(60)]
+          and recording["temperature_A_degC"] == [22 + k / 4 for k in range(60)]
+          and recording["temperature_B_degC"] == [23.5, 23.25, 23.25] * 20
+          and recording["angle_deg"] == [round(-k / 32, 5) for k in range(60)])
+    sinew("convert", "logger.txt", "swapped.csv", "--swap-sides")
+    swapped = columns("swapped.csv")
+    check("convert --swap-sides: the coils change places, the angle stays",
+          swapped["duty_A"] == recording["duty_B"] and swapped["temperature_B_degC"] == recording["temperature_A_degC"]
+          and swapped["angle_deg"] == recording["angle_deg"])
+    result = sinew("compare", "converted.csv", "--plant", PAPER_LIMB, "--json")
+    check("convert: what was converted can be compared", result.returncode == 0
+          and all(samples_of(c) == 60 for c in json.loads(result.stdout)["channels"].values()), said(result))
+    refused("convert of a recording", ["convert", "converted.csv", "again.csv"], r"^converted\.csv")
+    refused("convert of a file that is not there", ["convert", "nowhere.txt", "again.csv"], r"^nowhere\.txt: cannot read")
+
+
+MADE_BY = """# A limb that loses more heat at A and holds more than the nominal one.
+format: 1
+seed: 7
+duration_s: 60
+plant: { parameters: { heat_loss_A_W_K: 0.045, heat_capacity_A_J_K: 0.9 } }
+input:
+  duty_A: { step: { height_fraction: 0.4, from_s: 2.0, until_s: 12.0 } }
+  duty_B: { step: { height_fraction: 0.4, from_s: 25.0, until_s: 35.0 } }
+"""
+TRUE_VALUES = {"heat_loss_A_W_K": 0.045, "heat_capacity_A_J_K": 0.9}
+
+
+def test_calibrate():
+    write("made_by.yaml", MADE_BY)
+    sinew("run", "made_by.yaml", "--out", "made")
+    command = ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--fit", ",".join(TRUE_VALUES)]
+    result = sinew(*command, "--out", "fit/one", "--threads", 1)
+    check("calibrate: succeeds and names what it fitted", result.returncode == 0 and all(n in result.stdout for n in TRUE_VALUES),
+          said(result))
+    check("calibrate: writes its four files and nothing else", files_in("fit/one") == CALIBRATE_FILES, files_in("fit/one"))
+    fitted = json.loads(content("fit/one/calibration.json"))
+    parameters = {p["name"]: p for p in fitted["parameters"]}
+    check("calibrate: fits the two parameters that were named and no other", set(parameters) == set(TRUE_VALUES))
+    for name, true in TRUE_VALUES.items():
+        p = parameters[name]
+        # Five standard errors: what is estimated about the start moves with it.
+        check(f"calibrate: {name} is found, and told by the data",
+              p["told"] and abs(p["value"] - true) < 5 * p["standard_error"] and p["standard_error"] < 0.01 * true, p)
+    check("calibrate: report and figure are what their names say", content("fit/one/report.html").lstrip()[:9].lower() == b"<!doctype"
+          and b"<svg" in content("fit/one/figure.svg")[:500])
+
+    sinew(*command, "--out", "fit/two", "--threads", 2)
+    same_bytes("calibrate with 1 and 2 threads", "fit/one", "fit/two", CALIBRATE_FILES)
+    result = sinew(*command, "--out", "fit/json", "--threads", 2, "--json")
+    check("calibrate --json: prints calibration.json", json.loads(result.stdout) == fitted, said(result))
+    for threads in (1, 2):
+        sinew("calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", f"fit/all{threads}", "--threads", threads,
+              "--fit-until", 50, "--starts", 2)
+    same_bytes("calibrate of all parameters with 1 and 2 threads", "fit/all1", "fit/all2", CALIBRATE_FILES)
+    held_back = json.loads(content("fit/all1/calibration.json"))["channels"]["angle_deg"]
+    check("calibrate --fit-until: keeps the rest back",
+          held_back["fitted"]["samples"] == 500 and held_back["not_fitted"]["samples"] == 101, held_back)
+
+    refused("--fit of a misspelt parameter",
+            ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit", "heat_los_A_W_K"],
+            r"^--fit = heat_los_A_W_K\n.*did you mean heat_loss_A_W_K\?")
+    refused("--fit of a parameter of an effect that is off",
+            ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit", "thermocouple_lag.time_constant_s"],
+            r"^--fit = thermocouple_lag\.time_constant_s\n  no such parameter that can be fitted")
+    refused("--fit-until too early",
+            ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit-until", "1.5"],
+            r"^made/recording\.csv: --fit-until = 1\.5\n  leaves fewer than 20 samples")
+
+    write("with_fit.yaml", "format: 1\nduration_s: 5\nplant: { base: fit/one/plant.yaml }\n")
+    result = sinew("run", "with_fit.yaml", "--out", "with_fit")
+    check("the calibrated plant can be run", result.returncode == 0, said(result))
+    resolved = content("with_fit/scenario.yaml").decode()
+    calibrated = re.findall(r"^  \w+: \S+$", content("fit/one/plant.yaml").decode(), re.M)
+    check("the calibrated plant is run with the values that were fitted",
+          len(calibrated) > 20 and all(f"  {line}\n" in resolved for line in calibrated))
+
+
+def rmse(comparison, channel):
+    found = comparison["channels"][channel]
+    return found.get("fitted", found)["rmse"]
+
+
+def test_compare():
+    nominal = sinew("compare", "made/recording.csv", "--plant", PAPER_LIMB, "--json", "--at-rest")
+    fitted = sinew("compare", "made/recording.csv", "--plant", "fit/one/plant.yaml", "--json")
+    check("compare --json: parses, and standard error is empty", nominal.returncode == fitted.returncode == 0
+          and nominal.stderr == fitted.stderr == "", said(nominal) + said(fitted))
+    nominal, fitted = json.loads(nominal.stdout), json.loads(fitted.stdout)
+    check("compare: has the three channels", sorted(nominal["channels"]) == ["angle_deg", "temperature_A_degC", "temperature_B_degC"])
+    check("compare: the nominal plant is degrees off at A", rmse(nominal, "temperature_A_degC") > 1.0, nominal)
+    # Noise of 0.1 K and steps of 0.25 K: sqrt(0.1^2 + 0.25^2 / 12) = 0.123 K.
+    check("compare: the calibrated plant is off by the noise", abs(rmse(fitted, "temperature_A_degC") - 0.123) < 0.02, fitted)
+    result = sinew("compare", "made/recording.csv", "--plant", "fit/one/plant.yaml", "--out", "compared")
+    check("compare --out: writes a page and a figure",
+          result.returncode == 0 and files_in("compared") == ["comparison.html", "comparison.svg"], said(result))
+    before = files_in(".")
+    result = sinew("compare", "made/recording.csv", "--plant", "fit/one/plant.yaml")
+    check("compare without --out: prints the table and writes nothing",
+          "temperature A" in result.stdout and "RMSE" in result.stdout and files_in(".") == before, said(result))
+
+
+def interrupt_after(arguments, seconds):
+    """Exit code, seconds it took to end after the interrupt, and standard error."""
+    process = subprocess.Popen([program, *map(str, arguments)], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
+    sent = time.monotonic()
+    try:
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    return process.returncode, time.monotonic() - sent, errors
+
+
+def test_interrupts():
+    before = files_in(".")
+    # Of all parameters from a hundred starts: some ten seconds at the least.
+    code, took_s, errors = interrupt_after(["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--starts", 100,
+                                            "--threads", 2, "--out", "interrupted_fit"], 1.0)
+    check("SIGINT during calibrate: exit code 130, and says that nothing was written",
+          code == INTERRUPTED and "nothing was written" in errors, f"{code} {errors}")
+    check("SIGINT during calibrate: ends within ten seconds", took_s < 10, took_s)
+    check("SIGINT during calibrate: nothing is written", files_in(".") == before)
+
+    write("long.yaml", SHORT.replace("duration_s: 60", "duration_s: 6000"))
+    began = time.monotonic()
+    sinew("run", "long.yaml", "--out", "long/whole")
+    took_s = time.monotonic() - began
+    # The faster the machine, the sooner it must be interrupted; should the run be through before, again and sooner.
+    for share in (0.4, 0.2, 0.1):
+        code, _, errors = interrupt_after(["run", "long.yaml", "--out", "long/parts"], share * took_s)
+        if code != 0:
+            break
+    check("SIGINT during run: exit code 130, and says how to go on", code == INTERRUPTED and "--resume" in errors, f"{code} {errors}")
+    check("SIGINT during run: leaves a checkpoint and no half-written file", "checkpoint.json" in files_in("long/parts")
+          and not any(name.endswith(".partial") for name in files_in("long/parts")), files_in("long/parts"))
+    stopped_s = json.loads(content("long/parts/checkpoint.json"))["tick"] / 10
+    check("SIGINT during run: it stopped on the way", 0 < stopped_s < 6000, stopped_s)
+    result = sinew("run", "long.yaml", "--out", "long/parts", "--resume")
+    check("--resume after SIGINT: succeeds", result.returncode == 0 and files_in("long/parts") == RUN_FILES, said(result))
+    same_bytes("a run that was interrupted", "long/whole", "long/parts", RUN_FILES)
+
+
+def main():
+    global program, folder
+    if len(sys.argv) != 2:
+        sys.exit("usage: test_cli.py path/to/sinew")
+    program = str(Path(sys.argv[1]).resolve())
+    with tempfile.TemporaryDirectory(prefix="sinew_cli_") as name:
+        folder = Path(name)
+        for test in (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects, test_convert,
+                     test_calibrate, test_compare, test_interrupts):
+            try:
+                test()
+            except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
+                check(f"{test.__name__} runs to its end", False, f"{type(error).__name__}: {error}")
+    print(f"{counts[True]} passed, {counts[False]} failed")
+    return 1 if counts[False] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
