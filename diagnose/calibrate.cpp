@@ -269,6 +269,10 @@ Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitD
   const auto work = [&] {
     for (std::size_t s = next++; s < starts; s = next++) {
       try {
+        if (settings.should_stop && settings.should_stop()) {
+          solved[s].stopped = true;
+          continue;
+        }
         solved[s] = solve_from(problem, settings, static_cast<int>(s), [&](int iteration) {
           // How far a fit is cannot be known; most need some 25 iterations.
           const std::scoped_lock lock(telling);

@@ -19,7 +19,7 @@ double noise_of_channel(const sim::Recording& recording, std::size_t channel, do
     const double d = measured(samples[k + 1], channel) - 2.0 * measured(samples[k], channel) + measured(samples[k - 1], channel);
     if (!std::isnan(d)) second.push_back(std::abs(d));
   }
-  if (second.size() < 8) return otherwise;
+  if (second.size() < 8 || first.empty()) return otherwise;  // too little to tell, or a channel that never moves
   // Trimmed root mean square, repeated until no more is cut: robust like a median, but not blind to steps.
   std::sort(second.begin(), second.end());
   std::size_t kept = second.size() * 9 / 10;
@@ -33,7 +33,7 @@ double noise_of_channel(const sim::Recording& recording, std::size_t channel, do
     if (now_kept == kept) break;
     kept = now_kept;
   }
-  const double smallest_step = first.empty() ? 0.0 : *std::min_element(first.begin(), first.end());
+  const double smallest_step = *std::min_element(first.begin(), first.end());
   return std::max(deviation / std::sqrt(6.0), smallest_step / std::sqrt(12.0));
 }
 

@@ -35,7 +35,8 @@ using PerChannel = std::array<double, channel_count>;
 
 // Standard deviation of each sensor's noise, in the units of files, steps of quantisation included: from second
 // differences, which a slow signal and a wrong model leave alone. Never below step/sqrt(12), with the step the smallest
-// difference that occurs. Channels with fewer than 8 usable triples get the noise of the paper's sensors.
+// difference that occurs. Channels that never move, or with fewer than 8 usable triples, get the
+// noise of the paper's sensors.
 PerChannel noise_of(const sim::Recording& recording);
 
 // Time in samples over which a series of residuals is correlated: 1 + 2 sum of autocorrelations up to the first one

@@ -106,7 +106,7 @@ struct Smoothing {
   // A sensor lag below this is applied to first order, T - tau dT/dt, which is exact in the limit and needs no state.
   static constexpr double shortest_lag_s = 1.0e-3;
   // Depth inside the hysteresis loop, in martensite fraction, over which `minor_loops` fades in.
-  static constexpr double loop_edge_fraction = 5.0e-3;
+  static constexpr double loop_edge_fraction = 1.0e-3;
 };
 
 }  // namespace sinew::plant

@@ -174,6 +174,10 @@ std::string start_key(const plant::Layout::Entry& entry) {
   if (at != std::string::npos) key.replace(at, 4, "_deg");
   return key;
 }
+plant::Range start_range(const plant::Layout::Entry& entry) {
+  if (entry.key.ends_with("_fraction")) return fraction;
+  return {-1000.0, 1000.0};
+}
 double start_unit(const plant::Layout::Entry& entry) {
   const auto& unit = entry.declaration.unit.text;
   return unit == plant::units::rad.text || unit == plant::units::rad_s.text ? plant::radians_per_degree : 1.0;
@@ -261,7 +265,7 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
     YamlMap inner(*start);
     for (std::size_t i = 0; i < layout.size(); ++i)
       if (const YamlValue* one = inner.find(start_key(layout.entries[i])))
-        scenario.start[i] = one->number_in({-1000.0, 1000.0}) * start_unit(layout.entries[i]);
+        scenario.start[i] = one->number_in(start_range(layout.entries[i])) * start_unit(layout.entries[i]);
     inner.finish("a state that is left out is at rest");
   }
   if (scenario.ticks() > 20'000'000) root.complain("more than 20 million samples; shorten duration_s or lengthen sample_period_s");

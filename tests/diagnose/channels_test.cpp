@@ -31,6 +31,14 @@ TEST_CASE("noise: a quantised sensor without noise has that of its steps") {
   CHECK(diagnose::noise_of(recording)[0] == doctest::Approx(0.0722).epsilon(0.02));
 }
 
+TEST_CASE("noise: a channel that never moves has the noise of the paper's sensor, not none") {
+  sim::Recording recording;
+  for (int k = 0; k < 100; ++k) recording.samples.push_back({0.1 * k, {0.0, 0.0}, {25.0, 25.0}, 3.0});
+  const auto noise = diagnose::noise_of(recording);
+  CHECK(noise[0] == 0.12);
+  CHECK(noise[2] == 0.05);
+}
+
 TEST_CASE("correlation length: white residuals have 1, a first-order process has (1 + a)/(1 - a)") {
   const sim::RandomStream chance(3, "residual");
   std::vector<double> white, slow;

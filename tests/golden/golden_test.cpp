@@ -34,7 +34,12 @@ struct Tolerance {
   double angle_deg = 2e-4;
 };
 
-Tolerance tolerance_of(const std::string&) { return {}; }
+// The plant fades minor_loops in over the outermost thousandth of the loop (Smoothing::loop_edge_fraction), which the
+// equations do not: that much of a fraction is some hundredths of a degree, and of a kelvin where latent heat is on too.
+Tolerance tolerance_of(const plant::Limb<double>& limb) {
+  if (limb.on[plant::effect_index("minor_loops")]) return {2e-3, 0.04};
+  return {};
+}
 
 plant::Limb<double> limb_of(const sim::Recording& golden) {
   for (const std::string& comment : golden.comments)
@@ -88,12 +93,12 @@ TEST_CASE("the plant follows the independent reference in the core, in every eff
     const std::string name = file.stem().string();
     for (const auto method : {plant::Method::cvode, plant::Method::arkode}) {
       CAPTURE(name);
-      CAPTURE((method == plant::Method::cvode ? "cvode" : "arkode"));
+      CAPTURE(method == plant::Method::cvode);
       const Difference largest = largest_difference(golden, duty, method);
-      MESSAGE(name << (method == plant::Method::cvode ? " cvode " : " arkode ") << largest.temperature_K << " K " << largest.angle_deg << " deg");
+      MESSAGE(name, " ", std::string(method == plant::Method::cvode ? "cvode" : "arkode"), " ", largest.temperature_K, " K ", largest.angle_deg, " deg");
       CHECK(largest.rows == golden.samples.size());
-      CHECK(largest.temperature_K < tolerance_of(name).temperature_K);
-      CHECK(largest.angle_deg < tolerance_of(name).angle_deg);
+      CHECK(largest.temperature_K < tolerance_of(limb_of(golden)).temperature_K);
+      CHECK(largest.angle_deg < tolerance_of(limb_of(golden)).angle_deg);
     }
   }
 }

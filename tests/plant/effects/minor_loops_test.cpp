@@ -40,10 +40,10 @@ TEST_CASE("minor loops: the term fades in from the edge of the loop") {
     return at_one_instant(looping, {}, {70.0, 25.0, fraction, 1.0, 0.0, 0.0}).rates[2];
   };
   const double whole_1_s = 0.2 * cooling_slope_1_K * -1.8 / 0.85;
-  // Half-way through the edge of 0.005 half of it is there; the depth is a difference of numbers near 1/2.
-  CHECK(rate_1_s(cooling_envelope + 0.0025) == doctest::Approx(0.5 * whole_1_s).epsilon(1e-12));
-  CHECK(rate_1_s(heating_envelope - 0.0025) == doctest::Approx(0.5 * whole_1_s).epsilon(1e-12));
-  CHECK(rate_1_s(heating_envelope - 0.0051) == doctest::Approx(whole_1_s).epsilon(1e-12));
+  // Half-way through the edge of 0.001 half of it is there; the depth is a difference of numbers near 1/2.
+  CHECK(rate_1_s(cooling_envelope + 0.0005) == doctest::Approx(0.5 * whole_1_s).epsilon(1e-11));
+  CHECK(rate_1_s(heating_envelope - 0.0005) == doctest::Approx(0.5 * whole_1_s).epsilon(1e-11));
+  CHECK(rate_1_s(heating_envelope - 0.00101) == doctest::Approx(whole_1_s).epsilon(1e-12));
 }
 
 TEST_CASE("minor loops: latent heat and fraction are solved for together") {
