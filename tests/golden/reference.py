@@ -115,12 +115,14 @@ def cases():
     table = {"core": ({}, {}), "core_perturbed": (PERTURBED, {})}
     for name in EFFECTS:
         table[name] = ({}, pick(name))
+    # At the default stretch no coil ever goes slack; shorter ones do.
+    table["coil_slack"] = ({"coil_stretch_m": 0.024}, pick("coil_slack"))
     table["combination_electric"] = (
         PERTURBED,
         pick("resistance_change", "supply_sag", "duty_deadband", "input_delay", "angle_sensor_lag", "angle_sensor_drift"),
     )
     table["combination_coil"] = (
-        PERTURBED,
+        {**PERTURBED, "coil_stretch_m": 0.025},
         pick("stress_shift", "fatigue", "r_phase", "viscoelastic_creep", "gravity_load", "coil_slack"),
     )
     table["combination_thermal"] = (
