@@ -27,7 +27,7 @@ FitProblem::FitProblem(const plant::Limb<double>& limb, const std::vector<std::s
     unknowns_.push_back({info.key(), p, plant::get(limb_, p), declared.prior_deviation * unit, declared.range.lowest * unit,
                          declared.range.highest * unit, unit, declared.unit.text});
   }
-  for (std::size_t i = 0; i < layout_.size(); ++i)
+  for (std::size_t i = 0; i < layout_.size() && start_ == StartPolicy::estimated; ++i)
     if (layout_.entries[i].declaration.free_at_start) free_states_.push_back(i);
   for (std::size_t r = 0; r < data_.size(); ++r) {
     if (start_ == StartPolicy::estimated) add_start_unknowns(r);

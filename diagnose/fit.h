@@ -53,6 +53,10 @@ class FitProblem {
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<FitData>& data() const { return data_; }
+  const plant::NumericalSettings& numerics() const { return numerics_; }
+  const std::vector<std::size_t>& parameters() const { return parameters_; }
+  // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
+  const std::vector<std::size_t>& free_states() const { return free_states_; }
   void set_deviation(std::size_t recording, std::size_t channel, double deviation) {
     data_[recording].deviation[channel] = deviation;
   }
@@ -75,7 +79,7 @@ class FitProblem {
   StartPolicy start_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
-  std::vector<std::size_t> free_states_;   // states whose first value is unknown, the same for every recording
+  std::vector<std::size_t> free_states_;
   std::vector<std::size_t> first_row_;     // of each recording
   std::vector<Row> rows_;
 };

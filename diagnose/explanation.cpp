@@ -1,0 +1,220 @@
+#include "diagnose/explanation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/calibrate.h"
+
+namespace sinew::diagnose {
+namespace {
+
+// Levenberg-Marquardt for 1/2 |W r(z)|^2 + 1/2 |z|^2 within bounds, W held. Ours because the bounded solver of the library
+// evaluates the Jacobian, which is all the cost here, three times an iteration. Unknowns at a bound that the gradient
+// pushes against it are held for that step; a step is cut off at the bounds.
+class Fit {
+ public:
+  Fit(const FitProblem& problem, const Blocks& blocks) : problem_(problem), blocks_(blocks) {
+    for (const Unknown& u : problem.unknowns()) {
+      low_.push_back((u.lowest - u.centre) / u.deviation);
+      high_.push_back((u.highest - u.centre) / u.deviation);
+    }
+  }
+
+  Eigen::VectorXd clamped(Eigen::VectorXd z, double margin) const {
+    for (Eigen::Index u = 0; u < z.size(); ++u) {
+      const double low = low_[static_cast<std::size_t>(u)], high = high_[static_cast<std::size_t>(u)];
+      const double inside = margin * std::min(1.0, high - low);
+      z(u) = std::clamp(z(u), low + inside, high - inside);
+    }
+    return z;
+  }
+
+  // Moves to z, with derivatives. False where it cannot be integrated.
+  bool begin(const Eigen::VectorXd& z) {
+    z_ = z;
+    damping_ = 1e-3;
+    return follow(problem_, z_.data(), Want::everything, path_);
+  }
+
+  const Eigen::VectorXd& z() const { return z_; }
+  const Path& path() const { return path_; }
+  Eigen::VectorXd residual() const { return blocks_.means(path_.residuals.data(), 1).col(0); }
+  Eigen::MatrixXd whitened_jacobian(const StateNoise& noise) const {
+    Eigen::MatrixXd columns = blocks_.means(path_.jacobian.data(), problem_.unknowns().size());
+    noise.whiten(columns);
+    return columns;
+  }
+
+  // Up to `most` steps; returns when one improves the cost by less than `enough`.
+  void improve(const StateNoise& noise, int most, double enough, const std::function<bool()>& should_stop) {
+    double cost = cost_of(path_, z_, noise);
+    for (int iteration = 0; iteration < most; ++iteration) {
+      if (should_stop && should_stop()) throw Stopped{};
+      const Eigen::MatrixXd jacobian = whitened_jacobian(noise);
+      Eigen::MatrixXd residual = this->residual();
+      noise.whiten(residual);
+      const Eigen::VectorXd gradient = jacobian.transpose() * residual.col(0) + z_;
+      Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+      information.diagonal().array() += 1.0;
+      bool moved = false;
+      double gained = 0.0;
+      for (int attempt = 0; attempt < 6 && !moved; ++attempt) {
+        const Eigen::VectorXd tried = clamped(z_ + step(information, gradient), 0.0);
+        Path path;
+        double tried_cost = 1e300;
+        if (follow(problem_, tried.data(), Want::residuals, path)) tried_cost = cost_of(path, tried, noise);
+        if (tried_cost < cost) {
+          moved = true;
+          gained = cost - tried_cost;
+          z_ = tried;
+          cost = tried_cost;
+          damping_ = std::max(1e-9, damping_ * 0.1);
+        } else {
+          damping_ = std::max(1e-4, damping_ * 10.0);
+        }
+      }
+      if (!moved || !follow(problem_, z_.data(), Want::everything, path_) || gained < enough) return;
+    }
+  }
+
+ private:
+  Eigen::VectorXd step(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient) const {
+    Eigen::MatrixXd damped = information;
+    damped.diagonal() *= 1.0 + damping_;
+    Eigen::VectorXd right = -gradient;
+    for (Eigen::Index u = 0; u < z_.size(); ++u) {
+      const auto i = static_cast<std::size_t>(u);
+      const bool held = (z_(u) <= low_[i] && gradient(u) > 0.0) || (z_(u) >= high_[i] && gradient(u) < 0.0);
+      if (!held) continue;
+      damped.row(u).setZero();
+      damped.col(u).setZero();
+      damped(u, u) = 1.0;
+      right(u) = 0.0;
+    }
+    return damped.ldlt().solve(right);
+  }
+
+  double cost_of(const Path& path, const Eigen::VectorXd& z, const StateNoise& noise) const {
+    Eigen::MatrixXd residual = blocks_.means(path.residuals.data(), 1);
+    noise.whiten(residual);
+    return 0.5 * (residual.squaredNorm() + z.squaredNorm());
+  }
+
+  const FitProblem& problem_;
+  const Blocks& blocks_;
+  std::vector<double> low_, high_;
+  Eigen::VectorXd z_;
+  Path path_;
+  double damping_ = 1e-3;
+};
+
+constexpr std::array<bool, forcing_count> all_free{true, true, true, true, true, true};
+constexpr std::array<bool, forcing_count> air_free{true, false, false, false, false, false};
+
+}  // namespace
+
+std::vector<std::size_t> Explanation::effects() const {
+  std::vector<std::size_t> on;
+  const plant::Limb<double> fitted = limb();
+  for (std::size_t e = 0; e < plant::effect_count; ++e)
+    if (fitted.on[e]) on.push_back(e);
+  return on;
+}
+
+double Explanation::deviation(std::size_t unknown) const {
+  const auto i = static_cast<Eigen::Index>(unknown);
+  return std::sqrt(covariance(i, i)) * problem->unknowns()[unknown].deviation;
+}
+
+Guess Explanation::as_guess() const {
+  Guess guess;
+  for (std::size_t u = 0; u < problem->unknowns().size(); ++u) guess.values[problem->unknowns()[u].name] = value(u);
+  guess.forcing = forcing;
+  return guess;
+}
+
+plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect) {
+  plant::Limb<double> result = limb;
+  result.on[effect] = true;
+  for (const std::size_t p : plant::effects()[effect].parameters) {
+    const auto& declared = plant::parameters()[p].declaration;
+    const bool toggle = declared.kind == plant::Kind::toggle;
+    plant::set_in_file_units(result, p, declared.null_value && !toggle ? *declared.null_value : declared.typical);
+  }
+  return result;
+}
+
+double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
+                       ForcingSize* found) {
+  Path path;
+  follow(*at.problem, at.z.data(), Want::points, path);
+  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
+  ForcingSize begin{};
+  for (std::size_t q = 0; q < forcing_count; ++q)
+    if (free[q]) begin[q] = std::max(at.forcing[q], 0.1 * forcings[q].typical);
+  const ForcingSize size = noise.maximise(at.residual, begin, free, most_air_K);
+  if (found) *found = size;
+  return noise.log_likelihood(at.residual);
+}
+
+Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
+                    const ExplanationSettings& settings) {
+  Explanation result;
+  result.problem = std::make_shared<FitProblem>(limb, fittable_parameters(limb), data, settings.start, settings.numerics);
+  const FitProblem& problem = *result.problem;
+  result.blocks = std::make_shared<Blocks>(problem);
+  const Blocks& blocks = *result.blocks;
+  const std::size_t unknowns = problem.unknowns().size();
+  const auto n = static_cast<Eigen::Index>(unknowns);
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
+  for (std::size_t u = 0; u < unknowns; ++u) {
+    const Unknown& unknown = problem.unknowns()[u];
+    if (const auto given = guess.values.find(unknown.name); given != guess.values.end())
+      z(static_cast<Eigen::Index>(u)) = (given->second - unknown.centre) / unknown.deviation;
+  }
+  Fit fit(problem, blocks);
+  if (!fit.begin(fit.clamped(z, 1e-3))) return result;
+
+  result.log_posterior = -1e300;
+  Eigen::MatrixXd sensitivity;
+  std::unique_ptr<StateNoise> noise;
+  ForcingSize size = guess.forcing;
+  for (int round = 0; round <= settings.most_rounds; ++round) {
+    noise = std::make_unique<StateNoise>(problem, blocks, fit.z().data(), fit.path());
+    const Eigen::VectorXd residual = fit.residual();
+    size = noise->maximise(residual, size, all_free, settings.most_air_K);
+    const double likelihood = noise->log_likelihood(residual);
+    const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
+    const double gained = posterior - result.log_posterior;
+    if (getenv("DBG")) fprintf(stderr, "  round %d ll %.1f post %.1f  F %.3g %.3g %.3g %.3g %.3g %.3g\n", round, likelihood, posterior, size[0],size[1],size[2],size[3],size[4],size[5]);
+    if (gained > 0.0) {
+      result.z = fit.z();
+      result.residual = residual;
+      result.forcing = size;
+      result.log_likelihood = likelihood;
+      result.log_posterior = posterior;
+      sensitivity = fit.whitened_jacobian(*noise);
+      ForcingSize air = only_air(std::max(size[0], 0.05));
+      air = noise->maximise(residual, air, air_free, settings.most_air_K);
+      result.unrest = 2.0 * (likelihood - noise->log_likelihood(residual));
+      Eigen::MatrixXd whitened = residual;
+      noise->whiten(whitened);
+      result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
+      noise->set(size);
+    }
+    if (gained < settings.enough || round == settings.most_rounds) break;
+    fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
+  }
+
+  const Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  result.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
+  double log_determinant = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) log_determinant += 2.0 * std::log(factor.matrixL()(i, i));
+  result.log_evidence = result.log_posterior - 0.5 * log_determinant;
+  result.usable = std::isfinite(result.log_evidence);
+  return result;
+}
+
+}  // namespace sinew::diagnose

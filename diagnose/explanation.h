@@ -1,0 +1,75 @@
+// One explanation of recordings: the core, and effects that are on, fitted with noise in the state.
+//
+// Maximises log N(r(z); 0, V) + log prior(z) over the unknowns z and the sizes of the forcings, in turns: with V held, a
+// generalised least-squares problem (whitened by state_noise.h); with z held, the sizes. V is
+// linearised anew along every trajectory that is reached.
+//
+// `log_evidence` is Laplace's: what is left after paying for every direction of z that the data pinned down. It compares
+// explanations with different effects: one that has more freedom must explain more (MacKay 2003, Information Theory,
+// Inference, and Learning Algorithms, chapter 28).
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "diagnose/state_noise.h"
+
+namespace sinew::diagnose {
+
+// Where a fit begins: values of unknowns by name, internal units, and sizes of forcings. What is not named begins at
+// its prior's centre.
+struct Guess {
+  std::map<std::string, double> values;
+  ForcingSize forcing{0.3, 0.2, 0.02, 2e-4, 0.2, 4e-3};
+};
+
+struct ExplanationSettings {
+  StartPolicy start = StartPolicy::estimated;
+  plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
+  double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
+  int most_rounds = 4;
+  int iterations_per_round = 6;
+  double enough = 0.2;  // an improvement of the log posterior below this ends the fit
+  std::function<bool()> should_stop;  // throws Stopped (calibrate.h) where it says so
+};
+
+struct Explanation {
+  std::shared_ptr<const FitProblem> problem;
+  std::shared_ptr<const Blocks> blocks;
+  Eigen::VectorXd z;
+  Eigen::MatrixXd covariance;  // of z
+  Eigen::VectorXd residual;    // block rows, model - measured, in standard deviations of the sensors
+  ForcingSize forcing{};
+  double log_likelihood = 0.0;  // of the data at z and forcing
+  double log_posterior = 0.0;   // with the prior of z
+  double log_evidence = 0.0;
+  // The data's distance from what a right model would leave, in squared standard deviations: r^T V0^-1 r - rows, with V0
+  // of the sensors and air that wanders by as much as was found, at most `most_air_K`.
+  double misfit = 0.0;
+  // 2 (log likelihood with all forcings - with air alone): what is still there that no sensor noise or air explains.
+  double unrest = 0.0;
+  bool usable = false;
+
+  plant::Limb<double> limb() const { return problem->limb_at(z.data()); }
+  plant::Start start(std::size_t recording) const { return problem->start_at(z.data(), recording); }
+  std::vector<std::size_t> effects() const;  // that are on
+  double value(std::size_t unknown) const { return problem->value(unknown, z(static_cast<Eigen::Index>(unknown))); }
+  double deviation(std::size_t unknown) const;
+  Guess as_guess() const;
+};
+
+// `limb`: what is on, and the centres of the priors. `data`: deviations are the sensors' noise.
+// Not usable where the start cannot be integrated.
+Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
+                    const ExplanationSettings& settings);
+
+// The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
+double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
+                       ForcingSize* found = nullptr);
+
+// The limb with one more effect on, at its null, its shape at what is typical.
+plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect);
+
+}  // namespace sinew::diagnose

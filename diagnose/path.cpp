@@ -1,0 +1,240 @@
+#include "diagnose/path.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "sim/simulation.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr std::size_t width = 16;
+using Jet = plant::Jet<static_cast<int>(width)>;
+
+// Derivatives with respect to all states, the ambient temperature and any parameters, as many Jets as that takes.
+class Differentiator {
+ public:
+  Differentiator(const plant::Limb<double>& limb, const std::vector<std::size_t>& parameters)
+      : n_(plant::layout_of(limb.on).size()), parameters_(parameters.size()) {
+    for (std::size_t first = 0; first < columns(); first += width) {
+      plant::Limb<Jet> lifted = plant::lift<Jet>(limb);
+      const auto all = plant::fields(lifted);
+      const auto seed = [&](std::size_t column, Jet& field) {
+        if (column >= first && column < first + width) field.v[static_cast<Eigen::Index>(column - first)] = 1.0;
+      };
+      seed(n_, lifted.core.ambient_temperature_degC);
+      for (std::size_t p = 0; p < parameters_; ++p) seed(n_ + 1 + p, *all[parameters[p]]);
+      equations_.emplace_back(lifted);
+    }
+  }
+
+  // Whether a parameter moves an instant at which something switches.
+  bool moves_events() const {
+    for (const auto& equations : equations_) {
+      if (!equations.switch_times_s().empty()) return true;
+      if (!equations.command_delay_s().v.isZero() || equations.command_delay_s().a > 0.0) return true;
+    }
+    return false;
+  }
+
+  // rates: [n x columns], reading: [3 x columns]; null where not wanted.
+  void at(const plant::Situation& given, const std::vector<double>& y, Eigen::MatrixXd* rates, Eigen::MatrixXd* reading) {
+    for (std::size_t e = 0; e < equations_.size(); ++e) {
+      const std::size_t first = e * width;
+      for (std::size_t i = 0; i < n_; ++i) {
+        state_[i] = Jet(y[i]);
+        if (i >= first && i < first + width) state_[i].v[static_cast<Eigen::Index>(i - first)] = 1.0;
+      }
+      equations_[e].evaluate(given, state_.data(), now_, rate_.data());
+      const auto begin = static_cast<Eigen::Index>(first);
+      const auto count = static_cast<Eigen::Index>(std::min(width, columns() - first));
+      if (rates)
+        for (std::size_t i = 0; i < n_; ++i)
+          rates->row(static_cast<Eigen::Index>(i)).segment(begin, count) = rate_[i].v.head(count);
+      if (reading) {
+        const plant::Reading<Jet> shown = equations_[e].reading(now_, state_.data());
+        reading->row(0).segment(begin, count) = shown.temperature_degC[0].v.head(count);
+        reading->row(1).segment(begin, count) = shown.temperature_degC[1].v.head(count);
+        reading->row(2).segment(begin, count) = shown.angle_rad.v.head(count);
+      }
+    }
+  }
+
+  std::size_t states() const { return n_; }
+  std::size_t columns() const { return n_ + 1 + parameters_; }
+
+ private:
+  std::size_t n_, parameters_;
+  std::vector<plant::Equations<Jet>> equations_;
+  std::array<Jet, plant::largest_state_count> state_, rate_;
+  plant::Instant<Jet> now_;
+};
+
+// e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its denominator,
+// phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
+void exponential(const Eigen::MatrixXd& x, Eigen::MatrixXd& exp_x, Eigen::MatrixXd& phi_1) {
+  const Eigen::Index n = x.rows();
+  const Eigen::MatrixXd scaled = x / 8.0, square = scaled * scaled / 12.0, one = Eigen::MatrixXd::Identity(n, n);
+  phi_1 = (one - 0.5 * scaled + square).partialPivLu().inverse();
+  exp_x = phi_1 * (one + 0.5 * scaled + square);
+  Eigen::MatrixXd product(n, n);
+  for (int i = 0; i < 3; ++i) {
+    product.noalias() = exp_x * phi_1;
+    phi_1 = 0.5 * (product + phi_1);
+    product.noalias() = exp_x * exp_x;
+    exp_x = product;
+  }
+}
+
+// The sensitivities at the start are the integrator's own.
+Eigen::MatrixXd first_sensitivity(const plant::Limb<double>& limb, const plant::Start& start,
+                                  const plant::NumericalSettings& numerics, const plant::SensitivityRequest& request) {
+  if (request.columns() == 0) return Eigen::MatrixXd(static_cast<Eigen::Index>(plant::layout_of(limb.on).size()), 0);
+  return plant::Integrator(limb, start, numerics, request).state_sensitivity();
+}
+
+struct Follower {
+  const FitData& data;
+  plant::Limb<double> limb;
+  plant::Start start;
+  plant::NumericalSettings numerics;
+  plant::SensitivityRequest request;
+
+  // visit(sample, reading, sensitivity of the reading [3 x columns]); points, where wanted, one a sample.
+  template <class Visit>
+  bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
+    const auto& samples = data.recording->samples;
+    plant::Reading<double> reading;
+    Eigen::Matrix<double, 3, Eigen::Dynamic> shown;
+    if (!sensitivities && !points) {
+      plant::Integrator integrator(limb, start, numerics);
+      for (std::size_t k = 0; k < data.sample_count; ++k) {
+        if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
+        visit(k, integrator.reading(), shown);
+        integrator.hold(samples[k].duty_fraction);
+      }
+      return true;
+    }
+    Differentiator differentiator(limb, sensitivities ? request.parameters : std::vector<std::size_t>{});
+    const bool exact = sensitivities && differentiator.moves_events();
+    plant::Integrator integrator(limb, start, numerics, exact ? request : plant::SensitivityRequest{});
+    const auto n = static_cast<Eigen::Index>(differentiator.states());
+    const auto parameters = static_cast<Eigen::Index>(request.parameters.size());
+    Eigen::MatrixXd state_sensitivity, next, exp_x, phi_1;
+    if (sensitivities && !exact) state_sensitivity = first_sensitivity(limb, start, numerics, request);
+    Eigen::MatrixXd rates(n, static_cast<Eigen::Index>(differentiator.columns())), seen(3, rates.cols());
+    if (points) points->resize(data.sample_count);
+    for (std::size_t k = 0; k < data.sample_count; ++k) {
+      const double time_s = samples[k].time_s - samples.front().time_s;
+      if (integrator.advance_to(time_s)) return false;
+      if (exact) {
+        integrator.reading_with_sensitivity(reading, shown);
+      } else {
+        reading = integrator.reading();
+      }
+      if (!exact || points) differentiator.at(integrator.instant().given, integrator.state(), nullptr, &seen);
+      if (sensitivities && !exact) {
+        shown.noalias() = seen.leftCols(n) * state_sensitivity;
+        shown.leftCols(parameters) += seen.rightCols(parameters);
+      }
+      visit(k, reading, shown);
+      integrator.hold(samples[k].duty_fraction);
+      if (points) {
+        (*points)[k].reading = seen.leftCols(n);
+        (*points)[k].reading_ambient = seen.col(n);
+      }
+      if (k + 1 == data.sample_count) {
+        if (points) (*points)[k].rates = rates.leftCols(n), (*points)[k].ambient = rates.col(n);
+        break;
+      }
+      const double step_s = samples[k + 1].time_s - samples[k].time_s;
+      if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
+      differentiator.at(integrator.instant().given, integrator.state(), &rates, nullptr);
+      if (points) (*points)[k].rates = rates.leftCols(n), (*points)[k].ambient = rates.col(n);
+      if (sensitivities && !exact) {
+        exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
+        next.noalias() = exp_x * state_sensitivity;
+        next.leftCols(parameters).noalias() += phi_1 * (step_s * rates.rightCols(parameters));
+        state_sensitivity.swap(next);
+      }
+    }
+    return true;
+  }
+};
+
+}  // namespace
+
+bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
+  const plant::Limb<double> limb = problem.limb_at(z);
+  const std::size_t unknowns = problem.unknowns().size(), parameters = problem.parameters().size();
+  const std::size_t states = problem.free_states().size();
+  path.residuals.assign(problem.rows().size(), 0.0);
+  path.jacobian.assign(want == Want::everything ? problem.rows().size() * unknowns : 0, 0.0);
+  path.points.assign(want == Want::residuals ? 0 : problem.data().size(), {});
+  std::size_t row = 0;
+  for (std::size_t r = 0; r < problem.data().size(); ++r) {
+    const FitData& data = problem.data()[r];
+    const std::size_t first_start = parameters + r * states;
+    const Follower follower{data, limb, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
+    const bool fine = follower.run(
+        want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
+        [&](std::size_t k, const plant::Reading<double>& reading, const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
+          for (std::size_t c = 0; c < channel_count; ++c) {
+            const double target = measured(data.recording->samples[k], c);
+            if (std::isnan(target)) continue;
+            path.residuals[row] = (shown(reading, c) - target) / data.deviation[c];
+            if (!path.jacobian.empty()) {
+              double* out = path.jacobian.data() + row * unknowns;
+              const double weight = 1.0 / (data.deviation[c] * channels[c].internal_per_unit);
+              const auto channel = static_cast<Eigen::Index>(c);
+              for (std::size_t u = 0; u < parameters; ++u)
+                out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].deviation;
+              for (std::size_t i = 0; i < states; ++i)
+                out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
+                                       problem.unknowns()[first_start + i].deviation;
+            }
+            ++row;
+          }
+        });
+    if (!fine) return false;
+  }
+  return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
+}
+
+bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Limb<double>& limb,
+                    const std::vector<std::size_t>& parameters, std::vector<double>& columns) {
+  const plant::Layout with = plant::layout_of(limb.on), without = plant::layout_of(problem.limb_at(z).on);
+  columns.assign(problem.rows().size() * parameters.size(), 0.0);
+  std::vector<double> scale;
+  for (const std::size_t p : parameters) {
+    const auto& declared = plant::parameters()[p].declaration;
+    scale.push_back(declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0);
+  }
+  std::size_t row = 0;
+  for (std::size_t r = 0; r < problem.data().size(); ++r) {
+    const FitData& data = problem.data()[r];
+    plant::Start start = problem.start_at(z, r);
+    std::vector<std::optional<double>> given(with.size());
+    for (std::size_t i = 0; i < without.size() && !start.given.empty(); ++i)
+      for (std::size_t w = 0; w < with.size(); ++w)
+        if (with.entries[w].key == without.entries[i].key) given[w] = start.given[i];
+    start.given = given;
+    const Follower follower{data, limb, start, problem.numerics(), {parameters, {}}};
+    const bool fine = follower.run(
+        true, nullptr,
+        [&](std::size_t k, const plant::Reading<double>&, const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
+          for (std::size_t c = 0; c < channel_count; ++c) {
+            if (std::isnan(measured(data.recording->samples[k], c))) continue;
+            const double weight = 1.0 / (data.deviation[c] * channels[c].internal_per_unit);
+            for (std::size_t p = 0; p < parameters.size(); ++p)
+              columns[row * parameters.size() + p] =
+                  sensitivity(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(p)) * weight * scale[p];
+            ++row;
+          }
+        });
+    if (!fine) return false;
+  }
+  return true;
+}
+
+}  // namespace sinew::diagnose

@@ -1,0 +1,151 @@
+// Noise in the state: what a residual may look like when the model is right but the world is not perfectly still.
+//
+// Residuals of an open-loop simulation are correlated over as long as the limb remembers. Here a slow random forcing eta
+// enters each equation, so that along a trajectory, to first order,
+//
+//   d dx/dt = F dx + B eta,   d eta/dt = -eta/tau + white noise,   r = H dx + eps,   V = cov r = R + S Sigma_eta S^T
+//
+// A Kalman filter along the trajectory multiplies by W with W V W^T = 1 and gives log det V, in time that grows linearly with
+// the recording; its smoother says which forcing would explain a residual.
+//
+// Residuals are first averaged over blocks of half a second: the limb has no faster motion that ten samples a second would
+// show and five averaged ones would not, and it makes the filter five times as fast.
+// The beam's angular velocity follows the angle within milliseconds and is eliminated.
+//
+// Source: Kristensen, Madsen, Jorgensen 2004, Automatica 40:225 (noise in the state to find what a grey-box model lacks);
+// Anderson, Moore, Optimal Filtering (1979), chapters 3 and 7; Bryson, Frazier 1963 (smoother).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "diagnose/path.h"
+
+namespace sinew::diagnose {
+
+// Where a forcing enters. `air` moves around every limb and is no sign of missing physics; all others are.
+enum class Forcing : std::size_t { air, heat, transformation, moment, temperature_reading, angle_reading };
+inline constexpr std::size_t forcing_count = 6;
+
+struct ForcingInfo {
+  std::string_view name;        // for programs
+  std::string_view words;       // "the wires' heat balances"
+  std::string_view unit;        // of eta
+  double typical;               // a size that matters, in internal units
+  double correlation_time_s;    // tau
+  std::size_t entries;          // 2 where each coil has its own, else 1
+};
+inline constexpr std::array<ForcingInfo, forcing_count> forcings{
+    ForcingInfo{"air", "the air around the limb", "K", 0.3, 30.0, 1},
+    ForcingInfo{"heat", "the wires' heat balances", "W", 0.2, 4.0, 2},
+    ForcingInfo{"transformation", "the transformation's rate", "1/s", 0.05, 2.0, 2},
+    ForcingInfo{"moment", "the beam's moment balance", "Nm", 5e-4, 2.0, 1},
+    ForcingInfo{"temperature_reading", "the thermocouples' readings", "K", 0.5, 6.0, 2},
+    ForcingInfo{"angle_reading", "the bend sensor's reading", "rad", 0.01, 6.0, 1}};
+
+inline constexpr std::size_t forcing_entries = 9;
+struct ForcingEntry {
+  Forcing forcing;
+  std::size_t coil;
+};
+inline constexpr std::array<ForcingEntry, forcing_entries> forcing_entry{
+    ForcingEntry{Forcing::air, 0},           ForcingEntry{Forcing::heat, 0},
+    ForcingEntry{Forcing::heat, 1},          ForcingEntry{Forcing::transformation, 0},
+    ForcingEntry{Forcing::transformation, 1}, ForcingEntry{Forcing::moment, 0},
+    ForcingEntry{Forcing::temperature_reading, 0}, ForcingEntry{Forcing::temperature_reading, 1},
+    ForcingEntry{Forcing::angle_reading, 0}};
+
+// Standard deviation of each forcing, internal units; 0 takes it out.
+using ForcingSize = std::array<double, forcing_count>;
+
+// The sensors' noise and nothing else, or with air that wanders by `air_K`.
+inline ForcingSize only_air(double air_K) { return {air_K, 0.0, 0.0, 0.0, 0.0, 0.0}; }
+
+// Rows of a FitProblem averaged over blocks of time, channel by channel.
+class Blocks {
+ public:
+  struct Row {
+    std::size_t recording, block, channel;
+    double count;  // samples in it
+  };
+  struct Block {
+    std::size_t recording, first_sample, last_sample;  // both inclusive
+    double time_s;                                     // middle, recording's own time
+    std::array<std::size_t, channel_count> row;        // no_row where the channel has no sample here
+  };
+  static constexpr std::size_t no_row = static_cast<std::size_t>(-1);
+  static constexpr double period_s = 0.5;
+
+  explicit Blocks(const FitProblem& problem);
+  const std::vector<Row>& rows() const { return rows_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+
+  // Means over each block of the problem's data rows: [rows() x columns] from [problem rows x columns], row-major.
+  Eigen::MatrixXd means(const double* problem_rows, std::size_t columns) const;
+
+ private:
+  std::vector<Row> rows_;
+  std::vector<Block> blocks_;
+  std::vector<std::size_t> block_row_of_;  // of each row of the problem
+};
+
+// What the smoother says of a residual.
+struct Smoothed {
+  // Of each forcing entry over all blocks: estimate and standard deviation, internal units.
+  std::array<Eigen::VectorXd, forcing_entries> forcing, deviation;
+  // What each forcing alone does to the rows, in standard deviations of the sensors: [rows x forcing_count].
+  Eigen::MatrixXd response;
+};
+
+class StateNoise {
+ public:
+  // Along the path at z, which has its points.
+  StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path);
+
+  // How large the forcings are. Needed before whatever follows.
+  void set(const ForcingSize& size);
+  const ForcingSize& size() const { return size_; }
+
+  // W times columns of block rows, in place.
+  void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  double log_determinant() const { return log_determinant_; }
+
+  // log N(residual; 0, V) but for the constant.
+  double log_likelihood(const Eigen::VectorXd& residual) const;
+
+  Smoothed smooth(const Eigen::VectorXd& residual) const;
+
+  // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
+  // help end at 0; air is kept within `most_air_K`. Leaves the object at the result.
+  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
+                       const std::array<bool, forcing_count>& free, double most_air_K);
+
+ private:
+  struct Step {
+    Eigen::MatrixXd transition;   // [all x all], from the block before
+    Eigen::MatrixXd reading;      // [channels x all], in standard deviations of the sensors
+    double step_s = 0.0;
+    bool first_of_recording = false;
+  };
+  // With the forcings that are on: gains and variances of the innovations.
+  struct Gain {
+    Eigen::MatrixXd transition, reading;           // of the states that take part
+    std::array<Eigen::VectorXd, channel_count> gain;
+    std::array<double, channel_count> variance{};  // 0 where there is no row
+    Eigen::MatrixXd predicted;                     // covariance before the block's measurements; kept for the smoother
+  };
+  void filter(bool keep_covariance);
+  double likelihood_of(const Eigen::VectorXd& residual, const ForcingSize& size);
+
+  const Blocks& blocks_;
+  std::vector<Step> steps_;
+  std::size_t states_ = 0;  // of the limb, without the angular velocity
+  ForcingSize size_{};
+  std::vector<std::size_t> taking_part_;  // indices into all states: the limb's, then the forcings that are on
+  std::vector<Gain> gains_;
+  double log_determinant_ = 0.0;
+};
+
+}  // namespace sinew::diagnose
