@@ -143,19 +143,22 @@ struct Follower {
         (*points)[k].reading = seen.leftCols(n);
         (*points)[k].reading_ambient = seen.col(n);
       }
-      if (k + 1 == data.sample_count) {
-        if (points) (*points)[k].rates = rates.leftCols(n), (*points)[k].ambient = rates.col(n);
-        break;
-      }
+      if (k + 1 == data.sample_count) break;
       const double step_s = samples[k + 1].time_s - samples[k].time_s;
+      if (exact && !points) continue;
       if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
       differentiator.at(integrator.instant().given, integrator.state(), &rates, nullptr);
-      if (points) (*points)[k].rates = rates.leftCols(n), (*points)[k].ambient = rates.col(n);
+      exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
+      phi_1 *= step_s;
       if (sensitivities && !exact) {
-        exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
         next.noalias() = exp_x * state_sensitivity;
-        next.leftCols(parameters).noalias() += phi_1 * (step_s * rates.rightCols(parameters));
+        next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
         state_sensitivity.swap(next);
+      }
+      if (points) {
+        (*points)[k].transition = exp_x;
+        (*points)[k].integral = phi_1;
+        (*points)[k].ambient = rates.col(n);
       }
     }
     return true;

@@ -16,12 +16,13 @@
 
 namespace sinew::diagnose {
 
-// Derivatives at one sample: of the rates with respect to the states, [n x n], and to the ambient temperature, [n]; of the
-// readings (internal units), [3 x n] and [3]. n: all states of the limb, the angular velocity among them.
+// From one sample to the next, to first order: dx' = transition dx + integral g, for a push g on the rates that stays the
+// same in between; and what the readings (internal units) at the sample make of dx. n: all states of the limb.
 struct PathPoint {
-  Eigen::MatrixXd rates, reading;
-  Eigen::VectorXd ambient;
-  Eigen::VectorXd reading_ambient;
+  Eigen::MatrixXd transition, integral;  // [n x n]; of the last sample: empty
+  Eigen::VectorXd ambient;               // [n]: d rates / d ambient temperature, in between
+  Eigen::MatrixXd reading;               // [3 x n]
+  Eigen::VectorXd reading_ambient;       // [3]
 };
 
 struct Path {

@@ -1,24 +1,9 @@
 #include "diagnose/state_noise.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 namespace sinew::diagnose {
-namespace {
-
-constexpr std::size_t omega = plant::core_state::angular_velocity;
-
-// exp(A) by the Pade approximant (2,2) after scaling by 8; A's fast, strongly damped modes stay damped.
-Eigen::MatrixXd exponential(const Eigen::MatrixXd& a) {
-  const Eigen::Index n = a.rows();
-  const Eigen::MatrixXd x = a / 8.0, x2 = x * x / 12.0, one = Eigen::MatrixXd::Identity(n, n);
-  Eigen::MatrixXd e = (one - 0.5 * x + x2).partialPivLu().solve(one + 0.5 * x + x2);
-  for (int i = 0; i < 3; ++i) e = (e * e).eval();
-  return e;
-}
-
-}  // namespace
 
 Blocks::Blocks(const FitProblem& problem) {
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
@@ -62,70 +47,62 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
 StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path)
     : blocks_(blocks) {
   const plant::Limb<double> limb = problem.limb_at(z);
-  const std::size_t n = plant::layout_of(limb.on).size();
-  states_ = n - 1;
-  const auto all = static_cast<Eigen::Index>(states_ + forcing_entries);
-  // From all the limb's states to those without the angular velocity.
-  std::vector<Eigen::Index> kept;
-  for (std::size_t i = 0; i < n; ++i)
-    if (i != omega) kept.push_back(static_cast<Eigen::Index>(i));
-  const auto w = static_cast<Eigen::Index>(omega);
-
+  states_ = plant::layout_of(limb.on).size();
+  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries), all = n + q;
+  Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(3, q);
+  for (std::size_t e = 0; e < forcing_entries; ++e) {
+    const auto j = static_cast<Eigen::Index>(e);
+    const auto coil = static_cast<Eigen::Index>(forcing_entry[e].coil);
+    switch (forcing_entry[e].forcing) {
+      case Forcing::air: break;  // changes along the path
+      case Forcing::heat: push(coil, j) = 1.0 / limb.core.heat_capacity_J_K[forcing_entry[e].coil]; break;
+      case Forcing::transformation: push(2 + coil, j) = 1.0; break;
+      case Forcing::moment:
+        push(static_cast<Eigen::Index>(plant::core_state::angular_velocity), j) = 1.0 / limb.core.beam_inertia_kgm2;
+        break;
+      case Forcing::temperature_reading: direct(coil, j) = 1.0; break;
+      case Forcing::angle_reading: direct(2, j) = 1.0; break;
+    }
+  }
+  // A block's state is that of its first sample; what its mean shows is what each of its samples makes of that state.
+  Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), product(all, all);
   for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
-      const Blocks::Block& block = blocks_.blocks()[b];
-      const FitData& data = problem.data()[block.recording];
-      const std::vector<PathPoint>& points = path.points[block.recording];
-      PathPoint mean = points[block.first_sample];
-      for (std::size_t k = block.first_sample + 1; k <= block.last_sample; ++k) {
-        mean.rates += points[k].rates, mean.reading += points[k].reading;
-        mean.ambient += points[k].ambient, mean.reading_ambient += points[k].reading_ambient;
+    const Blocks::Block& block = blocks_.blocks()[b];
+    const FitData& data = problem.data()[block.recording];
+    const auto& samples = data.recording->samples;
+    const std::vector<PathPoint>& points = path.points[block.recording];
+    Step step;
+    step.first_of_recording = b == 0 || blocks_.blocks()[b - 1].recording != block.recording;
+    if (step.first_of_recording) {
+      step.transition = Eigen::MatrixXd::Identity(all, all);
+    } else {
+      step.step_s = samples[block.first_sample].time_s - samples[blocks_.blocks()[b - 1].first_sample].time_s;
+      step.transition = last_transition;
+    }
+    step.reading = Eigen::MatrixXd::Zero(3, all);
+    since.setIdentity();
+    for (std::size_t k = block.first_sample; k <= block.last_sample; ++k) {
+      const PathPoint& point = points[k];
+      direct.col(0) = point.reading_ambient;
+      step.reading.noalias() += point.reading * since.topRows(n);
+      step.reading.noalias() += direct * since.bottomRows(q);
+      if (point.transition.size() == 0) continue;
+      push.col(0) = point.ambient;
+      const Eigen::MatrixXd pushed = point.integral * push;
+      product.topRows(n).noalias() = point.transition * since.topRows(n);
+      product.topRows(n).noalias() += pushed * since.bottomRows(q);
+      for (std::size_t e = 0; e < forcing_entries; ++e) {
+        const auto j = n + static_cast<Eigen::Index>(e);
+        const double tau_s = forcings[static_cast<std::size_t>(forcing_entry[e].forcing)].correlation_time_s;
+        product.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
-      const double count = static_cast<double>(block.last_sample - block.first_sample + 1);
-      const Eigen::MatrixXd rates = mean.rates / count, reading = mean.reading / count;
-      const Eigen::VectorXd ambient = mean.ambient / count, reading_ambient = mean.reading_ambient / count;
-
-      Step step;
-      step.first_of_recording = b == 0 || blocks_.blocks()[b - 1].recording != block.recording;
-      step.step_s = step.first_of_recording ? 0.0 : block.time_s - blocks_.blocks()[b - 1].time_s;
-      // Forcings on all states, then the angular velocity in balance: d omega = -(F_ww)^-1 (F_wx dx + b_w eta).
-      Eigen::MatrixXd push = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(forcing_entries));
-      Eigen::MatrixXd direct = Eigen::MatrixXd::Zero(3, static_cast<Eigen::Index>(forcing_entries));
-      for (std::size_t q = 0; q < forcing_entries; ++q) {
-        const auto j = static_cast<Eigen::Index>(q);
-        const auto coil = static_cast<Eigen::Index>(forcing_entry[q].coil);
-        switch (forcing_entry[q].forcing) {
-          case Forcing::air: push.col(j) = ambient, direct.col(j) = reading_ambient; break;
-          case Forcing::heat: push(coil, j) = 1.0 / limb.core.heat_capacity_J_K[forcing_entry[q].coil]; break;
-          case Forcing::transformation: push(2 + coil, j) = 1.0; break;
-          case Forcing::moment: push(w, j) = 1.0 / limb.core.beam_inertia_kgm2; break;
-          case Forcing::temperature_reading: direct(coil, j) = 1.0; break;
-          case Forcing::angle_reading: direct(2, j) = 1.0; break;
-        }
-      }
-      const double pivot = rates(w, w) < 0.0 ? rates(w, w) : -1.0;
-      Eigen::MatrixXd generator = Eigen::MatrixXd::Zero(all, all);
-      step.reading = Eigen::MatrixXd::Zero(3, all);
-      for (std::size_t i = 0; i < states_; ++i) {
-        const auto to = static_cast<Eigen::Index>(i);
-        for (std::size_t m = 0; m < states_; ++m)
-          generator(to, static_cast<Eigen::Index>(m)) = rates(kept[i], kept[m]) - rates(kept[i], w) * rates(w, kept[m]) / pivot;
-        for (std::size_t q = 0; q < forcing_entries; ++q)
-          generator(to, static_cast<Eigen::Index>(states_ + q)) =
-              push(kept[i], static_cast<Eigen::Index>(q)) - rates(kept[i], w) * push(w, static_cast<Eigen::Index>(q)) / pivot;
-        for (Eigen::Index c = 0; c < 3; ++c)
-          step.reading(c, to) = reading(c, kept[i]) - reading(c, w) * rates(w, kept[i]) / pivot;
-      }
-      for (std::size_t q = 0; q < forcing_entries; ++q) {
-        const auto j = static_cast<Eigen::Index>(states_ + q);
-        generator(j, j) = -1.0 / forcings[static_cast<std::size_t>(forcing_entry[q].forcing)].correlation_time_s;
-        for (Eigen::Index c = 0; c < 3; ++c)
-          step.reading(c, j) = direct(c, static_cast<Eigen::Index>(q)) -
-                               reading(c, w) * push(w, static_cast<Eigen::Index>(q)) / pivot;
-      }
-      for (std::size_t c = 0; c < channel_count; ++c)
-        step.reading.row(static_cast<Eigen::Index>(c)) /= channels[c].internal_per_unit * data.deviation[c];
-      step.transition = exponential(generator * step.step_s);
-      steps_.push_back(std::move(step));
+      since.swap(product);
+    }
+    last_transition = since;
+    step.reading /= static_cast<double>(block.last_sample - block.first_sample + 1);
+    for (std::size_t c = 0; c < channel_count; ++c)
+      step.reading.row(static_cast<Eigen::Index>(c)) /= channels[c].internal_per_unit * data.deviation[c];
+    steps_.push_back(std::move(step));
   }
 }
 

@@ -10,7 +10,6 @@
 //
 // Residuals are first averaged over blocks of half a second: the limb has no faster motion that ten samples a second would
 // show and five averaged ones would not, and it makes the filter five times as fast.
-// The beam's angular velocity follows the angle within milliseconds and is eliminated.
 //
 // Source: Kristensen, Madsen, Jorgensen 2004, Automatica 40:225 (noise in the state to find what a grey-box model lacks);
 // Anderson, Moore, Optimal Filtering (1979), chapters 3 and 7; Bryson, Frazier 1963 (smoother).
@@ -141,7 +140,7 @@ class StateNoise {
 
   const Blocks& blocks_;
   std::vector<Step> steps_;
-  std::size_t states_ = 0;  // of the limb, without the angular velocity
+  std::size_t states_ = 0;  // of the limb
   ForcingSize size_{};
   std::vector<std::size_t> taking_part_;  // indices into all states: the limb's, then the forcings that are on
   std::vector<Gain> gains_;

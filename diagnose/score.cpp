@@ -1,0 +1,241 @@
+#include "diagnose/score.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "diagnose/calibrate.h"
+#include "sim/random.h"
+
+namespace sinew::diagnose {
+namespace {
+
+using Shape = std::map<std::size_t, double>;  // parameter, internal value
+
+// Whether the effect switches at an instant that one of its parameters is; such instants are tried all over the recording.
+bool switches(std::size_t effect) {
+  const plant::Limb<double> limb = with_effect({}, effect);
+  return !plant::Equations<double>(limb).switch_times_s().empty();
+}
+
+std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant, double duration_s) {
+  std::vector<double> values;
+  if (is_instant) {
+    for (int i = 1; i <= 9; ++i) values.push_back(0.1 * i * duration_s);
+  } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 && declared.prior_deviation > 0.45 * declared.typical) {
+    for (const double factor : {0.04, 0.12, 0.35, 1.0, 3.0}) values.push_back(declared.typical * factor);
+  } else {
+    for (const double step : {-1.5, -0.75, 0.0, 0.75, 1.5}) values.push_back(declared.typical + step * declared.prior_deviation);
+  }
+  for (double& value : values) value = std::clamp(value, declared.range.lowest, declared.range.highest) * declared.unit.internal_per_unit;
+  return values;
+}
+
+// The first shape parameter runs over its grid; every further one over its own while the first is typical.
+std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
+  const auto& info = plant::effects()[effect];
+  const bool instant = switches(effect);
+  Shape typical;
+  std::vector<std::size_t> free;
+  for (const std::size_t p : info.parameters) {
+    if (p == info.strength) continue;
+    const auto& declared = plant::parameters()[p].declaration;
+    typical[p] = declared.typical * declared.unit.internal_per_unit;
+    if (declared.prior_deviation > 0.0) free.push_back(p);
+  }
+  std::vector<Shape> shapes;
+  for (std::size_t i = 0; i < free.size(); ++i)
+    for (const double value : grid_of(plant::parameters()[free[i]].declaration, instant, duration_s)) {
+      Shape shape = typical;
+      shape[free[i]] = value;
+      if (i == 0 || value != typical[free[i]]) shapes.push_back(shape);
+    }
+  if (shapes.empty()) shapes.push_back(typical);
+  return shapes;
+}
+
+struct Job {
+  plant::Limb<double> limb;
+  std::vector<std::size_t> scores;  // indices into Scores::all, one a column
+  bool difference = false;          // instead of a sensitivity
+};
+
+}  // namespace
+
+void in_parallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::mutex keeping;
+  std::exception_ptr trouble;
+  const auto loop = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::scoped_lock lock(keeping);
+        if (!trouble) trouble = std::current_exception();
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t) others.emplace_back(loop);
+    loop();
+  }
+  if (trouble) std::rethrow_exception(trouble);
+}
+
+Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, int threads) {
+  const FitProblem& problem = *at.problem;
+  const plant::Limb<double> fitted = at.limb();
+  double duration_s = 0.0;
+  for (const FitData& data : problem.data())
+    duration_s = std::max(duration_s, data.recording->samples[data.sample_count - 1].time_s - data.recording->samples.front().time_s);
+
+  Scores result;
+  std::vector<Job> jobs;
+  // Effects that move no event share integrations: the k-th shape of each goes into the k-th job.
+  std::vector<std::size_t> shared;
+  for (const std::size_t e : candidates) {
+    const auto& info = plant::effects()[e];
+    const bool toggle = plant::parameters()[info.strength].declaration.kind == plant::Kind::toggle;
+    plant::Limb<double> alone = with_effect({}, e);
+    plant::set(alone, info.strength, plant::parameters()[info.strength].declaration.typical);
+    const plant::Equations<double> equations(alone);
+    const bool event = !equations.switch_times_s().empty() || equations.command_delay_s() != 0.0;
+    const std::vector<Shape> shapes = shapes_of(e, duration_s);
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+      Score score{e, {}, 0.0, 0.0, 0.0, 0.0, {}};
+      for (const auto& [parameter, value] : shapes[k]) score.shape[plant::parameters()[parameter].key()] = value;
+      std::size_t job = jobs.size();
+      if (!toggle && !event) {
+        if (k >= shared.size()) {
+          shared.push_back(jobs.size());
+          jobs.push_back({fitted, {}, false});
+        }
+        job = shared[k];
+      } else {
+        jobs.push_back({fitted, {}, toggle});
+      }
+      plant::Limb<double>& limb = jobs[job].limb;
+      const plant::Limb<double> raised = with_effect(limb, e);
+      for (const std::size_t p : info.parameters) plant::set(limb, p, plant::get(raised, p));
+      limb.on[e] = true;
+      for (const auto& [parameter, value] : shapes[k]) plant::set(limb, parameter, value);
+      jobs[job].scores.push_back(result.all.size());
+      result.all.push_back(std::move(score));
+    }
+  }
+
+  Path path;
+  follow(problem, at.z.data(), Want::everything, path);
+  StateNoise noise(problem, *at.blocks, at.z.data(), path);
+  noise.set(at.forcing);
+  Eigen::MatrixXd absorbed = at.blocks->means(path.jacobian.data(), problem.unknowns().size());
+  noise.whiten(absorbed);
+  Eigen::MatrixXd residual = at.residual;
+  noise.whiten(residual);
+  Eigen::MatrixXd information = absorbed.transpose() * absorbed;
+  information.diagonal().array() += 1.0;
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+
+  in_parallel(jobs.size(), threads, [&](std::size_t j) {
+    const Job& job = jobs[j];
+    std::vector<std::size_t> strengths;
+    for (const std::size_t s : job.scores) strengths.push_back(plant::effects()[result.all[s].effect].strength);
+    std::vector<double> rows;
+    Eigen::MatrixXd columns;
+    if (job.difference) {
+      // The problem with the effect on, all else as it is.
+      Guess here = at.as_guess();
+      FitProblem with(job.limb, fittable_parameters(job.limb), problem.data(),
+                      problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated, problem.numerics());
+      std::vector<double> z(with.unknowns().size(), 0.0);
+      for (std::size_t u = 0; u < z.size(); ++u)
+        if (const auto found = here.values.find(with.unknowns()[u].name); found != here.values.end())
+          z[u] = (found->second - with.unknowns()[u].centre) / with.unknowns()[u].deviation;
+      Path there;
+      if (!follow(with, z.data(), Want::residuals, there)) return;
+      columns = at.blocks->means(there.residuals.data(), 1);
+      columns.col(0) -= at.residual;
+    } else {
+      if (!sensitivity_to(problem, at.z.data(), job.limb, strengths, rows)) return;
+      columns = at.blocks->means(rows.data(), strengths.size());
+    }
+    if (!columns.allFinite()) return;
+    noise.whiten(columns);
+    for (std::size_t k = 0; k < job.scores.size(); ++k) {
+      Score& score = result.all[job.scores[k]];
+      const auto& declared = plant::parameters()[strengths[k]].declaration;
+      const double scale = job.difference || declared.prior_deviation == 0.0 ? 1.0 : declared.prior_deviation * declared.unit.internal_per_unit;
+      Eigen::VectorXd s = columns.col(static_cast<Eigen::Index>(k));
+      const double whole = s.squaredNorm();
+      const Eigen::VectorXd coefficients = factor.solve(absorbed.transpose() * s);
+      s -= absorbed * coefficients;
+      // With the priors' rows, which P counts among the data: s^T P s = |s - J c|^2 + |c|^2.
+      const double left = s.squaredNorm() + coefficients.squaredNorm();
+      const double along = s.dot(residual.col(0)) - coefficients.dot(at.z);
+      if (whole <= 0.0 || left < 1e-12 * whole) continue;
+      const double null = declared.null_value.value_or(0.0) * declared.unit.internal_per_unit;
+      const double phi = -along / left * scale;
+      const bool allowed = job.difference ? phi > 0.0
+                           : phi > 0.0    ? declared.range.highest > *declared.null_value
+                                          : declared.range.lowest < *declared.null_value;
+      score.visible_share = left / whole;
+      score.smallest_seen = 5.0 / std::sqrt(left) * scale;
+      score.strength = std::clamp(null + phi, declared.range.lowest * declared.unit.internal_per_unit,
+                                  declared.range.highest * declared.unit.internal_per_unit);
+      score.statistic = allowed ? along * along / left : 0.0;
+      score.column.resize(s.size() + coefficients.size());
+      score.column << s, -coefficients;
+      score.column /= std::sqrt(left);
+      if (!job.difference && declared.range.highest <= *declared.null_value) score.column = -score.column;  // the sense that is allowed
+    }
+  });
+
+  for (const std::size_t e : candidates) {
+    std::size_t best = result.all.size();
+    for (std::size_t i = 0; i < result.all.size(); ++i)
+      if (result.all[i].effect == e && (best == result.all.size() || result.all[i].statistic > result.all[best].statistic)) best = i;
+    if (best < result.all.size()) result.best.push_back(best);
+  }
+  std::stable_sort(result.best.begin(), result.best.end(),
+                   [&](std::size_t a, std::size_t b) { return result.all[a].statistic > result.all[b].statistic; });
+  return result;
+}
+
+double family_wise_probability(const Scores& scores, double statistic, std::uint64_t seed, int draws) {
+  std::vector<const Score*> seen;
+  for (const Score& score : scores.all)
+    if (score.column.size() > 0) seen.push_back(&score);
+  if (seen.empty()) return 1.0;
+  const auto n = static_cast<Eigen::Index>(seen.size());
+  Eigen::MatrixXd columns(seen.front()->column.size(), n);
+  for (Eigen::Index i = 0; i < n; ++i) columns.col(i) = seen[static_cast<std::size_t>(i)]->column;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(columns.transpose() * columns);
+  const Eigen::MatrixXd root = spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const sim::RandomStream chance(seed, "diagnose.family_wise");
+  int reached = 0;
+  std::uint64_t index = 0;
+  for (int d = 0; d < draws; ++d) {
+    Eigen::VectorXd normal(n);
+    for (Eigen::Index i = 0; i < n; ++i) normal(i) = chance.normal(index++);
+    const Eigen::VectorXd drawn = root * normal;
+    double largest = 0.0;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto& info = plant::effects()[seen[static_cast<std::size_t>(i)]->effect];
+      const auto& declared = plant::parameters()[info.strength].declaration;
+      const bool two_sided = declared.null_value && declared.range.lowest < *declared.null_value && declared.range.highest > *declared.null_value;
+      const double value = two_sided ? std::abs(drawn(i)) : std::max(0.0, drawn(i));
+      largest = std::max(largest, value * value);
+    }
+    reached += largest >= statistic;
+  }
+  const double bound = std::min(1.0, static_cast<double>(n) * std::erfc(std::sqrt(std::max(0.0, statistic) / 2.0)));
+  return reached > 0 ? static_cast<double>(reached) / draws : std::min(bound, 1.0 / draws);
+}
+
+}  // namespace sinew::diagnose

@@ -1,0 +1,208 @@
+#include "diagnose/search.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+
+#include "diagnose/calibrate.h"
+
+namespace sinew::diagnose {
+namespace {
+
+// Where the fit of one more effect begins: all else as it is, the effect with the shape that scored best and the strength that
+// the score says, within reason.
+Guess guess_with(const Explanation& at, const Score& score) {
+  Guess guess = at.as_guess();
+  for (const auto& [key, value] : score.shape) guess.values[key] = value;
+  const std::size_t strength = plant::effects()[score.effect].strength;
+  const auto& declared = plant::parameters()[strength].declaration;
+  if (declared.kind != plant::Kind::toggle) {
+    const double unit = declared.unit.internal_per_unit;
+    const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
+    double step = score.strength - null;
+    const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
+    if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
+    guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
+  }
+  return guess;
+}
+
+Explanation with_added(const plant::Limb<double>& centres, const Explanation& at, const Score& score,
+                       const ExplanationSettings& settings) {
+  plant::Limb<double> limb = centres;
+  for (const std::size_t e : at.effects())
+    if (!limb.on[e]) limb = with_effect(limb, e);
+  return explain(with_effect(limb, score.effect), at.problem->data(), guess_with(at, score), settings);
+}
+
+bool better(const Candidate& a, const Candidate& b) {
+  if (a.explanation.usable != b.explanation.usable) return a.explanation.usable;
+  return a.explanation.log_evidence > b.explanation.log_evidence;
+}
+
+class Searcher {
+ public:
+  Searcher(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings)
+      : nominal_(nominal), data_(data), settings_(settings) {}
+
+  Search run() {
+    Search result;
+    tell(0.02, "calibrating the core");
+    result.core = explain(nominal_, data_, {}, settings_.fit);
+    if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
+    result.best = result.core;
+    while (true) {
+      Round round = one_round(result.best, result.rounds.size());
+      const bool first = result.rounds.empty();
+      if (first) result.core = round.before;
+      if (round.accepted) {
+        result.best = round.candidates.front().explanation;
+        result.rounds.push_back(std::move(round));
+        if (result.rounds.size() > 1) exchange(result);
+        if (result.best.effects().size() >= settings_.most_effects + base_count()) break;
+      } else {
+        result.best = round.before;
+        result.rounds.push_back(std::move(round));
+        break;
+      }
+    }
+    find_rivals(result);
+    tell(1.0, "done");
+    return result;
+  }
+
+ private:
+  void tell(double share, const std::string& doing) const {
+    if (settings_.progress) settings_.progress(share, doing);
+  }
+
+  std::size_t base_count() const {
+    return static_cast<std::size_t>(std::count(nominal_.on.begin(), nominal_.on.end(), true));
+  }
+
+  std::vector<std::size_t> candidates_at(const Explanation& at) const {
+    const std::vector<std::size_t> on = at.effects();
+    std::vector<std::size_t> candidates;
+    for (std::size_t e = 0; e < plant::effect_count; ++e)
+      if (std::find(on.begin(), on.end(), e) == on.end() &&
+          std::find(settings_.without.begin(), settings_.without.end(), e) == settings_.without.end())
+        candidates.push_back(e);
+    return candidates;
+  }
+
+  std::vector<Candidate> fitted(const Explanation& at, const Scores& scores, std::size_t most, double from, double to,
+                                const std::string& doing) const {
+    std::vector<Candidate> candidates;
+    for (const std::size_t s : scores.best) {
+      if (candidates.size() == most) break;
+      if (scores.all[s].statistic < 4.0 && !candidates.empty()) break;
+      candidates.push_back({scores.all[s].effect, scores.all[s], {}});
+    }
+    std::atomic<std::size_t> done{0};
+    in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+      candidates[i].explanation = with_added(nominal_, at, candidates[i].score, settings_.fit);
+      tell(from + (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
+    });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+    return candidates;
+  }
+
+  // The explanation without its last effect, begun where the one with it ended.
+  Explanation without_again(const Explanation& with, const Explanation& before) const {
+    Guess guess = with.as_guess();
+    plant::Limb<double> limb = nominal_;
+    for (const std::size_t e : before.effects())
+      if (!limb.on[e]) limb = with_effect(limb, e);
+    guess.forcing = before.forcing;
+    return explain(limb, data_, guess, settings_.fit);
+  }
+
+  Round one_round(const Explanation& before, std::size_t number) const {
+    const double from = std::min(0.9, 0.1 + 0.4 * static_cast<double>(number)), to = std::min(0.95, from + 0.35);
+    Round round;
+    round.before = before;
+    const std::string doing = number == 0 ? "trying effects" : "trying further effects";
+    for (int repeat = 0; repeat < 2; ++repeat) {
+      round.scores = score(round.before, candidates_at(round.before), settings_.threads);
+      round.candidates = fitted(round.before, round.scores, settings_.refits, from, to, doing);
+      if (round.candidates.empty() || !round.candidates.front().explanation.usable) return round;
+      const Explanation& best = round.candidates.front().explanation;
+      round.gain = 2.0 * (best.log_posterior - round.before.log_posterior);
+      if (round.gain < settings_.least_gain) break;
+      const Explanation again = without_again(best, round.before);
+      if (!again.usable || again.log_posterior < round.before.log_posterior + 0.5) break;
+      round.before = again;
+      round.gain = 2.0 * (best.log_posterior - again.log_posterior);
+    }
+    round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
+    round.accepted = round.gain >= settings_.least_gain && round.chance <= settings_.most_chance &&
+                     round.candidates.front().explanation.log_evidence > round.before.log_evidence;
+    return round;
+  }
+
+  // Each effect that was accepted is taken out, and the best of the others put in its place.
+  void exchange(Search& result) const {
+    for (const std::size_t e : result.best.effects()) {
+      if (nominal_.on[e]) continue;
+      const Explanation less = reduced(result.best, e);
+      if (!less.usable) continue;
+      if (less.log_evidence > result.best.log_evidence) {
+        result.best = less;
+        continue;
+      }
+      const Scores scores = score(less, candidates_at(less), settings_.threads);
+      const std::vector<Candidate> others = fitted(less, scores, 4, 0.9, 0.95, "exchanging effects");
+      if (!others.empty() && others.front().explanation.usable &&
+          others.front().explanation.log_evidence > result.best.log_evidence + 1.0)
+        result.best = others.front().explanation;
+    }
+  }
+
+  Explanation reduced(const Explanation& from, std::size_t effect) const {
+    plant::Limb<double> limb = nominal_;
+    for (const std::size_t e : from.effects())
+      if (!limb.on[e] && e != effect) limb = with_effect(limb, e);
+    Guess guess = from.as_guess();
+    for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(guess.forcing[q], 0.3 * Guess{}.forcing[q]);
+    return explain(limb, data_, guess, settings_.fit);
+  }
+
+  void find_rivals(Search& result) const {
+    std::vector<std::size_t> mine;
+    for (const std::size_t e : result.best.effects())
+      if (!nominal_.on[e]) mine.push_back(e);
+    if (mine.size() == 1) {
+      // The first round tried them already.
+      for (const Round& round : result.rounds) {
+        if (round.candidates.empty() || round.before.effects().size() != base_count()) continue;
+        for (const Candidate& candidate : round.candidates)
+          if (candidate.effect != mine[0] && candidate.explanation.usable)
+            result.rivals[mine[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+      }
+    } else {
+      for (const std::size_t e : mine) {
+        const Explanation less = reduced(result.best, e);
+        if (!less.usable) continue;
+        const Scores scores = score(less, candidates_at(less), settings_.threads);
+        for (const Candidate& candidate : fitted(less, scores, 4, 0.95, 0.99, "looking for rivals"))
+          if (candidate.effect != e && candidate.explanation.usable)
+            result.rivals[e].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+      }
+    }
+    for (auto& [effect, others] : result.rivals)
+      std::stable_sort(others.begin(), others.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  }
+
+  const plant::Limb<double>& nominal_;
+  const std::vector<FitData>& data_;
+  const SearchSettings& settings_;
+};
+
+}  // namespace
+
+Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {
+  return Searcher(nominal, data, settings).run();
+}
+
+}  // namespace sinew::diagnose

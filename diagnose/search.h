@@ -1,0 +1,52 @@
+// The search for the effects that are missing: score, refit, compare, accept or stop; then what remains.
+//
+// Round by round: the score test ranks the catalogue at the best explanation so far; the best few are fitted with everything
+// else free; the fit without the effect is repeated from where the fit with it ended, so that a poor optimum does not
+// pass for a discovery; the effect with the highest evidence is accepted if its gain would hardly ever come by chance among so
+// many. Once two are in, each is taken out again, and exchanged for its rivals.
+#pragma once
+
+#include "diagnose/score.h"
+
+namespace sinew::diagnose {
+
+struct SearchSettings {
+  ExplanationSettings fit;
+  int threads = 2;
+  std::uint64_t seed = 1;
+  std::size_t refits = 8;        // candidates a round that are fitted
+  std::size_t most_effects = 3;
+  double most_chance = 0.01;     // family-wise probability under which a gain counts
+  // A gain in twice the log posterior below this counts as chance whatever the linearised null says: what quantised
+  // sensors, corners of the hysteresis and air that is not quite as modelled add. Chosen on seeds of development.
+  double least_gain = 16.0;
+  std::vector<std::size_t> without;  // effects that may not be named
+  std::function<void(double done_share, const std::string& doing)> progress;
+};
+
+struct Candidate {
+  std::size_t effect;        // the one that was added
+  Score score;
+  Explanation explanation;   // with it
+};
+
+struct Round {
+  Explanation before;
+  Scores scores;                      // at `before`
+  std::vector<Candidate> candidates;  // fitted ones, by falling evidence
+  double gain = 0.0;                  // 2 (log posterior of the best - that of `before`)
+  double chance = 1.0;                // family-wise probability of such a gain
+  bool accepted = false;
+};
+
+struct Search {
+  Explanation core;           // what the plant explains as it is, calibrated
+  std::vector<Round> rounds;  // the last one is the one that found nothing more
+  Explanation best;
+  // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
+  std::map<std::size_t, std::vector<std::pair<std::size_t, double>>> rivals;
+};
+
+Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings);
+
+}  // namespace sinew::diagnose

@@ -1,0 +1,95 @@
+// Recordings with something concealed in them, for putting the diagnosis to the proof: `make` gives a training and a
+// held-out recording of one limb, and apart from them what is true of that limb.
+//
+// Written from the equations of design/plant.md alone. It shares no line with plant/, sim/ or diagnose/ (tests/layers
+// sees to it): physics, integrator, chance and sensors are its own, so that a tool that explains these recordings is
+// not recognising its own handwriting. tests/prove/generator_test.cpp is the one place where the two limbs meet.
+//
+// Everything is a function of (kind, seed, settings); the same binary on the same machine gives the same bits. Chance
+// is split by consumer: a disturbance that is switched on leaves the limb, its setpoints and the other noise as they
+// were (but for mid_motion, which cuts their beginning away). Another strength leaves all draws as they were.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sinew::prove {
+
+// A row as a recording keeps it: what the sensors showed at time_s, and the duty commanded on that, held until the next
+// row. The duty of the last row has no consequence. A missing measurement is NaN; time and duty never are.
+struct Sample {
+  double time_s = 0.0;
+  std::array<double, 2> duty{};  // of A and B, 0 to 1
+  std::array<double, 2> temperature_degC{};
+  double angle_deg = 0.0;
+};
+
+// What is true of a limb beyond the core.
+struct TruthEffect {
+  std::string name;  // of the catalogue, where the physics is the catalogue's; otherwise a name of its own
+  std::string form;  // another functional form of the catalogue's effect; empty: the catalogue's own, or no form of any
+  std::string place;  // sensor.temperature, thermal, actuation, transformation, mechanics, sensor.angle
+  std::map<std::string, double> parameters;  // in_catalogue: YAML names; otherwise names of its own, units in them
+  bool in_catalogue = true;                  // name, equation and parameters are those of the catalogue
+  std::string words;
+};
+
+enum class Family { clean, catalogue, other_form, pair, outside };
+std::string_view name_of(Family family);
+
+struct Kind {
+  Family family = Family::clean;
+  std::string name;                  // unique: "core", "latent_heat", "dry_friction.stribeck", "a+b", "rate_shift"
+  std::vector<std::string> effects;  // "name", or "name.form"
+};
+
+// Every kind of case, in a fixed order: clean, the catalogue in its order, other forms, pairs, outside.
+std::vector<Kind> kinds();
+
+struct Disturbances {
+  bool moving_air =
+      true;  // ambient wanders by 0.3 K (one standard deviation) over 20 to 40 s; both wires feel the same
+  bool coarse_steps = false;  // 0.5 K and 0.25 deg instead of 0.25 K and 1/32 deg; the controller sees them too
+  bool gaps = false;          // stretches of 0.5 to 8 s are missing, each in one channel
+  bool outliers = false;      // 0.5 % of the samples of each channel are off by 10 to 20 K, or 7.5 to 15 deg
+  bool clock_drift = false;   // time_s runs 1 % fast; effects and parameters are in true time
+  bool mid_motion = false;    // 30 s of babbling before the recording are cut away; t = 0 is where it starts
+};
+
+struct Settings {
+  double training_s = 400.0;
+  double heldout_s = 200.0;
+  // Multiplies the strengths, of every effect: 1 plain, 0.5 moderate, 0.25 barely visible. Shapes (a time constant
+  // beside a stiffness, a threshold) stay. A gain's distance from 1 is multiplied; angle_saturation has its limit
+  // divided by the square root. coil_slack has no strength: here it is how much too long the cold coils are.
+  double strength = 1.0;
+  Disturbances disturbances;
+};
+
+struct Concealed {
+  // Both begin cold and at rest (but for mid_motion), at time 0; the second is another babbling of the same limb with
+  // its own air and noise. What depends on time begins anew with each recording.
+  std::vector<Sample> training, heldout;
+  std::map<std::string, double> core_parameters;  // true ones, all, YAML names
+  std::vector<TruthEffect> effects;               // true ones, in the kind's order
+  // The same rows before noise, steps, gaps and outliers: what perfect sensors would show, with effects and air.
+  std::vector<Sample> training_without_noise, heldout_without_noise;
+};
+
+// The core's parameters are off their defaults by up to 8 % or 3 K (angle offset 1 deg); supply, inertia and sign are
+// known. A limb with coil_slack has a shorter coil_stretch_m (0.0255) and a longer transformation_stretch_m (0.0335 at
+// strength 1, both off by up to 3 %), or its coils would never slacken. Strengths and shapes of effects vary by 25 %.
+// Throws std::invalid_argument for an effect that there is not.
+Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
+
+// Perfect sensors on a limb that is driven by the duty of `samples`, at their times, from cold and rest in still air.
+// Core parameters that are not named have their defaults; of effects, name, form and parameters are read, and the
+// parameters that are not named are at their null. Throws std::invalid_argument for a name that there is not.
+std::vector<Sample> simulate(const std::map<std::string, double>& core_parameters,
+                             const std::vector<TruthEffect>& effects, const std::vector<Sample>& samples);
+
+}  // namespace sinew::prove

@@ -1,0 +1,518 @@
+#include "prove/generator_effects.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "prove/generator_random.h"
+
+namespace sinew::prove {
+namespace {
+
+constexpr std::string_view at_thermocouple = "sensor.temperature", in_heat = "thermal", in_power = "actuation",
+                           in_phase = "transformation", in_beam = "mechanics", at_angle = "sensor.angle";
+using P = Physics;
+
+std::vector<Effect> catalogue() {
+  using enum Role;
+  return {
+      {"thermocouple_lag",
+       "",
+       at_thermocouple,
+       true,
+       "the thermocouple's bead follows the wire late",
+       {{"time_constant_s", 1.5, strength, &P::lag_s}}},
+      {"thermocouple_heat_sink",
+       "",
+       at_thermocouple,
+       true,
+       "the thermocouple's leads drain heat",
+       {{"gain", 0.85, from_one, &P::sink_gain}}},
+      {"body_heat_storage",
+       "",
+       in_heat,
+       true,
+       "the silicone stores heat and gives it back",
+       {{"conductance_W_K", 0.012, strength, &P::body_conductance_W_K},
+        {"heat_capacity_J_K", 6.0, shape, &P::body_capacity_J_K},
+        {"heat_loss_W_K", 0.05, shape, &P::body_loss_W_K}}},
+      {"cross_heating",
+       "",
+       in_heat,
+       true,
+       "one wire heats the other",
+       {{"conductance_W_K", 0.006, strength, &P::cross_conductance_W_K}}},
+      {"latent_heat",
+       "",
+       in_heat,
+       true,
+       "the transformation absorbs and frees heat",
+       {{"latent_heat_J", 10.0, strength, &P::latent_heat_J}}},
+      {"convection_nonlinearity",
+       "",
+       in_heat,
+       true,
+       "heat loss grows with temperature",
+       {{"slope_1_K", 0.006, strength, &P::convection_slope_1_K}}},
+      {"airflow_change",
+       "",
+       in_heat,
+       true,
+       "the air moves more from one moment on",
+       {{"relative_change", 0.3, strength, &P::airflow_change}, {"onset_s", 0.0, onset, &P::airflow_onset_s}}},
+      {"ambient_drift",
+       "",
+       in_heat,
+       true,
+       "the room warms or cools",
+       {{"rate_K_s", 0.01, signed_strength, &P::ambient_rate_K_s}}},
+      {"resistance_change",
+       "",
+       in_power,
+       true,
+       "martensite resists more",
+       {{"relative_increase", 0.2, strength, &P::resistance_increase}}},
+      {"supply_sag",
+       "",
+       in_power,
+       true,
+       "the supply sags under load",
+       {{"source_resistance_Ohm", 0.35, strength, &P::source_resistance_Ohm}}},
+      {"duty_deadband",
+       "",
+       in_power,
+       true,
+       "the first part of the duty has no effect",
+       {{"threshold_fraction", 0.05, strength, &P::deadband}}},
+      {"input_delay", "", in_power, true, "commands act late", {{"delay_s", 0.3, strength, &P::delay_s}}},
+      {"stress_shift",
+       "",
+       in_phase,
+       true,
+       "tension raises the transformation temperatures",
+       {{"shift_K_N", 2.0, strength, &P::stress_shift_K_N}}},
+      {"fatigue",
+       "",
+       in_phase,
+       true,
+       "every cycle costs stroke",
+       {{"loss_per_cycle", 0.03, strength, &P::fatigue_per_cycle}}},
+      {"minor_loops",
+       "",
+       in_phase,
+       true,
+       "inside the loop the phase goes on changing",
+       {{"slope_share", 0.3, strength, &P::minor_loop_share}}},
+      {"r_phase",
+       "",
+       in_phase,
+       true,
+       "part of the stroke comes from the R-phase",
+       {{"share", 0.25, strength, &P::r_phase_share},
+        {"midpoint_degC", 45.0, shape, &P::r_phase_midpoint_degC},
+        {"width_K", 4.0, shape, &P::r_phase_width_K}}},
+      {"viscoelastic_creep",
+       "",
+       in_beam,
+       true,
+       "the silicone creeps",
+       {{"stiffness_Nm_rad", 0.02, strength, &P::creep_stiffness_Nm_rad},
+        {"time_constant_s", 8.0, shape, &P::creep_time_s}}},
+      {"dry_friction",
+       "",
+       in_beam,
+       true,
+       "the coils rub in their channels",
+       {{"moment_Nm", 0.006, strength, &P::friction_Nm},
+        {"smoothing_rad_s", 0.05, shape, &P::friction_smoothing_rad_s}}},
+      {"cubic_stiffening",
+       "",
+       in_beam,
+       true,
+       "the body stiffens at large bends",
+       {{"stiffness_Nm_rad3", 0.04, strength, &P::cubic_Nm_rad3}}},
+      {"gravity_load",
+       "",
+       in_beam,
+       true,
+       "the limb's weight bends it",
+       {{"moment_Nm", 0.01, strength, &P::gravity_Nm}, {"tilt_deg", 20.0, signed_shape, &P::gravity_tilt_deg}}},
+      {"coil_slack", "", in_beam, true, "a coil goes slack instead of pushing", {{"enabled", 1.0, fixed, &P::slack}}},
+      {"hard_stop",
+       "",
+       in_beam,
+       true,
+       "the limb runs against a stop",
+       {{"stiffness_Nm_rad", 0.3, strength, &P::stop_stiffness_Nm_rad},
+        {"angle_deg", 0.6, within_reach, &P::stop_angle_deg}}},
+      {"angle_sensor_lag",
+       "",
+       at_angle,
+       true,
+       "the bend sensor follows late",
+       {{"time_constant_s", 0.6, strength, &P::angle_lag_s}}},
+      {"angle_sensor_drift",
+       "",
+       at_angle,
+       true,
+       "the bend sensor's zero drifts",
+       {{"rate_deg_s", 0.01, signed_strength, &P::angle_drift_deg_s}}},
+  };
+}
+
+std::vector<Effect> other_forms() {
+  using enum Role;
+  return {
+      {"thermocouple_lag",
+       "diffusive",
+       at_thermocouple,
+       false,
+       "heat diffuses through the bead: three nodes in a row",
+       {{"total_lag_s", 1.8, strength, &P::diffusive_lag_s}}},
+      {"body_heat_storage",
+       "ladder",
+       in_heat,
+       false,
+       "heat wanders through the silicone: three nodes in a row",
+       {{"conductance_W_K", 0.015, strength, &P::ladder_conductance_W_K},
+        {"heat_capacity_J_K", 8.0, shape, &P::ladder_capacity_J_K},
+        {"heat_loss_W_K", 0.05, shape, &P::ladder_loss_W_K},
+        {"inner_conductance_W_K", 0.06, shape, &P::ladder_inner_W_K}}},
+      {"convection_nonlinearity",
+       "power",
+       in_heat,
+       false,
+       "heat loss coefficient goes as a power of the temperature rise",
+       {{"exponent", 0.28, strength, &P::convection_exponent}}},
+      {"airflow_change",
+       "gusts",
+       in_heat,
+       false,
+       "gusts come and go",
+       {{"relative_change", 0.4, strength, &P::gust_change},
+        {"first_s", 50.0, shape, &P::gust_first_s},
+        {"interval_s", 90.0, shape, &P::gust_interval_s},
+        {"length_s", 25.0, shape, &P::gust_length_s},
+        {"ramp_s", 6.0, shape, &P::gust_ramp_s}}},
+      {"ambient_drift",
+       "swing",
+       in_heat,
+       false,
+       "the room's heating switches slowly: the ambient swings",
+       {{"amplitude_K", 2.0, signed_strength, &P::ambient_swing_K},
+        {"period_s", 300.0, shape, &P::ambient_swing_period_s}}},
+      {"latent_heat",
+       "directional",
+       in_heat,
+       false,
+       "the transformation absorbs more heat than it gives back",
+       {{"heating_J", 12.0, strength, &P::latent_heating_J}, {"cooling_J", 7.0, strength, &P::latent_cooling_J}}},
+      {"supply_sag",
+       "battery",
+       in_power,
+       false,
+       "a battery sags at once and further with time, and recovers slowly",
+       {{"prompt_resistance_Ohm", 0.2, strength, &P::battery_prompt_Ohm},
+        {"slow_resistance_Ohm", 0.2, strength, &P::battery_slow_Ohm},
+        {"recovery_s", 10.0, shape, &P::battery_time_s}}},
+      {"duty_deadband",
+       "soft",
+       in_power,
+       false,
+       "small duty has little effect: u^2 / (u + u_0)",
+       {{"half_fraction", 0.06, strength, &P::soft_deadband}}},
+      {"input_delay",
+       "driver_lag",
+       in_power,
+       false,
+       "the driver follows the duty with a first-order lag",
+       {{"time_constant_s", 0.35, strength, &P::ramp_s}}},
+      {"stress_shift",
+       "saturating",
+       in_phase,
+       false,
+       "tension raises the transformation temperatures, less and less",
+       {{"shift_K_N", 2.5, strength, &P::saturating_shift_K_N}, {"tension_N", 4.0, shape, &P::saturating_tension_N}}},
+      {"fatigue",
+       "shakedown",
+       in_phase,
+       false,
+       "the stroke is lost in the first cycles and then settles",
+       {{"loss", 0.25, strength, &P::shakedown_loss}, {"cycles", 4.0, shape, &P::shakedown_cycles}}},
+      {"viscoelastic_creep",
+       "series",
+       in_beam,
+       false,
+       "the silicone creeps over decades of time: three branches",
+       {{"stiffness_Nm_rad", 0.03, strength, &P::series_stiffness_Nm_rad},
+        {"middle_time_s", 8.0, shape, &P::series_middle_time_s}}},
+      {"dry_friction",
+       "stribeck",
+       in_beam,
+       false,
+       "friction that is higher at rest than in motion",
+       {{"moment_Nm", 0.0045, strength, &P::stribeck_Nm},
+        {"smoothing_rad_s", 0.04, shape, &P::stribeck_smoothing_rad_s},
+        {"peak", 0.6, shape, &P::stribeck_peak},
+        {"peak_speed_rad_s", 0.12, shape, &P::stribeck_speed_rad_s}}},
+      {"hard_stop",
+       "exponential",
+       in_beam,
+       false,
+       "the limb is pressed into something that gives",
+       {{"moment_Nm", 0.006, strength, &P::soft_stop_Nm},
+        {"angle_deg", 0.55, within_reach, &P::soft_stop_angle_deg},
+        {"width_deg", 4.0, shape, &P::soft_stop_width_deg}}},
+      {"angle_sensor_lag",
+       "second_order",
+       at_angle,
+       false,
+       "the bend sensor follows late and overshoots a little",
+       {{"period_s", 0.35, strength, &P::resonance_s}, {"damping_ratio", 0.7, shape, &P::resonance_damping}}},
+      {"angle_sensor_drift",
+       "settling",
+       at_angle,
+       false,
+       "the bend sensor's zero creeps to a new place",
+       {{"shift_deg", 4.0, signed_strength, &P::settling_deg}, {"time_constant_s", 80.0, shape, &P::settling_time_s}}},
+  };
+}
+
+std::vector<Effect> outside() {
+  using enum Role;
+  return {
+      {"thermocouple_bow",
+       "",
+       at_thermocouple,
+       false,
+       "the thermocouple is wrong in the middle of its range",
+       {{"bow_K", 4.0, signed_strength, &P::bow_K}}},
+      {"motion_cooling",
+       "",
+       in_heat,
+       false,
+       "a limb that moves fans itself: h (1 + a |omega|)",
+       {{"slope_s_rad", 4.0, strength, &P::motion_cooling_s_rad}}},
+      {"bend_cooling",
+       "",
+       in_heat,
+       false,
+       "a bend bares the outer wire and covers the inner one: h (1 + a theta)",
+       {{"slope_1_rad", 0.5, signed_strength, &P::bend_cooling_1_rad}}},
+      {"hot_resistance",
+       "",
+       in_power,
+       false,
+       "resistance rises with temperature: R (1 + a (T - T_inf))",
+       {{"slope_1_K", 0.005, strength, &P::resistance_slope_1_K}}},
+      {"pulse_fade",
+       "",
+       in_power,
+       false,
+       "the switch warms in long pulses and passes less",
+       {{"loss_fraction", 0.35, strength, &P::pulse_fade}, {"time_constant_s", 6.0, shape, &P::pulse_fade_s}}},
+      {"waking_switch",
+       "",
+       in_power,
+       false,
+       "the switch misses the first part of the duty until it has been driven a while",
+       {{"angle_fraction", 0.08, strength, &P::waking_angle}, {"time_constant_s", 3.0, shape, &P::waking_time_s}}},
+      {"rate_shift",
+       "",
+       in_phase,
+       false,
+       "the transformation comes later the faster the wire warms or cools",
+       {{"shift_s", 0.8, strength, &P::rate_shift_s}}},
+      {"martensite_stabilisation",
+       "",
+       in_phase,
+       false,
+       "martensite that has been cold for long needs more heat to leave",
+       {{"shift_K", 7.0, strength, &P::stabilisation_K}, {"time_constant_s", 30.0, shape, &P::stabilisation_time_s}}},
+      {"austenite_softening",
+       "",
+       in_beam,
+       false,
+       "a hot coil softens further: k_a (1 - a (T - 75 degC))",
+       {{"slope_1_K", 0.006, strength, &P::softening_1_K}}},
+      {"speed_loss",
+       "",
+       in_beam,
+       false,
+       "loss grows with the square of speed",
+       {{"moment_Nms2_rad2", 0.1, strength, &P::speed_loss_Nms2_rad2}}},
+      {"angle_saturation",
+       "",
+       at_angle,
+       false,
+       "the bend sensor saturates: tanh(s theta) / s",
+       {{"slope_1_deg", 1.0 / 60.0, root_of_strength, &P::saturation_1_deg}}},
+      {"angle_temperature",
+       "",
+       at_angle,
+       false,
+       "the bend sensor reads the limb's warmth, too",
+       {{"slope_deg_K", 0.08, signed_strength, &P::cross_sensitivity_deg_K}}},
+  };
+}
+
+constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
+    {"latent_heat", "viscoelastic_creep"},
+    {"thermocouple_lag", "dry_friction"},
+    {"supply_sag", "cubic_stiffening"},
+    {"body_heat_storage", "stress_shift"},
+    {"convection_nonlinearity", "angle_sensor_lag"},
+    {"cross_heating", "minor_loops"},
+    {"resistance_change", "hard_stop"},
+    {"airflow_change", "gravity_load"},
+    {"input_delay", "fatigue"},
+    {"duty_deadband", "r_phase"},
+    {"ambient_drift", "angle_sensor_drift"},
+    {"thermocouple_heat_sink", "viscoelastic_creep"},
+}};
+
+// Plus or minus 25 %.
+constexpr double variation = 0.25;
+
+}  // namespace
+
+const std::vector<CoreNumber>& core_numbers() {
+  using enum Spread;
+  static const std::vector<CoreNumber> all{
+      {"supply_voltage_V", known, &P::supply_voltage_V},
+      {"resistance_A_Ohm", relative, &P::resistance_A_Ohm},
+      {"resistance_B_Ohm", relative, &P::resistance_B_Ohm},
+      {"heat_capacity_A_J_K", relative, &P::heat_capacity_A_J_K},
+      {"heat_capacity_B_J_K", relative, &P::heat_capacity_B_J_K},
+      {"heat_loss_A_W_K", relative, &P::heat_loss_A_W_K},
+      {"heat_loss_B_W_K", relative, &P::heat_loss_B_W_K},
+      {"ambient_temperature_degC", kelvins, &P::ambient_temperature_degC},
+      {"heating_midpoint_degC", kelvins, &P::heating_midpoint_degC},
+      {"heating_width_K", relative, &P::heating_width_K},
+      {"cooling_midpoint_degC", kelvins, &P::cooling_midpoint_degC},
+      {"cooling_width_K", relative, &P::cooling_width_K},
+      {"transformation_time_s", relative, &P::transformation_time_s},
+      {"austenite_stiffness_N_m", relative, &P::austenite_stiffness_N_m},
+      {"martensite_stiffness_N_m", relative, &P::martensite_stiffness_N_m},
+      {"coil_stretch_m", relative, &P::coil_stretch_m},
+      {"transformation_stretch_m", relative, &P::transformation_stretch_m},
+      {"moment_arm_A_m", relative, &P::moment_arm_A_m},
+      {"moment_arm_B_m", relative, &P::moment_arm_B_m},
+      {"beam_stiffness_Nm_rad", relative, &P::beam_stiffness_Nm_rad},
+      {"beam_damping_Nms_rad", relative, &P::beam_damping_Nms_rad},
+      {"beam_inertia_kgm2", known, &P::beam_inertia_kgm2},
+      {"angle_offset_deg", offset, &P::angle_offset_deg},
+      {"bend_sign", known, &P::bend_sign},
+  };
+  return all;
+}
+
+const std::vector<Effect>& effects() {
+  static const std::vector<Effect> all = [] {
+    std::vector<Effect> list = catalogue();
+    for (const auto& more : {other_forms(), outside()}) list.insert(list.end(), more.begin(), more.end());
+    return list;
+  }();
+  return all;
+}
+
+std::string key_of(const Effect& effect) {
+  return effect.form.empty() ? std::string(effect.name) : std::string(effect.name) + "." + std::string(effect.form);
+}
+
+const Effect& effect_of_key(std::string_view key) {
+  for (const Effect& effect : effects())
+    if (key_of(effect) == key) return effect;
+  throw std::invalid_argument("no such effect to conceal: " + std::string(key));
+}
+
+Physics physics_of(const std::map<std::string, double>& core_parameters, const std::vector<TruthEffect>& truth) {
+  Physics physics;
+  const auto put = [&physics](const auto& numbers, const std::string& name, double value, const std::string& owner) {
+    const auto found = std::ranges::find_if(numbers, [&](const auto& number) { return number.name == name; });
+    if (found == numbers.end()) throw std::invalid_argument(owner + " has no parameter " + name);
+    physics.*(found->field) = value;
+  };
+  for (const auto& [name, value] : core_parameters) put(core_numbers(), name, value, "the core");
+  for (const TruthEffect& one : truth) {
+    const std::string key = one.form.empty() ? one.name : one.name + "." + one.form;
+    for (const auto& [name, value] : one.parameters) put(effect_of_key(key).numbers, name, value, key);
+  }
+  return physics;
+}
+
+TruthEffect drawn(const Effect& effect, const Draw& draw) {
+  TruthEffect truth{std::string(effect.name), std::string(effect.form), std::string(effect.place), {},
+                    effect.in_catalogue,      std::string(effect.words)};
+  for (const Number& number : effect.numbers) {
+    const Stream chance(draw.seed, draw.kind + "/" + key_of(effect) + "." + std::string(number.name));
+    const double varied = number.plain * chance.uniform(0, 1.0 - variation, 1.0 + variation);
+    const double sign = chance.uniform(1) < 0.5 ? -1.0 : 1.0;
+    double value = varied;
+    switch (number.role) {
+      case Role::strength:
+        value = draw.strength * varied;
+        break;
+      case Role::signed_strength:
+        value = sign * draw.strength * varied;
+        break;
+      case Role::from_one:
+        value = 1.0 - draw.strength * (1.0 - number.plain) * chance.uniform(0, 1.0 - variation, 1.0 + variation);
+        break;
+      case Role::root_of_strength:
+        value = std::sqrt(draw.strength) * varied;
+        break;
+      case Role::shape:
+        break;
+      case Role::signed_shape:
+        value = sign * varied;
+        break;
+      case Role::fixed:
+        value = number.plain;
+        break;
+      case Role::onset: {
+        const double earliest = draw.training_s / 3.0;
+        const double latest = std::min(2.0 * earliest, 0.8 * draw.heldout_s);
+        value = chance.uniform(0, earliest, latest > earliest ? latest : 2.0 * earliest);
+        break;
+      }
+      // A quarter more would be out of reach where plain is 0.8; a tenth is variety enough.
+      case Role::within_reach:
+        value = draw.reach_deg * number.plain * chance.uniform(0, 0.9, 1.1);
+        break;
+    }
+    truth.parameters.emplace(number.name, value);
+  }
+  return truth;
+}
+
+std::string_view name_of(Family family) {
+  switch (family) {
+    case Family::clean:
+      return "clean";
+    case Family::catalogue:
+      return "catalogue";
+    case Family::other_form:
+      return "other_form";
+    case Family::pair:
+      return "pair";
+    case Family::outside:
+      return "outside";
+  }
+  return "";
+}
+
+std::vector<Kind> kinds() {
+  std::vector<Kind> all{{Family::clean, "core", {}}};
+  const auto add = [&all](Family family, const std::vector<Effect>& list) {
+    for (const Effect& effect : list) all.push_back({family, key_of(effect), {key_of(effect)}});
+  };
+  add(Family::catalogue, catalogue());
+  add(Family::other_form, other_forms());
+  for (const auto& [one, other] : pairs)
+    all.push_back({Family::pair, std::string(one) + "+" + std::string(other), {std::string(one), std::string(other)}});
+  add(Family::outside, outside());
+  return all;
+}
+
+}  // namespace sinew::prove

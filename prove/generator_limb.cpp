@@ -1,0 +1,389 @@
+#include "prove/generator_limb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace sinew::prove {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+// Places in the state. What an effect that is off would need stays as it began.
+constexpr std::size_t temperature = 0, martensite = 2, angle = 4, velocity = 5;
+constexpr std::size_t body = 6;           // 3 nodes, of which body_heat_storage has one
+constexpr std::size_t bead = 9;           // 2 wires times 3 nodes, of which thermocouple_lag has one each
+constexpr std::size_t cycles = 15;        // 2
+constexpr std::size_t creep = 17;         // 3 branches of the series, and the catalogue's own
+constexpr std::size_t angle_sensor = 21;  // angle shown, and its rate for the resonance
+constexpr std::size_t battery = 23;
+constexpr std::size_t driver = 24;      // 2, duty that follows
+constexpr std::size_t memory = 26;      // 2, of the switch
+constexpr std::size_t stabilised = 28;  // 2
+constexpr std::array series_factor{0.125, 1.0, 8.0};
+
+constexpr double stiff_step_s = 0.5e-3;
+
+// How deep inside the loop, in martensite fraction, minor loops are fully there. The equation has a jump at its edge.
+constexpr double loop_edge = 2.0e-4;
+
+double falling(double z) { return 1.0 / (1.0 + std::exp(z)); }
+double positive(double x) { return x > 0.0 ? x : 0.0; }
+double smooth_step(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
+
+struct Loop {
+  double upper, lower;
+  double upper_slope_1_K, lower_slope_1_K;  // of each envelope alone
+};
+
+Loop loop(const Physics& p, double temperature_degC, double heating_shift_K, double cooling_shift_K) {
+  Loop at;
+  at.upper = falling((temperature_degC - p.heating_midpoint_degC - heating_shift_K) / p.heating_width_K);
+  at.lower = falling((temperature_degC - p.cooling_midpoint_degC - cooling_shift_K) / p.cooling_width_K);
+  at.upper_slope_1_K = -at.upper * (1.0 - at.upper) / p.heating_width_K;
+  at.lower_slope_1_K = -at.lower * (1.0 - at.lower) / p.cooling_width_K;
+  if (at.lower > at.upper) at.upper = at.lower = 0.5 * (at.upper + at.lower);
+  return at;
+}
+
+double gust(const Physics& p, double time_s) {
+  if (time_s < p.gust_first_s) return 0.0;
+  const double since = std::fmod(time_s - p.gust_first_s, p.gust_interval_s);
+  return smooth_step(since / p.gust_ramp_s) - smooth_step((since - p.gust_ramp_s - p.gust_length_s) / p.gust_ramp_s);
+}
+
+// The zero of a function that falls (or rises, `rising`) from `low` to `high`.
+template <class Function>
+double zero_between(double low, double high, bool rising, Function&& function) {
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    ((function(middle) > 0.0) == rising ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+double Air::at(double time_s) const {
+  if (offset_K.empty()) return 0.0;
+  const double last = static_cast<double>(offset_K.size() - 1);
+  const double place = std::clamp((time_s - first_s) / period_s, 0.0, last);
+  const auto before = std::min(static_cast<std::size_t>(place), offset_K.size() - 1);
+  const auto after = std::min(before + 1, offset_K.size() - 1);
+  return offset_K[before] + (place - static_cast<double>(before)) * (offset_K[after] - offset_K[before]);
+}
+
+Chebyshev Chebyshev::reaching(double step_times_rate) {
+  // Stable up to 2/3 (s^2 - 1) (1 - 2/15 eps) with s stages.
+  constexpr double eps = 2.0 / 13.0;
+  std::size_t s = 3;
+  while (2.0 / 3.0 * (static_cast<double>(s * s) - 1.0) * (1.0 - 2.0 / 15.0 * eps) < step_times_rate) ++s;
+  const double w_0 = 1.0 + eps / static_cast<double>(s * s);
+  // Chebyshev polynomials at w_0 and their first two derivatives, by their recurrence.
+  std::vector<double> t{1.0, w_0}, dt{0.0, 1.0}, ddt{0.0, 0.0};
+  for (std::size_t j = 2; j <= s; ++j) {
+    t.push_back(2.0 * w_0 * t[j - 1] - t[j - 2]);
+    dt.push_back(2.0 * t[j - 1] + 2.0 * w_0 * dt[j - 1] - dt[j - 2]);
+    ddt.push_back(4.0 * dt[j - 1] + 2.0 * w_0 * ddt[j - 1] - ddt[j - 2]);
+  }
+  const double w_1 = dt[s] / ddt[s];
+  std::vector<double> b(s + 1);
+  for (std::size_t j = 2; j <= s; ++j) b[j] = ddt[j] / (dt[j] * dt[j]);
+  b[0] = b[1] = b[2];
+  Chebyshev method;
+  method.stages.push_back({1.0, 0.0, 0.0, 0.0, b[1] * w_1, b[1] * w_1});
+  for (std::size_t j = 2; j <= s; ++j) {
+    const double last = 2.0 * b[j] * w_0 / b[j - 1], before = -b[j] / b[j - 2], rate = 2.0 * b[j] * w_1 / b[j - 1];
+    const double first_rate = -(1.0 - b[j - 1] * t[j - 1]) * rate;
+    method.stages.push_back({1.0 - last - before, last, before, rate, first_rate, w_1 * ddt[j] / dt[j]});
+  }
+  return method;
+}
+
+Run::Run(const Physics& physics, Air air, double start_s)
+    : p_(physics),
+      air_(std::move(air)),
+      resistance_{p_.resistance_A_Ohm, p_.resistance_B_Ohm},
+      capacity_{p_.heat_capacity_A_J_K, p_.heat_capacity_B_J_K},
+      loss_{p_.heat_loss_A_W_K, p_.heat_loss_B_W_K},
+      arm_{p_.moment_arm_A_m, p_.moment_arm_B_m},
+      side_{p_.bend_sign, -p_.bend_sign},
+      time_s_(start_s) {
+  // Damping at its stiffest: friction at rest, and the loss that grows with speed at half a radian per second.
+  const double damping_Nms_rad = p_.beam_damping_Nms_rad + p_.friction_Nm / p_.friction_smoothing_rad_s +
+                                 p_.stribeck_Nm * (1.0 + p_.stribeck_peak) / p_.stribeck_smoothing_rad_s +
+                                 p_.speed_loss_Nms2_rad2;
+  const double rate_1_s = damping_Nms_rad / p_.beam_inertia_kgm2;
+  // Order 4 is stable up to 2.78.
+  if (rate_1_s * longest_step_s_ > 1.5) {
+    longest_step_s_ = stiff_step_s;
+    stiff_ = Chebyshev::reaching(1.2 * rate_1_s * longest_step_s_);
+  }
+  const double cold = ambient_degC(start_s);
+  rest({cold, cold});
+}
+
+void Run::hold(const std::array<double, 2>& duty) { under_way_.push_back({time_s_ + p_.delay_s, duty}); }
+
+void Run::advance_to(double time_s) {
+  constexpr double same_s = 1.0e-9;
+  while (time_s_ < time_s) {
+    while (!under_way_.empty() && under_way_.front().arrives_s <= time_s_ + same_s) {
+      duty_ = under_way_.front().duty;
+      under_way_.erase(under_way_.begin());
+    }
+    double until_s = time_s;
+    if (!under_way_.empty()) until_s = std::min(until_s, under_way_.front().arrives_s);
+    airflow_changed_ = time_s_ + same_s >= p_.airflow_onset_s;
+    if (p_.airflow_change != 0.0 && !airflow_changed_) until_s = std::min(until_s, p_.airflow_onset_s);
+    if (time_s - until_s < same_s) until_s = time_s;
+    const double length_s = until_s - time_s_;
+    const double count = std::max(1.0, std::ceil(length_s / longest_step_s_ - 1.0e-6));
+    for (double i = 0.0; i < count; ++i) {
+      const double from_s = time_s_ + length_s * i / count;
+      stiff_.stages.empty() ? step(from_s, length_s / count) : stiff_step(from_s, length_s / count);
+    }
+    time_s_ = until_s;
+  }
+}
+
+Shown Run::shown() const {
+  const double ambient = ambient_degC(time_s_);
+  Shown shown{};
+  for (std::size_t j = 0; j < 2; ++j) {
+    double t = y_[temperature + j];
+    if (p_.lag_s > 0.0) t = y_[bead + 3 * j];
+    if (p_.diffusive_lag_s > 0.0) t = y_[bead + 3 * j + 2];
+    t = ambient + p_.sink_gain * (t - ambient);
+    const double x = (t - 25.0) / 80.0;
+    shown.temperature_degC[j] = t + 4.0 * p_.bow_K * x * (1.0 - x);
+  }
+  const bool late = p_.angle_lag_s > 0.0 || p_.resonance_s > 0.0;
+  double theta = (late ? y_[angle_sensor] : y_[angle]) / degree;
+  theta += p_.angle_drift_deg_s * time_s_;
+  theta += p_.settling_deg * (1.0 - std::exp(-positive(time_s_) / p_.settling_time_s));
+  if (p_.saturation_1_deg > 0.0) theta = std::tanh(p_.saturation_1_deg * theta) / p_.saturation_1_deg;
+  theta += p_.cross_sensitivity_deg_K * (0.5 * (y_[temperature] + y_[temperature + 1]) - ambient);
+  shown.angle_deg = theta + p_.angle_offset_deg;
+  return shown;
+}
+
+double Run::balance_deg(const Physics& physics, const std::array<double, 2>& temperature_degC) {
+  Run run(physics, {}, 0.0);
+  run.rest(temperature_degC);
+  return run.y_[angle] / degree;
+}
+
+double Run::ambient_degC(double time_s) const {
+  double ambient = p_.ambient_temperature_degC + p_.ambient_rate_K_s * time_s + air_.at(time_s);
+  if (p_.ambient_swing_K != 0.0)
+    ambient += p_.ambient_swing_K * std::sin(2.0 * std::numbers::pi * time_s / p_.ambient_swing_period_s);
+  return ambient;
+}
+
+double Run::tension_N(std::size_t coil, double temperature_degC, double fraction, double angle_rad, double n) const {
+  const double stretch = p_.coil_stretch_m - side_[coil] * arm_[coil] * angle_rad;
+  const double k_a = p_.austenite_stiffness_N_m * (1.0 - p_.softening_1_K * (temperature_degC - 75.0));
+  const double k = k_a + fraction * (p_.martensite_stiffness_N_m - k_a);
+  double longer = p_.transformation_stretch_m * (1.0 - p_.fatigue_per_cycle * n);
+  if (p_.shakedown_loss != 0.0) longer *= 1.0 - p_.shakedown_loss * (1.0 - std::exp(-n / p_.shakedown_cycles));
+  double share = fraction;
+  if (p_.r_phase_share != 0.0)
+    share = (1.0 - p_.r_phase_share) * fraction +
+            p_.r_phase_share * falling((temperature_degC - p_.r_phase_midpoint_degC) / p_.r_phase_width_K);
+  const double force = k * (stretch - share * longer);
+  return p_.slack != 0.0 ? positive(force) : force;
+}
+
+double Run::stress_shift_K(double tension) const {
+  double shift = p_.stress_shift_K_N * tension;
+  if (p_.saturating_shift_K_N != 0.0)
+    shift += p_.saturating_shift_K_N * p_.saturating_tension_N * std::tanh(tension / p_.saturating_tension_N);
+  return shift;
+}
+
+// All moments on a beam that does not move and has crept as far as it will.
+double Run::static_moment_Nm(double theta, double tension_A_N, double tension_B_N) const {
+  double moment =
+      side_[0] * arm_[0] * tension_A_N + side_[1] * arm_[1] * tension_B_N - p_.beam_stiffness_Nm_rad * theta;
+  moment -= p_.cubic_Nm_rad3 * theta * theta * theta;
+  if (p_.gravity_Nm != 0.0) moment -= p_.gravity_Nm * std::sin(theta + p_.gravity_tilt_deg * degree);
+  const double beyond = std::abs(theta) - p_.stop_angle_deg * degree;
+  if (beyond > 0.0) moment -= p_.stop_stiffness_Nm_rad * std::copysign(beyond, theta);
+  if (p_.soft_stop_Nm != 0.0)
+    moment -= 2.0 * p_.soft_stop_Nm * std::exp(-p_.soft_stop_angle_deg / p_.soft_stop_width_deg) *
+              std::sinh(theta / (p_.soft_stop_width_deg * degree));
+  return moment;
+}
+
+void Run::rest(const std::array<double, 2>& warm_degC) {
+  // Each coil on its cooling envelope, which its own tension moves; the tension falls as the fraction rises.
+  const auto fraction_at = [&](std::size_t j, double theta) {
+    return zero_between(0.0, 1.0, true, [&](double xi) {
+      const double shift = stress_shift_K(tension_N(j, warm_degC[j], xi, theta, 0.0));
+      return xi - loop(p_, warm_degC[j], shift + p_.stabilisation_K * xi, shift).lower;
+    });
+  };
+  const double theta = zero_between(-2.0, 2.0, false, [&](double trial) {
+    return static_moment_Nm(trial, tension_N(0, warm_degC[0], fraction_at(0, trial), trial, 0.0),
+                            tension_N(1, warm_degC[1], fraction_at(1, trial), trial, 0.0));
+  });
+  y_ = {};
+  const double ambient = ambient_degC(time_s_);
+  for (std::size_t i = 0; i < 3; ++i) y_[body + i] = ambient;
+  for (std::size_t j = 0; j < 2; ++j) {
+    y_[temperature + j] = warm_degC[j];
+    y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
+    for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
+  }
+  for (std::size_t i = 0; i < 4; ++i) y_[creep + i] = theta;
+  y_[angle] = y_[angle_sensor] = theta;
+}
+
+Run::State Run::rates(double time_s, const State& y) const {
+  State dy{};
+  const double theta = y[angle], omega = y[velocity];
+  const double ambient = ambient_degC(time_s);
+
+  // Actuation.
+  std::array<double, 2> u{}, ohm{};
+  double conductance = 0.0;
+  for (std::size_t j = 0; j < 2; ++j) {
+    u[j] = p_.ramp_s > 0.0 ? y[driver + j] : duty_[j];
+    if (p_.ramp_s > 0.0) dy[driver + j] = (duty_[j] - y[driver + j]) / p_.ramp_s;
+    if (p_.waking_angle != 0.0) {
+      dy[memory + j] = (std::min(1.0, u[j] / 0.2) - y[memory + j]) / p_.waking_time_s;
+      u[j] = positive(u[j] - p_.waking_angle * (1.0 - y[memory + j]));
+    }
+    if (p_.pulse_fade != 0.0) {
+      dy[memory + j] = (u[j] / 0.6 - y[memory + j]) / p_.pulse_fade_s;
+      u[j] *= 1.0 - p_.pulse_fade * y[memory + j];
+    }
+    u[j] = positive(u[j] - p_.deadband);
+    if (p_.soft_deadband > 0.0) u[j] = u[j] * u[j] / (u[j] + p_.soft_deadband);
+    ohm[j] = resistance_[j] * (1.0 + p_.resistance_increase * y[martensite + j]) *
+             (1.0 + p_.resistance_slope_1_K * (y[temperature + j] - ambient));
+    conductance += u[j] / ohm[j];
+  }
+  const double volt =
+      (p_.supply_voltage_V - y[battery]) / (1.0 + (p_.source_resistance_Ohm + p_.battery_prompt_Ohm) * conductance);
+  if (p_.battery_slow_Ohm != 0.0)
+    dy[battery] = (p_.battery_slow_Ohm * conductance * volt - y[battery]) / p_.battery_time_s;
+
+  // Heat and transformation of each wire.
+  double air_factor = airflow_changed_ ? 1.0 + p_.airflow_change : 1.0;
+  if (p_.gust_change != 0.0) air_factor *= 1.0 + p_.gust_change * gust(p_, time_s);
+  air_factor *= 1.0 + p_.motion_cooling_s_rad * std::abs(omega);
+  std::array<double, 2> force{};
+  for (std::size_t j = 0; j < 2; ++j) {
+    const double t = y[temperature + j], xi = y[martensite + j];
+    const double rise = t - ambient;
+    double h = loss_[j] * air_factor * (1.0 + p_.convection_slope_1_K * rise) *
+               (1.0 + p_.bend_cooling_1_rad * side_[j] * theta);
+    if (p_.convection_exponent != 0.0) h *= std::pow(std::abs(rise) / 30.0, p_.convection_exponent);
+    double heat = u[j] * volt * volt / ohm[j] - h * rise;
+    heat -= p_.cross_conductance_W_K * (t - y[temperature + 1 - j]);
+    const double into_body = (p_.body_conductance_W_K + p_.ladder_conductance_W_K) * (t - y[body]);
+    heat -= into_body;
+    dy[body] += into_body;
+
+    force[j] = tension_N(j, t, xi, theta, y[cycles + j]);
+    const double shift = stress_shift_K(force[j]) + p_.rate_shift_s * heat / capacity_[j];
+    const Loop at = loop(p_, t, shift + p_.stabilisation_K * y[stabilised + j], shift);
+    const double pull = (positive(at.lower - xi) - positive(xi - at.upper)) / p_.transformation_time_s;
+    // dxi/dt = pull + slope dT/dt and C dT/dt = heat + L dxi/dt, solved together. As the slope is negative, the sign of
+    // dT/dt inside the loop is that of the heat, and the sign of dxi/dt does not depend on L.
+    double slope = 0.0;
+    if (p_.minor_loop_share != 0.0 && xi > at.lower && xi < at.upper)
+      slope = p_.minor_loop_share * (heat > 0.0 ? at.upper_slope_1_K : at.lower_slope_1_K) *
+              std::min(1.0, std::min(xi - at.lower, at.upper - xi) / loop_edge);
+    const bool to_austenite = pull * capacity_[j] + slope * heat < 0.0;
+    const double latent = p_.latent_heat_J + (to_austenite ? p_.latent_heating_J : p_.latent_cooling_J);
+    dy[temperature + j] = (heat + latent * pull) / (capacity_[j] - latent * slope);
+    dy[martensite + j] = pull + slope * dy[temperature + j];
+    // Cycles of the recording; those before it count as the limb's past, which is in its parameters.
+    if (time_s >= 0.0) dy[cycles + j] = 0.5 * std::abs(dy[martensite + j]);
+    dy[stabilised + j] = (xi - y[stabilised + j]) / p_.stabilisation_time_s;
+
+    const std::size_t first = bead + 3 * j;
+    if (p_.lag_s > 0.0) dy[first] = (t - y[first]) / p_.lag_s;
+    if (p_.diffusive_lag_s > 0.0) {
+      const double node_s = p_.diffusive_lag_s / 6.0;  // three nodes delay by 3 + 2 + 1 times that of one
+      dy[first] = (t - 2.0 * y[first] + y[first + 1]) / node_s;
+      dy[first + 1] = (y[first] - 2.0 * y[first + 1] + y[first + 2]) / node_s;
+      dy[first + 2] = (y[first + 1] - y[first + 2]) / node_s;
+    }
+  }
+  if (p_.ladder_conductance_W_K != 0.0) {
+    const double node_J_K = p_.ladder_capacity_J_K / 3.0;
+    const double inwards = p_.ladder_inner_W_K * (y[body] - y[body + 1]);
+    const double onwards = p_.ladder_inner_W_K * (y[body + 1] - y[body + 2]);
+    dy[body] = (dy[body] - inwards) / node_J_K;
+    dy[body + 1] = (inwards - onwards) / node_J_K;
+    dy[body + 2] = (onwards - p_.ladder_loss_W_K * (y[body + 2] - ambient)) / node_J_K;
+  } else {
+    dy[body] = (dy[body] - p_.body_loss_W_K * (y[body] - ambient)) / p_.body_capacity_J_K;
+  }
+
+  // Mechanics.
+  double moment = static_moment_Nm(theta, force[0], force[1]) - p_.beam_damping_Nms_rad * omega -
+                  p_.speed_loss_Nms2_rad2 * std::abs(omega) * omega;
+  if (p_.friction_Nm != 0.0) moment -= p_.friction_Nm * std::tanh(omega / p_.friction_smoothing_rad_s);
+  if (p_.stribeck_Nm != 0.0) {
+    const double relative = omega / p_.stribeck_speed_rad_s;
+    moment -= p_.stribeck_Nm * std::tanh(omega / p_.stribeck_smoothing_rad_s) *
+              (1.0 + p_.stribeck_peak * std::exp(-relative * relative));
+  }
+  if (p_.series_stiffness_Nm_rad != 0.0)
+    for (std::size_t i = 0; i < 3; ++i) {
+      moment -= p_.series_stiffness_Nm_rad / 3.0 * (theta - y[creep + i]);
+      dy[creep + i] = (theta - y[creep + i]) / (series_factor[i] * p_.series_middle_time_s);
+    }
+  moment -= p_.creep_stiffness_Nm_rad * (theta - y[creep + 3]);
+  dy[creep + 3] = (theta - y[creep + 3]) / p_.creep_time_s;
+  dy[angle] = omega;
+  dy[velocity] = moment / p_.beam_inertia_kgm2;
+
+  if (p_.angle_lag_s > 0.0) dy[angle_sensor] = (theta - y[angle_sensor]) / p_.angle_lag_s;
+  if (p_.resonance_s > 0.0) {
+    dy[angle_sensor] = y[angle_sensor + 1];
+    dy[angle_sensor + 1] = (theta - y[angle_sensor]) / (p_.resonance_s * p_.resonance_s) -
+                           2.0 * p_.resonance_damping * y[angle_sensor + 1] / p_.resonance_s;
+  }
+  return dy;
+}
+
+void Run::step(double t, double h) {
+  const auto moved = [this](const State& rate, double by) {
+    State y;
+    for (std::size_t i = 0; i < states; ++i) y[i] = y_[i] + by * rate[i];
+    return y;
+  };
+  const State a = rates(t, y_);
+  const State b = rates(t + 0.5 * h, moved(a, 0.5 * h));
+  const State c = rates(t + 0.5 * h, moved(b, 0.5 * h));
+  const State d = rates(t + h, moved(c, h));
+  for (std::size_t i = 0; i < states; ++i) y_[i] += h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
+}
+
+void Run::stiff_step(double t, double h) {
+  const State first = rates(t, y_);
+  State before = y_, last = y_, rate = first;
+  for (std::size_t j = 0; j < stiff_.stages.size(); ++j) {
+    const Chebyshev::Stage& c = stiff_.stages[j];
+    if (j > 0) rate = rates(t + h * stiff_.stages[j - 1].time, last);
+    State next;
+    for (std::size_t i = 0; i < states; ++i)
+      next[i] =
+          c.first * y_[i] + c.last * last[i] + c.before * before[i] + h * (c.rate * rate[i] + c.first_rate * first[i]);
+    before = last;
+    last = next;
+  }
+  y_ = last;
+}
+
+}  // namespace sinew::prove
