@@ -229,18 +229,15 @@ std::vector<std::size_t> fittable_parameters(const plant::Limb<double>& limb) {
   return fittable;
 }
 
-namespace {
-
-// The limb with each sign as the recordings say, judged by the cost at the nominal values.
-plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std::vector<FitData>& data,
-                                  const CalibrationSettings& settings, std::vector<std::size_t>& flipped) {
+plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std::vector<FitData>& data, StartPolicy start,
+                                  const plant::NumericalSettings& numerics, std::vector<std::size_t>& flipped) {
   plant::Limb<double> limb = nominal;
   const auto cost = [&](const plant::Limb<double>& candidate) {
-    const FitProblem problem(candidate, {}, data, settings.start, settings.numerics);
+    const FitProblem problem(candidate, {}, data, start, numerics);
     return cost_of(problem, std::vector<double>(problem.unknowns().size(), 0.0));
   };
   for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    if (plant::parameters()[p].declaration.kind != plant::Kind::sign || settings.only_start) continue;
+    if (plant::parameters()[p].declaration.kind != plant::Kind::sign) continue;
     plant::Limb<double> other = limb;
     plant::set(other, p, -plant::get(limb, p));
     if (cost(other) < cost(limb)) {
@@ -251,15 +248,14 @@ plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std:
   return limb;
 }
 
-}  // namespace
-
 Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitData>& data,
                       const CalibrationSettings& settings) {
   Calibration result;
   std::vector<std::size_t> free = settings.parameters;
   if (free.empty() && !settings.only_start) free = fittable_parameters(nominal);
-  const FitProblem problem(with_signs_of(nominal, data, settings, result.flipped_signs), free, data, settings.start,
-                           settings.numerics);
+  const plant::Limb<double> signed_limb =
+      settings.only_start ? nominal : with_signs_of(nominal, data, settings.start, settings.numerics, result.flipped_signs);
+  const FitProblem problem(signed_limb, free, data, settings.start, settings.numerics);
   const auto starts = static_cast<std::size_t>(std::max(1, settings.starts));
   std::vector<Solved> solved(starts, Solved{problem, {}, {}, false});
   std::vector<double> done(starts, 0.0);

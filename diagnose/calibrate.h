@@ -72,6 +72,11 @@ struct Calibration {
 // Every parameter with a prior: of the core, and of the effects that are on.
 std::vector<std::size_t> fittable_parameters(const plant::Limb<double>& limb);
 
+// The limb with each sign (which way a coil bends the limb) as the recordings say, judged by the cost at the nominal values.
+// `flipped`: indices into plant::parameters() of those that are now the other way.
+plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std::vector<FitData>& data, StartPolicy start,
+                                  const plant::NumericalSettings& numerics, std::vector<std::size_t>& flipped);
+
 // Throws std::runtime_error where no start could be integrated, Stopped when asked to stop.
 // `data`: deviations are the sensors' noise.
 Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitData>& data,

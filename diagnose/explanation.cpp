@@ -59,6 +59,7 @@ class Fit {
       information.diagonal().array() += 1.0;
       bool moved = false;
       double gained = 0.0;
+      const Eigen::VectorXd last = z_;
       for (int attempt = 0; attempt < 6 && !moved; ++attempt) {
         const Eigen::VectorXd tried = clamped(z_ + step(information, gradient), 0.0);
         Path path;
@@ -74,7 +75,14 @@ class Fit {
           damping_ = std::max(1e-4, damping_ * 10.0);
         }
       }
-      if (!moved || !follow(problem_, z_.data(), Want::everything, path_) || gained < enough) return;
+      if (!moved) return;
+      Path path;
+      if (!follow(problem_, z_.data(), Want::everything, path)) {  // the derivatives' path stops at other times
+        z_ = last;
+        return;
+      }
+      path_ = std::move(path);
+      if (gained < enough) return;
     }
   }
 
@@ -153,7 +161,7 @@ double likelihood_with(const Explanation& at, const std::array<bool, forcing_cou
   ForcingSize begin{};
   for (std::size_t q = 0; q < forcing_count; ++q)
     if (free[q]) begin[q] = std::max(at.forcing[q], 0.1 * forcings[q].typical);
-  const ForcingSize size = noise.maximise(at.residual, begin, free, most_air_K);
+  const ForcingSize size = noise.maximise(at.residual, begin, free, most_air_K, 1.3);
   if (found) *found = size;
   return noise.log_likelihood(at.residual);
 }
@@ -161,7 +169,8 @@ double likelihood_with(const Explanation& at, const std::array<bool, forcing_cou
 Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings) {
   Explanation result;
-  result.problem = std::make_shared<FitProblem>(limb, fittable_parameters(limb), data, settings.start, settings.numerics);
+  result.problem = std::make_shared<FitProblem>(
+      limb, settings.only_start ? std::vector<std::size_t>{} : fittable_parameters(limb), data, settings.start, settings.numerics);
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
   const Blocks& blocks = *result.blocks;
@@ -178,16 +187,15 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
 
   result.log_posterior = -1e300;
   Eigen::MatrixXd sensitivity;
-  std::unique_ptr<StateNoise> noise;
+  std::shared_ptr<StateNoise> noise, best;
   ForcingSize size = guess.forcing;
   for (int round = 0; round <= settings.most_rounds; ++round) {
-    noise = std::make_unique<StateNoise>(problem, blocks, fit.z().data(), fit.path());
+    noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path());
     const Eigen::VectorXd residual = fit.residual();
-    size = noise->maximise(residual, size, all_free, settings.most_air_K);
+    size = noise->maximise(residual, size, all_free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
     const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
     const double gained = posterior - result.log_posterior;
-    if (getenv("DBG")) fprintf(stderr, "  round %d ll %.1f post %.1f  F %.3g %.3g %.3g %.3g %.3g %.3g\n", round, likelihood, posterior, size[0],size[1],size[2],size[3],size[4],size[5]);
     if (gained > 0.0) {
       result.z = fit.z();
       result.residual = residual;
@@ -195,17 +203,17 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
       result.log_likelihood = likelihood;
       result.log_posterior = posterior;
       sensitivity = fit.whitened_jacobian(*noise);
-      ForcingSize air = only_air(std::max(size[0], 0.05));
-      air = noise->maximise(residual, air, air_free, settings.most_air_K);
-      result.unrest = 2.0 * (likelihood - noise->log_likelihood(residual));
-      Eigen::MatrixXd whitened = residual;
-      noise->whiten(whitened);
-      result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
-      noise->set(size);
+      best = noise;
     }
     if (gained < settings.enough || round == settings.most_rounds) break;
     fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
+  ForcingSize air = only_air(std::max(result.forcing[0], 0.05));
+  air = best->maximise(result.residual, air, air_free, settings.most_air_K, 1.3);
+  result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
+  Eigen::MatrixXd whitened = result.residual;
+  best->whiten(whitened);
+  result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
 
   const Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
   const Eigen::LLT<Eigen::MatrixXd> factor(information);

@@ -27,11 +27,12 @@ struct Guess {
 
 struct ExplanationSettings {
   StartPolicy start = StartPolicy::estimated;
+  bool only_start = false;   // no parameters: only how the recordings begin
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
   double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
   int most_rounds = 4;
   int iterations_per_round = 6;
-  double enough = 0.2;  // an improvement of the log posterior below this ends the fit
+  double enough = 0.3;  // an improvement of the log posterior below this ends the fit
   std::function<bool()> should_stop;  // throws Stopped (calibrate.h) where it says so
 };
 

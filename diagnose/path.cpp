@@ -28,13 +28,19 @@ class Differentiator {
     }
   }
 
-  // Whether a parameter moves an instant at which something switches.
-  bool moves_events() const {
-    for (const auto& equations : equations_) {
-      if (!equations.switch_times_s().empty()) return true;
-      if (!equations.command_delay_s().v.isZero() || equations.command_delay_s().a > 0.0) return true;
-    }
-    return false;
+  // An instant at which something switches, and its derivatives with respect to the parameters.
+  struct Moving {
+    double value;
+    Eigen::RowVectorXd derivatives;
+  };
+  Moving command_delay() const {
+    return moving([](const plant::Equations<Jet>& equations) { return equations.command_delay_s(); });
+  }
+  std::vector<Moving> switches() const {
+    std::vector<Moving> all;
+    for (std::size_t i = 0; i < equations_.front().switch_times_s().size(); ++i)
+      all.push_back(moving([i](const plant::Equations<Jet>& equations) { return equations.switch_times_s()[i]; }));
+    return all;
   }
 
   // rates: [n x columns], reading: [3 x columns]; null where not wanted.
@@ -64,6 +70,19 @@ class Differentiator {
   std::size_t columns() const { return n_ + 1 + parameters_; }
 
  private:
+  template <class Get>
+  Moving moving(Get&& get) const {
+    Moving result{0.0, Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(parameters_))};
+    for (std::size_t e = 0; e < equations_.size(); ++e) {
+      const Jet instant = get(equations_[e]);
+      result.value = instant.a;
+      for (std::size_t p = 0; p < parameters_; ++p)
+        if ((n_ + 1 + p) / width == e)
+          result.derivatives(static_cast<Eigen::Index>(p)) = instant.v[static_cast<Eigen::Index>((n_ + 1 + p) % width)];
+    }
+    return result;
+  }
+
   std::size_t n_, parameters_;
   std::vector<plant::Equations<Jet>> equations_;
   std::array<Jet, plant::largest_state_count> state_, rate_;
@@ -104,7 +123,6 @@ struct Follower {
   template <class Visit>
   bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
     const auto& samples = data.recording->samples;
-    plant::Reading<double> reading;
     Eigen::Matrix<double, 3, Eigen::Dynamic> shown;
     if (!sensitivities && !points) {
       plant::Integrator integrator(limb, start, numerics);
@@ -116,49 +134,93 @@ struct Follower {
       return true;
     }
     Differentiator differentiator(limb, sensitivities ? request.parameters : std::vector<std::size_t>{});
-    const bool exact = sensitivities && differentiator.moves_events();
-    plant::Integrator integrator(limb, start, numerics, exact ? request : plant::SensitivityRequest{});
+    const plant::Equations<double> equations(limb);
+    plant::Integrator integrator(limb, start, numerics);
     const auto n = static_cast<Eigen::Index>(differentiator.states());
     const auto parameters = static_cast<Eigen::Index>(request.parameters.size());
     Eigen::MatrixXd state_sensitivity, next, exp_x, phi_1;
-    if (sensitivities && !exact) state_sensitivity = first_sensitivity(limb, start, numerics, request);
+    if (sensitivities) state_sensitivity = first_sensitivity(limb, start, numerics, request);
     Eigen::MatrixXd rates(n, static_cast<Eigen::Index>(differentiator.columns())), seen(3, rates.cols());
     if (points) points->resize(data.sample_count);
+
+    const auto delay = differentiator.command_delay();
+    const auto switches = differentiator.switches();
+    struct Event {
+      double time_s;
+      const Eigen::RowVectorXd* moves;
+    };
+    std::vector<Event> events;  // still to come
+    // Where the rates jump from f- to f+ at an instant that a parameter moves: dS = (f- - f+) d instant/dp.
+    const auto jump = [&](const plant::Situation& before, const Eigen::RowVectorXd& moves) {
+      if (!sensitivities || moves.isZero()) return;
+      plant::Instant<double> now;
+      Eigen::VectorXd rate_before(n), rate_after(n);
+      equations.evaluate(before, integrator.state().data(), now, rate_before.data());
+      equations.evaluate(integrator.instant().given, integrator.state().data(), now, rate_after.data());
+      state_sensitivity.leftCols(parameters).noalias() += (rate_before - rate_after) * moves;
+    };
+    for (const auto& moving : switches)
+      if (moving.value > 0.0) events.push_back({moving.value, &moving.derivatives});
+
+    plant::PerCoil<double> commanded = start.duty_fraction;
     for (std::size_t k = 0; k < data.sample_count; ++k) {
-      const double time_s = samples[k].time_s - samples.front().time_s;
+      double time_s = samples[k].time_s - samples.front().time_s;
       if (integrator.advance_to(time_s)) return false;
-      if (exact) {
-        integrator.reading_with_sensitivity(reading, shown);
-      } else {
-        reading = integrator.reading();
-      }
-      if (!exact || points) differentiator.at(integrator.instant().given, integrator.state(), nullptr, &seen);
-      if (sensitivities && !exact) {
+      plant::Situation given = integrator.instant().given;
+      differentiator.at(given, integrator.state(), nullptr, &seen);
+      if (sensitivities) {
         shown.noalias() = seen.leftCols(n) * state_sensitivity;
         shown.leftCols(parameters) += seen.rightCols(parameters);
       }
-      visit(k, reading, shown);
-      integrator.hold(samples[k].duty_fraction);
+      visit(k, integrator.reading(), shown);
       if (points) {
         (*points)[k].reading = seen.leftCols(n);
         (*points)[k].reading_ambient = seen.col(n);
       }
-      if (k + 1 == data.sample_count) break;
-      const double step_s = samples[k + 1].time_s - samples[k].time_s;
-      if (exact && !points) continue;
-      if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
-      differentiator.at(integrator.instant().given, integrator.state(), &rates, nullptr);
-      exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
-      phi_1 *= step_s;
-      if (sensitivities && !exact) {
-        next.noalias() = exp_x * state_sensitivity;
-        next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
-        state_sensitivity.swap(next);
+      integrator.hold(samples[k].duty_fraction);
+      if (samples[k].duty_fraction != commanded) {
+        commanded = samples[k].duty_fraction;
+        if (delay.value > 0.0)
+          events.push_back({time_s + delay.value, &delay.derivatives});
+        else
+          jump(given, delay.derivatives);
       }
-      if (points) {
-        (*points)[k].transition = exp_x;
-        (*points)[k].integral = phi_1;
-        (*points)[k].ambient = rates.col(n);
+      if (k + 1 == data.sample_count) break;
+      // To the next sample, stopping at events on the way.
+      const double end_s = samples[k + 1].time_s - samples.front().time_s;
+      bool first = true;
+      while (time_s < end_s) {
+        auto event = events.end();
+        for (auto e = events.begin(); e != events.end(); ++e)
+          if (e->time_s <= end_s && (event == events.end() || e->time_s < event->time_s)) event = e;
+        const double stop_s = event == events.end() ? end_s : std::max(time_s, event->time_s);
+        const double step_s = stop_s - time_s;
+        if (step_s > 1e-9) {
+          if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
+          given = integrator.instant().given;
+          differentiator.at(given, integrator.state(), &rates, nullptr);
+          exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
+          phi_1 *= step_s;
+          if (sensitivities) {
+            next.noalias() = exp_x * state_sensitivity;
+            next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
+            state_sensitivity.swap(next);
+          }
+          if (points) {
+            PathPoint& point = (*points)[k];
+            point.integral = first ? phi_1 : Eigen::MatrixXd(exp_x * point.integral + phi_1);
+            point.transition = first ? exp_x : Eigen::MatrixXd(exp_x * point.transition);
+            point.ambient = rates.col(n);
+            first = false;
+          }
+          if (integrator.advance_to(stop_s)) return false;
+        }
+        if (event != events.end()) {
+          given.time_s = stop_s;
+          jump(given, *event->moves);
+          events.erase(event);
+        }
+        time_s = stop_s;
       }
     }
     return true;

@@ -7,7 +7,7 @@
 //
 // which takes less than half the time of integrating them (bench/methods), agrees with it to about a per cent, and gives
 // what the noise in the state needs at the same time. An explanation's fit steers by these and judges by the path itself.
-// Limbs whose parameters move an instant at which something switches are left to the integrator's exact sensitivities.
+// Where a parameter moves an instant at which the rates jump, the sensitivities jump too.
 //
 // Source: Hochbruck, Ostermann 2010, Acta Numerica 19:209, section 2 (phi functions).
 #pragma once

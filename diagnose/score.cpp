@@ -8,7 +8,6 @@
 #include <mutex>
 #include <thread>
 
-#include "diagnose/calibrate.h"
 #include "sim/random.h"
 
 namespace sinew::diagnose {
@@ -61,7 +60,7 @@ std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
 struct Job {
   plant::Limb<double> limb;
   std::vector<std::size_t> scores;  // indices into Scores::all, one a column
-  bool difference = false;          // instead of a sensitivity
+  bool difference = false;          // between the path with the effect as it is in `limb` and the one without
 };
 
 }  // namespace
@@ -97,21 +96,18 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
 
   Scores result;
   std::vector<Job> jobs;
-  // Effects that move no event share integrations: the k-th shape of each goes into the k-th job.
+  // Effects share integrations: the k-th shape of each goes into the k-th job.
   std::vector<std::size_t> shared;
   for (const std::size_t e : candidates) {
     const auto& info = plant::effects()[e];
     const bool toggle = plant::parameters()[info.strength].declaration.kind == plant::Kind::toggle;
-    plant::Limb<double> alone = with_effect({}, e);
-    plant::set(alone, info.strength, plant::parameters()[info.strength].declaration.typical);
-    const plant::Equations<double> equations(alone);
-    const bool event = !equations.switch_times_s().empty() || equations.command_delay_s() != 0.0;
     const std::vector<Shape> shapes = shapes_of(e, duration_s);
     for (std::size_t k = 0; k < shapes.size(); ++k) {
-      Score score{e, {}, 0.0, 0.0, 0.0, 0.0, {}};
+      Score score;
+      score.effect = e;
       for (const auto& [parameter, value] : shapes[k]) score.shape[plant::parameters()[parameter].key()] = value;
       std::size_t job = jobs.size();
-      if (!toggle && !event) {
+      if (!toggle) {
         if (k >= shared.size()) {
           shared.push_back(jobs.size());
           jobs.push_back({fitted, {}, false});
@@ -142,59 +138,76 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   information.diagonal().array() += 1.0;
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
 
-  in_parallel(jobs.size(), threads, [&](std::size_t j) {
+  const auto judge = [&](Score& score, Eigen::VectorXd s, double scale, bool difference) {
+    const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+    const double whole = s.squaredNorm();
+    const Eigen::VectorXd coefficients = factor.solve(absorbed.transpose() * s);
+    s -= absorbed * coefficients;
+    // With the priors' rows, which P counts among the data: s^T P s = |s - J c|^2 + |c|^2.
+    const double left = s.squaredNorm() + coefficients.squaredNorm();
+    const double along = s.dot(residual.col(0)) - coefficients.dot(at.z);
+    if (whole <= 0.0 || left < 1e-12 * whole) return;
+    const double unit = declared.unit.internal_per_unit, null = declared.null_value.value_or(0.0);
+    const double phi = -along / left * scale;
+    const bool allowed = difference ? phi / scale > 0.0 : phi > 0.0 ? declared.range.highest > null : declared.range.lowest < null;
+    score.visible_share = left / whole;
+    score.smallest_seen = 5.0 / std::sqrt(left) * std::abs(scale);
+    score.strength = std::clamp(null * unit + phi, declared.range.lowest * unit, declared.range.highest * unit);
+    score.statistic = allowed ? along * along / left : 0.0;
+    score.column.resize(s.size() + coefficients.size());
+    score.column << s, -coefficients;
+    score.column /= std::sqrt(left);
+    if (!difference && declared.range.highest <= null) score.column = -score.column;  // the sense that is allowed
+  };
+  const auto run = [&](std::size_t j) {
     const Job& job = jobs[j];
-    std::vector<std::size_t> strengths;
-    for (const std::size_t s : job.scores) strengths.push_back(plant::effects()[result.all[s].effect].strength);
-    std::vector<double> rows;
-    Eigen::MatrixXd columns;
     if (job.difference) {
       // The problem with the effect on, all else as it is.
-      Guess here = at.as_guess();
-      FitProblem with(job.limb, fittable_parameters(job.limb), problem.data(),
-                      problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated, problem.numerics());
+      const FitProblem with(job.limb, problem.parameters(), problem.data(),
+                            problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated, problem.numerics());
+      const Guess here = at.as_guess();
       std::vector<double> z(with.unknowns().size(), 0.0);
       for (std::size_t u = 0; u < z.size(); ++u)
         if (const auto found = here.values.find(with.unknowns()[u].name); found != here.values.end())
           z[u] = (found->second - with.unknowns()[u].centre) / with.unknowns()[u].deviation;
       Path there;
       if (!follow(with, z.data(), Want::residuals, there)) return;
-      columns = at.blocks->means(there.residuals.data(), 1);
-      columns.col(0) -= at.residual;
-    } else {
-      if (!sensitivity_to(problem, at.z.data(), job.limb, strengths, rows)) return;
-      columns = at.blocks->means(rows.data(), strengths.size());
+      Eigen::MatrixXd column = at.blocks->means(there.residuals.data(), 1);
+      column.col(0) -= at.residual;
+      if (!column.allFinite()) return;
+      noise.whiten(column);
+      Score& score = result.all[job.scores.front()];
+      const std::size_t strength = plant::effects()[score.effect].strength;
+      const auto& declared = plant::parameters()[strength].declaration;
+      judge(score, column.col(0), plant::get(job.limb, strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
+      return;
     }
+    std::vector<std::size_t> strengths;
+    for (const std::size_t s : job.scores) strengths.push_back(plant::effects()[result.all[s].effect].strength);
+    std::vector<double> rows;
+    if (!sensitivity_to(problem, at.z.data(), job.limb, strengths, rows)) return;
+    Eigen::MatrixXd columns = at.blocks->means(rows.data(), strengths.size());
     if (!columns.allFinite()) return;
     noise.whiten(columns);
     for (std::size_t k = 0; k < job.scores.size(); ++k) {
-      Score& score = result.all[job.scores[k]];
       const auto& declared = plant::parameters()[strengths[k]].declaration;
-      const double scale = job.difference || declared.prior_deviation == 0.0 ? 1.0 : declared.prior_deviation * declared.unit.internal_per_unit;
-      Eigen::VectorXd s = columns.col(static_cast<Eigen::Index>(k));
-      const double whole = s.squaredNorm();
-      const Eigen::VectorXd coefficients = factor.solve(absorbed.transpose() * s);
-      s -= absorbed * coefficients;
-      // With the priors' rows, which P counts among the data: s^T P s = |s - J c|^2 + |c|^2.
-      const double left = s.squaredNorm() + coefficients.squaredNorm();
-      const double along = s.dot(residual.col(0)) - coefficients.dot(at.z);
-      if (whole <= 0.0 || left < 1e-12 * whole) continue;
-      const double null = declared.null_value.value_or(0.0) * declared.unit.internal_per_unit;
-      const double phi = -along / left * scale;
-      const bool allowed = job.difference ? phi > 0.0
-                           : phi > 0.0    ? declared.range.highest > *declared.null_value
-                                          : declared.range.lowest < *declared.null_value;
-      score.visible_share = left / whole;
-      score.smallest_seen = 5.0 / std::sqrt(left) * scale;
-      score.strength = std::clamp(null + phi, declared.range.lowest * declared.unit.internal_per_unit,
-                                  declared.range.highest * declared.unit.internal_per_unit);
-      score.statistic = allowed ? along * along / left : 0.0;
-      score.column.resize(s.size() + coefficients.size());
-      score.column << s, -coefficients;
-      score.column /= std::sqrt(left);
-      if (!job.difference && declared.range.highest <= *declared.null_value) score.column = -score.column;  // the sense that is allowed
+      judge(result.all[job.scores[k]], columns.col(static_cast<Eigen::Index>(k)),
+            declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0, false);
     }
-  });
+  };
+  in_parallel(jobs.size(), threads, run);
+
+  // At the null of some effects (a body that stores heat, and is given none) the shape does not matter to first order:
+  // what is seen there is not what the effect would do, and only a fit can tell.
+  for (const std::size_t e : candidates) {
+    std::vector<std::size_t> mine;
+    for (std::size_t i = 0; i < result.all.size(); ++i)
+      if (result.all[i].effect == e && result.all[i].column.size() > 0) mine.push_back(i);
+    const bool same = mine.size() > 1 && std::all_of(mine.begin(), mine.end(), [&](std::size_t i) {
+      return std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
+    });
+    for (const std::size_t i : mine) result.all[i].blind = same;
+  }
 
   for (const std::size_t e : candidates) {
     std::size_t best = result.all.size();

@@ -19,6 +19,7 @@ struct Score {
   double strength = 0.0;                // null + phi, internal units
   double visible_share = 0.0;           // s^T P s / s^T V^-1 s: what calibration cannot absorb, 0 to 1
   double smallest_seen = 0.0;           // |phi| at which S would be 25 on average, internal units
+  bool blind = false;                   // at the null the shape does not matter to first order: only a fit can tell
   Eigen::VectorXd column;               // P^(1/2) s of length 1, in the sense that physics allows: what only it does to the data
 };
 

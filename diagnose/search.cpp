@@ -14,13 +14,14 @@ namespace {
 // the score says, within reason.
 Guess guess_with(const Explanation& at, const Score& score) {
   Guess guess = at.as_guess();
-  for (const auto& [key, value] : score.shape) guess.values[key] = value;
+  if (!score.blind)
+    for (const auto& [key, value] : score.shape) guess.values[key] = value;
   const std::size_t strength = plant::effects()[score.effect].strength;
   const auto& declared = plant::parameters()[strength].declaration;
   if (declared.kind != plant::Kind::toggle) {
     const double unit = declared.unit.internal_per_unit;
     const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
-    double step = score.strength - null;
+    double step = score.blind ? typical : score.strength - null;
     const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
     if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
     guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
@@ -52,22 +53,15 @@ class Searcher {
     result.core = explain(nominal_, data_, {}, settings_.fit);
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
-    while (true) {
+    while (result.best.effects().size() < settings_.most_effects + base_count()) {
       Round round = one_round(result.best, result.rounds.size());
-      const bool first = result.rounds.empty();
-      if (first) result.core = round.before;
-      if (round.accepted) {
-        result.best = round.candidates.front().explanation;
-        result.rounds.push_back(std::move(round));
-        if (result.rounds.size() > 1) exchange(result);
-        if (result.best.effects().size() >= settings_.most_effects + base_count()) break;
-      } else {
-        result.best = round.before;
-        result.rounds.push_back(std::move(round));
-        break;
-      }
+      if (result.rounds.empty()) result.core = round.before;
+      const bool accepted = round.accepted;
+      result.best = accepted ? round.candidates.front().explanation : round.before;
+      result.rounds.push_back(std::move(round));
+      if (!accepted) break;
     }
-    find_rivals(result);
+    weigh(result);
     tell(1.0, "done");
     return result;
   }
@@ -95,14 +89,29 @@ class Searcher {
                                 const std::string& doing) const {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
-      if (candidates.size() == most) break;
-      if (scores.all[s].statistic < 4.0 && !candidates.empty()) break;
-      candidates.push_back({scores.all[s].effect, scores.all[s], {}});
+      const Score& score = scores.all[s];
+      if ((score.blind && at.unrest > settings_.settled_unrest) || (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())))
+        candidates.push_back({score.effect, score, {}});
     }
+    // All for a short while, then those that are still in the running.
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.iterations_per_round = 4;
+    shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
     in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
-      candidates[i].explanation = with_added(nominal_, at, candidates[i].score, settings_.fit);
-      tell(from + (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
+      candidates[i].explanation = with_added(nominal_, at, candidates[i].score, shortly);
+      tell(from + 0.7 * (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
+    });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+    const double best = candidates.empty() ? 0.0 : candidates.front().explanation.log_evidence;
+    const double margin = std::max(15.0, 0.1 * (best - at.log_evidence));
+    in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+      Explanation& explanation = candidates[i].explanation;
+      if (!explanation.usable || explanation.log_evidence < best - margin) return;
+      const Explanation further = explain(explanation.problem->limb_at(Eigen::VectorXd::Zero(explanation.z.size()).eval().data()), data_,
+                                          explanation.as_guess(), settings_.fit);
+      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
     return candidates;
@@ -122,41 +131,28 @@ class Searcher {
     const double from = std::min(0.9, 0.1 + 0.4 * static_cast<double>(number)), to = std::min(0.95, from + 0.35);
     Round round;
     round.before = before;
-    const std::string doing = number == 0 ? "trying effects" : "trying further effects";
-    for (int repeat = 0; repeat < 2; ++repeat) {
-      round.scores = score(round.before, candidates_at(round.before), settings_.threads);
-      round.candidates = fitted(round.before, round.scores, settings_.refits, from, to, doing);
-      if (round.candidates.empty() || !round.candidates.front().explanation.usable) return round;
-      const Explanation& best = round.candidates.front().explanation;
-      round.gain = 2.0 * (best.log_posterior - round.before.log_posterior);
-      if (round.gain < settings_.least_gain) break;
-      const Explanation again = without_again(best, round.before);
-      if (!again.usable || again.log_posterior < round.before.log_posterior + 0.5) break;
-      round.before = again;
-      round.gain = 2.0 * (best.log_posterior - again.log_posterior);
+    round.scores = score(before, candidates_at(before), settings_.threads);
+    // Where nothing but noise is left the score test is exact enough to end the search.
+    const double largest = round.scores.best.empty() ? 0.0 : round.scores.all[round.scores.best.front()].statistic;
+    round.gain = largest;
+    round.chance = family_wise_probability(round.scores, largest, settings_.seed);
+    if (before.unrest < settings_.settled_unrest && largest < 0.6 * settings_.least_gain) return round;
+    round.candidates = fitted(before, round.scores, number == 0 ? settings_.refits : settings_.refits / 2, from, to,
+                              number == 0 ? "trying effects" : "trying further effects");
+    if (round.candidates.empty() || !round.candidates.front().explanation.usable) return round;
+    const Explanation& best = round.candidates.front().explanation;
+    round.gain = 2.0 * (best.log_posterior - before.log_posterior);
+    if (round.gain >= settings_.least_gain) {
+      const Explanation again = without_again(best, before);
+      if (again.usable && again.log_posterior > before.log_posterior) {
+        round.before = again;
+        round.gain = 2.0 * (best.log_posterior - again.log_posterior);
+      }
     }
     round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
     round.accepted = round.gain >= settings_.least_gain && round.chance <= settings_.most_chance &&
-                     round.candidates.front().explanation.log_evidence > round.before.log_evidence;
+                     best.log_evidence > round.before.log_evidence;
     return round;
-  }
-
-  // Each effect that was accepted is taken out, and the best of the others put in its place.
-  void exchange(Search& result) const {
-    for (const std::size_t e : result.best.effects()) {
-      if (nominal_.on[e]) continue;
-      const Explanation less = reduced(result.best, e);
-      if (!less.usable) continue;
-      if (less.log_evidence > result.best.log_evidence) {
-        result.best = less;
-        continue;
-      }
-      const Scores scores = score(less, candidates_at(less), settings_.threads);
-      const std::vector<Candidate> others = fitted(less, scores, 4, 0.9, 0.95, "exchanging effects");
-      if (!others.empty() && others.front().explanation.usable &&
-          others.front().explanation.log_evidence > result.best.log_evidence + 1.0)
-        result.best = others.front().explanation;
-    }
   }
 
   Explanation reduced(const Explanation& from, std::size_t effect) const {
@@ -168,26 +164,40 @@ class Searcher {
     return explain(limb, data_, guess, settings_.fit);
   }
 
-  void find_rivals(Search& result) const {
-    std::vector<std::size_t> mine;
-    for (const std::size_t e : result.best.effects())
-      if (!nominal_.on[e]) mine.push_back(e);
-    if (mine.size() == 1) {
-      // The first round tried them already.
-      for (const Round& round : result.rounds) {
-        if (round.candidates.empty() || round.before.effects().size() != base_count()) continue;
-        for (const Candidate& candidate : round.candidates)
-          if (candidate.effect != mine[0] && candidate.explanation.usable)
-            result.rivals[mine[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
-      }
+  // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the best
+  // of the others put in its place.
+  void weigh(Search& result) const {
+    const std::vector<std::size_t> base = result.core.effects();
+    const auto mine = [&] {
+      std::vector<std::size_t> added;
+      for (const std::size_t e : result.best.effects())
+        if (std::find(base.begin(), base.end(), e) == base.end()) added.push_back(e);
+      return added;
+    };
+    if (mine().size() == 1) {
+      for (const Candidate& candidate : result.rounds.front().candidates)
+        if (candidate.effect != mine()[0] && candidate.explanation.usable)
+          result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
     } else {
-      for (const std::size_t e : mine) {
+      for (const std::size_t e : mine()) {
         const Explanation less = reduced(result.best, e);
         if (!less.usable) continue;
-        const Scores scores = score(less, candidates_at(less), settings_.threads);
-        for (const Candidate& candidate : fitted(less, scores, 4, 0.95, 0.99, "looking for rivals"))
-          if (candidate.effect != e && candidate.explanation.usable)
-            result.rivals[e].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+        if (less.log_evidence > result.best.log_evidence) {
+          result.best = less;
+          continue;
+        }
+        const std::vector<Candidate> others =
+            fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
+        std::size_t kept = e;
+        const double with_it = result.best.log_evidence;
+        if (!others.empty() && others.front().explanation.usable && others.front().explanation.log_evidence > with_it + 1.0) {
+          result.best = others.front().explanation;
+          kept = others.front().effect;
+          if (kept != e) result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
+        }
+        for (const Candidate& candidate : others)
+          if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)
+            result.rivals[kept].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
       }
     }
     for (auto& [effect, others] : result.rivals)

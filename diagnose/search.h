@@ -14,12 +14,14 @@ struct SearchSettings {
   ExplanationSettings fit;
   int threads = 2;
   std::uint64_t seed = 1;
-  std::size_t refits = 8;        // candidates a round that are fitted
+  std::size_t refits = 6;        // candidates of the first round that are fitted; half as many later
   std::size_t most_effects = 3;
   double most_chance = 0.01;     // family-wise probability under which a gain counts
   // A gain in twice the log posterior below this counts as chance whatever the linearised null says: what quantised
   // sensors, corners of the hysteresis and air that is not quite as modelled add. Chosen on seeds of development.
-  double least_gain = 16.0;
+  double least_gain = 24.0;
+  // Unrest below this is nothing.
+  double settled_unrest = 40.0;
   std::vector<std::size_t> without;  // effects that may not be named
   std::function<void(double done_share, const std::string& doing)> progress;
 };

@@ -201,7 +201,7 @@ double StateNoise::likelihood_of(const Eigen::VectorXd& residual, const ForcingS
 }
 
 ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
-                                 const std::array<bool, forcing_count>& free, double most_air_K) {
+                                 const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor) {
   // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
   ForcingSize best = begin;
@@ -209,7 +209,7 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
     if (free[q] && best[q] <= forcings[q].typical * floor_share) best[q] = forcings[q].typical * floor_share * 2.0;
   double best_likelihood = likelihood_of(residual, best);
   double factor = 4.0;
-  for (int sweep = 0; sweep < 12 && factor > 1.2; ++sweep) {
+  for (int sweep = 0; sweep < 12 && factor > finest_factor; ++sweep) {
     bool moved = false;
     for (std::size_t q = 0; q < forcing_count; ++q) {
       if (!free[q]) continue;

@@ -1,0 +1,352 @@
+#include "diagnose/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "diagnose/calibrate.h"
+#include "sim/random.h"
+#include "sim/simulation.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double settling_s = 5.0;          // of a held-out recording: tells how it begins, and is not scored
+constexpr double guard_s = 5.0;             // between what is fitted and what is kept back of one recording
+constexpr double bootstrap_block_s = 20.0;
+constexpr int bootstrap_draws = 400;
+constexpr double two_sided_95 = 1.959964;
+
+// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold out.
+constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
+
+struct Split {
+  sim::Recording fitted;        // with what is not to be fitted masked
+  std::size_t sample_count;     // the first so many are fitted
+  std::vector<bool> kept_back;  // of the recording's samples
+};
+
+Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
+  Split result{gated, gated.samples.size(), std::vector<bool>(gated.samples.size(), false)};
+  const std::size_t until = samples_until(gated, fit_until_s);
+  if (until < gated.samples.size()) {
+    result.sample_count = until;
+    for (std::size_t k = until; k < gated.samples.size(); ++k) result.kept_back[k] = true;
+    return result;
+  }
+  if (!keep_blocks) return result;
+  const double first_s = gated.samples.front().time_s, duration_s = gated.duration_s();
+  for (std::size_t k = 0; k < gated.samples.size(); ++k)
+    for (const auto& [from, to] : kept_back_shares) {
+      const double time_s = gated.samples[k].time_s - first_s;
+      if (time_s < from * duration_s - guard_s || time_s > to * duration_s + guard_s) continue;
+      result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
+      result.fitted.samples[k].temperature_degC = {nan, nan};
+      result.fitted.samples[k].angle_deg = nan;
+    }
+  return result;
+}
+
+// Model values at every sample, in the units of files. NaN from where the integration fails.
+std::array<std::vector<double>, channel_count> predict(const plant::Limb<double>& limb, const plant::Start& start,
+                                                       const sim::Recording& recording, const plant::NumericalSettings& numerics) {
+  std::array<std::vector<double>, channel_count> model;
+  for (auto& channel : model) channel.assign(recording.samples.size(), nan);
+  plant::Integrator integrator(limb, start, numerics);
+  static_cast<void>(sim::replay(integrator, recording.samples, [&](std::size_t k) {
+    for (std::size_t c = 0; c < channel_count; ++c) model[c][k] = shown(integrator.reading(), c);
+  }));
+  return model;
+}
+
+// How a held-out recording begins, from its first seconds.
+plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& recording, const PerChannel& noise,
+                      const DiagnosisSettings& settings) {
+  if (settings.start == StartPolicy::at_rest) return {};
+  ExplanationSettings fit = settings.search.fit;
+  fit.only_start = true;
+  fit.most_rounds = 1;
+  const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);
+  const Explanation begun = explain(limb, {{&recording, std::max<std::size_t>(count, 2), noise}}, {}, fit);
+  return begun.usable ? begun.start(0) : plant::Start{};
+}
+
+struct Stretch {  // squares of one channel over some seconds of what was kept back
+  double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
+  std::size_t count = 0;
+};
+
+struct Scored {
+  HeldOutError error;
+  double normalised_gain = 0.0;  // sum over channels of (before - after) squares in units of noise
+};
+
+Scored score_kept_back(const std::vector<Prediction>& predictions, const std::vector<std::array<std::vector<double>, channel_count>>& nominal,
+                       const std::vector<PerChannel>& noise, std::uint64_t seed) {
+  Scored result;
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    std::vector<Stretch> stretches;
+    for (std::size_t p = 0; p < predictions.size(); ++p) {
+      const Prediction& prediction = predictions[p];
+      double end_s = -1e300;
+      for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
+        if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
+        if (prediction.time_s[k] > end_s) {
+          stretches.push_back({});
+          end_s = prediction.time_s[k] + bootstrap_block_s;
+        }
+        const auto square = [&](double model) { return std::pow(model - prediction.measured[c][k], 2); };
+        Stretch& stretch = stretches.back();
+        stretch.nominal += square(nominal[p][c][k]);
+        stretch.before += square(prediction.before[c][k]);
+        stretch.after += square(prediction.after[c][k]);
+        stretch.noise += noise[p][c] * noise[p][c];
+        ++stretch.count;
+      }
+    }
+    Stretch sum;
+    for (const Stretch& s : stretches) {
+      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
+      result.normalised_gain += s.noise > 0.0 ? (s.before - s.after) / (s.noise / static_cast<double>(s.count)) : 0.0;
+    }
+    HeldOutError& error = result.error;
+    error.samples[c] = sum.count;
+    if (sum.count == 0) {
+      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] = error.gain_highest[c] = nan;
+      continue;
+    }
+    const auto n = static_cast<double>(sum.count);
+    error.nominal[c] = std::sqrt(sum.nominal / n);
+    error.before[c] = std::sqrt(sum.before / n);
+    error.after[c] = std::sqrt(sum.after / n);
+    error.noise[c] = std::sqrt(sum.noise / n);
+    error.gain[c] = 1.0 - error.after[c] / error.before[c];
+    const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c));
+    std::vector<double> gains;
+    std::uint64_t index = 0;
+    for (int d = 0; d < bootstrap_draws; ++d) {
+      double before = 0.0, after = 0.0;
+      for (std::size_t i = 0; i < stretches.size(); ++i) {
+        const auto pick = std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+        before += stretches[pick].before;
+        after += stretches[pick].after;
+      }
+      gains.push_back(before > 0.0 ? 1.0 - std::sqrt(after / before) : 0.0);
+    }
+    std::sort(gains.begin(), gains.end());
+    error.gain_lowest[c] = gains[bootstrap_draws / 40];
+    error.gain_highest[c] = gains[bootstrap_draws - 1 - bootstrap_draws / 40];
+  }
+  return result;
+}
+
+std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, std::size_t channel, bool after) {
+  constexpr std::size_t step = 5, lags = 41;  // 0.5 s at 10 Hz, up to 20 s
+  std::vector<double> product(lags, 0.0);
+  for (const Prediction& prediction : predictions) {
+    const auto residual = [&](std::size_t k) {
+      return prediction.kept_back[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k] : nan;
+    };
+    for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
+      for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
+        const double value = residual(k) * residual(k + lag * step);
+        if (!std::isnan(value)) product[lag] += value;
+      }
+  }
+  if (product[0] > 0.0)
+    for (std::size_t lag = lags; lag-- > 0;) product[lag] /= product[0];
+  return product;
+}
+
+std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb<double>& nominal) {
+  std::vector<std::size_t> effects;
+  for (const std::size_t e : explanation.effects())
+    if (!nominal.on[e]) effects.push_back(e);
+  return effects;
+}
+
+double share_explained(const Explanation& core, const Explanation& by) {
+  if (core.misfit <= 0.0) return by.misfit <= core.misfit ? 1.0 : 0.0;
+  return std::clamp(1.0 - std::max(0.0, by.misfit) / core.misfit, 0.0, 1.0);
+}
+
+// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
+// nothing. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
+Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
+  if (search.best.unrest < settings.visible_unrest) return search.best;
+  for (const Round& round : search.rounds)
+    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
+      return round.candidates.front().explanation;
+  return search.best;
+}
+
+FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+  for (const Round& round : diagnosis.search.rounds)
+    if (round.accepted && round.candidates.front().effect == effect) {
+      result.gain = round.gain;
+      result.chance = round.chance;
+    }
+  const plant::Limb<double> limb = by.limb();
+  for (const std::size_t p : plant::effects()[effect].parameters) {
+    const auto& declared = plant::parameters()[p].declaration;
+    const double value = plant::get_in_file_units(limb, p), unit = declared.unit.internal_per_unit;
+    FoundEffect::Parameter parameter{p, value, value, value, true};
+    for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
+      if (by.problem->parameters()[u] == p) {
+        const double error = two_sided_95 * by.deviation(u) / unit;
+        parameter = {p, value, std::max(declared.range.lowest, value - error), std::min(declared.range.highest, value + error), false};
+      }
+    result.parameters.push_back(parameter);
+  }
+  if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end()) result.rivals = rivals->second;
+  double others = 1.0;
+  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
+  result.confidence = (1.0 - result.chance) / others * (by.unrest < settings.visible_unrest ? 1.0 : diagnosis.explained_share);
+  return result;
+}
+
+}  // namespace
+
+std::string_view text_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::consistent: return "consistent";
+    case Verdict::missing_physics: return "missing_physics";
+    case Verdict::unexplained: return "unexplained";
+  }
+  return "";
+}
+
+Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings) {
+  if (training.empty()) throw std::invalid_argument("a diagnosis needs a recording");
+  Diagnosis result;
+  const PerChannel* given_noise = settings.noise ? &*settings.noise : nullptr;
+  std::vector<sim::Recording> gated_training, gated_held_out;
+  for (const auto* recordings : {&training, &held_out})
+    for (const sim::Recording& recording : *recordings) {
+      result.gate.emplace_back();
+      (recordings == &training ? gated_training : gated_held_out).push_back(gated(recording, given_noise, result.gate.back()));
+    }
+  const auto kept = std::make_shared<std::vector<Split>>();
+  std::vector<Split>& splits = *kept;
+  result.kept_alive = kept;
+  for (const sim::Recording& recording : gated_training) splits.push_back(split(recording, settings.fit_until_s, held_out.empty()));
+  std::vector<FitData> data;
+  for (std::size_t r = 0; r < splits.size(); ++r) data.push_back({&splits[r].fitted, splits[r].sample_count, result.gate[r].noise});
+
+  SearchSettings search_settings = settings.search;
+  search_settings.fit.start = settings.start;
+  const plant::Limb<double> given = with_signs_of(nominal, data, settings.start, search_settings.fit.numerics, result.flipped_signs);
+  result.search = search(given, data, search_settings);
+  const Explanation& core = result.search.core;
+  result.visibility = std::sqrt(std::max(0.0, core.misfit));
+
+  Explanation answer = chosen(result.search, settings);
+  result.explained_share = share_explained(core, answer);
+
+  // The data kept back: core and answer, each from the recording's duty alone.
+  const auto& numerics = search_settings.fit.numerics;
+  std::vector<std::array<std::vector<double>, channel_count>> nominal_model;
+  std::vector<PerChannel> noise;
+  const auto predictions_of = [&](const Explanation& after) {
+    std::vector<Prediction> predictions;
+    nominal_model.clear();
+    noise.clear();
+    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, std::vector<bool> kept_back, bool is_training,
+                         const std::array<plant::Start, 3>& starts, const PerChannel& sensor_noise) {
+      Prediction prediction;
+      prediction.recording = &original;
+      prediction.training = is_training;
+      prediction.kept_back = std::move(kept_back);
+      for (const sim::Sample& sample : clean.samples) {
+        prediction.time_s.push_back(sample.time_s);
+        for (std::size_t c = 0; c < channel_count; ++c) prediction.measured[c].push_back(measured(sample, c));
+      }
+      prediction.before = predict(core.limb(), starts[1], clean, numerics);
+      prediction.after = predict(after.limb(), starts[2], clean, numerics);
+      nominal_model.push_back(predict(given, starts[0], clean, numerics));
+      noise.push_back(sensor_noise);
+      predictions.push_back(std::move(prediction));
+    };
+    for (std::size_t r = 0; r < training.size(); ++r) {
+      // The nominal plant begins as the calibrated one does, but for states that it shares with it.
+      add(training[r], gated_training[r], splits[r].kept_back, true, {core.start(r), core.start(r), after.start(r)}, result.gate[r].noise);
+    }
+    for (std::size_t r = 0; r < held_out.size(); ++r) {
+      const PerChannel& sensors = result.gate[training.size() + r].noise;
+      const sim::Recording& clean = gated_held_out[r];
+      std::vector<bool> kept_back(clean.samples.size());
+      for (std::size_t k = 0; k < kept_back.size(); ++k)
+        kept_back[k] = settings.start == StartPolicy::at_rest || clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
+      add(held_out[r], clean, kept_back, false,
+          {start_of(given, clean, sensors, settings), start_of(core.limb(), clean, sensors, settings), start_of(after.limb(), clean, sensors, settings)},
+          sensors);
+    }
+    return predictions;
+  };
+  result.predictions = predictions_of(answer);
+  Scored scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+
+  // An effect that does not help where it was not fitted is none.
+  std::vector<std::size_t> effects = added(answer, given);
+  if (!effects.empty() && scored.normalised_gain <= 0.0) {
+    answer = core;
+    effects.clear();
+    result.explained_share = 0.0;
+    result.predictions = predictions_of(answer);
+    scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+  }
+  result.held_out = scored.error;
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    result.correlation.before[c] = autocorrelation(result.predictions, c, false);
+    result.correlation.after[c] = autocorrelation(result.predictions, c, true);
+  }
+
+  if (effects.empty())
+    result.verdict = core.unrest > settings.visible_unrest ? Verdict::unexplained : Verdict::consistent;
+  else
+    result.verdict = result.explained_share >= settings.least_explained_share || answer.unrest < settings.visible_unrest
+                         ? Verdict::missing_physics
+                         : Verdict::unexplained;
+  // What was accepted on the way to an explanation that explains little is not certain.
+  if (result.verdict == Verdict::missing_physics)
+    for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
+  else
+    answer = result.verdict == Verdict::consistent ? core : answer;
+  std::stable_sort(result.effects.begin(), result.effects.end(), [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
+  for (const FoundEffect& effect : result.effects)
+    for (const auto& [rival, loss] : effect.rivals)
+      if (loss < settings.ambiguous_loss &&
+          std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), rival) == result.ambiguous_with.end() &&
+          std::none_of(effects.begin(), effects.end(), [&, r = rival](std::size_t e) { return e == r; }))
+        result.ambiguous_with.push_back(rival);
+
+  result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
+  if (result.verdict == Verdict::missing_physics) {
+    result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
+  } else if (result.verdict == Verdict::unexplained) {
+    const Forcing forcing = result.located.shares.front().forcing;
+    result.left_over = left_over(core, forcing, search_settings.fit.most_air_K);
+    const std::vector<std::string> places = places_of(forcing);
+    // Heat that depends on the duty comes from the supply's side.
+    const bool actuation = forcing == Forcing::heat && result.left_over.variable.starts_with("duty");
+    result.located.place = places[actuation ? 1 : 0];
+    if (places.size() > 1) result.located.cannot_be_told_from.push_back(places[actuation ? 0 : 1]);
+  }
+
+  for (const std::size_t s : result.search.rounds.back().scores.best) {
+    const Score& score = result.search.rounds.back().scores.all[s];
+    const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+    const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
+    Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic, false};
+    visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
+    result.others.push_back(visibility);
+  }
+  result.repaired = answer.limb();
+  for (std::size_t r = 0; r < training.size(); ++r) result.starts.push_back(answer.start(r));
+  return result;
+}
+
+}  // namespace sinew::diagnose

@@ -1,0 +1,93 @@
+// A diagnosis: where a plant and recordings differ, what physics was left out, how well the plant does once it is put in,
+// and what to do next. Everything that the report, the terminal and diagnosis.json say stands in `Diagnosis`.
+#pragma once
+
+#include <optional>
+
+#include "diagnose/gate.h"
+#include "diagnose/locate.h"
+#include "diagnose/search.h"
+
+namespace sinew::diagnose {
+
+struct DiagnosisSettings {
+  SearchSettings search;
+  std::optional<PerChannel> noise;  // of each sensor, in the units of files; else estimated
+  double fit_until_s = 1e300;       // of each training recording; what comes later is kept back
+  StartPolicy start = StartPolicy::estimated;
+  // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
+  double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
+  double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
+  double visible_unrest = 150.0;       // unrest of the core above this is missing physics, whether or not it has a name
+};
+
+enum class Verdict { consistent, missing_physics, unexplained };
+std::string_view text_of(Verdict verdict);  // as in diagnosis.json
+
+struct FoundEffect {
+  std::size_t effect;
+  double confidence;                     // 0 to 1
+  double gain;                           // 2 log posterior ratio
+  double chance;                         // family-wise probability of such a gain
+  struct Parameter {
+    std::size_t parameter;
+    double value, lowest, highest;       // in the units of files; 95 %
+    bool known;                          // not fitted
+  };
+  std::vector<Parameter> parameters;
+  std::vector<std::pair<std::size_t, double>> rivals;  // effect, loss of log evidence against this one
+};
+
+// An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
+struct Visibility {
+  std::size_t effect;
+  double visible_share;                  // what calibration cannot absorb
+  double smallest_seen;                  // |strength - null| in the units of files
+  double statistic;
+  bool can_be_seen;                      // a typical strength would be
+};
+
+struct HeldOutError {
+  PerChannel nominal{}, before{}, after{}, noise{};  // RMSE, units of files: as given, calibrated, repaired; sensors alone
+  PerChannel gain{}, gain_lowest{}, gain_highest{};  // 1 - after/before, with a 95 % block-bootstrap interval
+  std::array<std::size_t, channel_count> samples{};
+};
+
+// Prediction over a recording, open loop from its duty, and which samples were kept back.
+struct Prediction {
+  const sim::Recording* recording = nullptr;
+  bool training = false;
+  std::vector<double> time_s;
+  std::vector<bool> kept_back;
+  std::array<std::vector<double>, channel_count> measured, before, after;  // units of files; NaN where missing
+};
+
+struct ResidualCorrelation {
+  std::array<std::vector<double>, channel_count> before, after;  // of kept-back residuals, at lags of 0.5 s
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::consistent;
+  std::vector<GateNotes> gate;
+  Search search;
+  Located located;
+  std::vector<FoundEffect> effects;      // accepted, strongest first
+  std::vector<std::size_t> ambiguous_with;
+  double explained_share = 0.0;          // of the core's misfit, by the effects
+  double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
+  std::vector<Visibility> others;        // effects that were not found
+  LeftOver left_over;
+  std::vector<std::size_t> flipped_signs;
+  plant::Limb<double> repaired;
+  std::vector<plant::Start> starts;      // of the training recordings, repaired
+  HeldOutError held_out;
+  std::vector<Prediction> predictions;   // training recordings, then held-out ones
+  ResidualCorrelation correlation;
+  std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which `search` points into
+};
+
+// Training recordings must outlive the result, and so must the held-out ones. Throws Stopped, std::runtime_error.
+Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings);
+
+}  // namespace sinew::diagnose

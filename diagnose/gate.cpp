@@ -1,0 +1,92 @@
+#include "diagnose/gate.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sim/text.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t reach = 3;  // neighbours on each side
+
+void clear(sim::Sample& sample, std::size_t channel) {
+  (channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg) = nan;
+}
+
+std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::size_t channel, double noise) {
+  std::size_t count = 0;
+  const auto& samples = from.samples;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const double value = measured(samples[k], channel);
+    if (std::isnan(value)) continue;
+    std::vector<double> around;
+    for (std::size_t i = k - std::min(k, reach); i <= std::min(k + reach, samples.size() - 1); ++i)
+      if (const double near = measured(samples[i], channel); i != k && !std::isnan(near)) around.push_back(near);
+    if (around.size() < 4) continue;
+    std::sort(around.begin(), around.end());
+    // The extremes may be outliers themselves.
+    const double range = around[around.size() - 2] - around[1];
+    const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
+    if (std::abs(value - median) > 8.0 * noise + range) {
+      clear(to.samples[k], channel);
+      ++count;
+    }
+  }
+  return count;
+}
+
+double longest_run_share(const sim::Recording& recording, std::size_t channel) {
+  std::size_t longest = 0, run = 0;
+  double last = nan;
+  for (const sim::Sample& sample : recording.samples) {
+    const double value = measured(sample, channel);
+    run = value == last ? run + 1 : 1;
+    last = value;
+    // A coil that rests shows one value for long; one that is driven does not.
+    if (!std::isnan(value) && sample.duty_fraction[0] + sample.duty_fraction[1] > 0.0) longest = std::max(longest, run);
+  }
+  return static_cast<double>(longest) / static_cast<double>(recording.samples.size());
+}
+
+}  // namespace
+
+sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, GateNotes& notes) {
+  sim::Recording result = recording;
+  notes.recording = recording.name;
+  notes.samples = recording.samples.size();
+  notes.period_s = recording.median_period_s();
+  notes.duration_s = recording.duration_s();
+  notes.noise = noise ? *noise : noise_of(recording);
+  for (std::size_t k = 1; k < recording.samples.size(); ++k)
+    notes.longest_gap_s = std::max(notes.longest_gap_s, recording.samples[k].time_s - recording.samples[k - 1].time_s);
+  for (const sim::Sample& sample : recording.samples)
+    for (const double duty : sample.duty_fraction) notes.largest_duty_fraction = std::max(notes.largest_duty_fraction, duty);
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    double last = nan;
+    notes.step[c] = 0.0;
+    for (const sim::Sample& sample : recording.samples) {
+      const double value = measured(sample, c);
+      if (std::isnan(value)) {
+        ++notes.missing[c];
+        continue;
+      }
+      const double step = std::abs(value - last);
+      if (step > 1e-9 && (notes.step[c] == 0.0 || step < notes.step[c])) notes.step[c] = step;
+      last = value;
+    }
+    notes.outliers[c] = mask_outliers(recording, result, c, notes.noise[c]);
+    notes.stuck_share[c] = longest_run_share(recording, c);
+    const std::string words(channels[c].words);
+    if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");
+    if (notes.stuck_share[c] > 0.2) notes.warnings.push_back(words + " shows one value for a long time while a coil is driven");
+    if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
+  }
+  if (notes.largest_duty_fraction == 0.0) notes.warnings.push_back("no coil is ever driven: little can be learnt from this recording");
+  if (notes.longest_gap_s > 2.5 * notes.period_s)
+    notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; duty is held over the gap");
+  return result;
+}
+
+}  // namespace sinew::diagnose

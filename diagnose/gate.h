@@ -1,0 +1,28 @@
+// What is odd about a recording before any model sees it, and the recording as a diagnosis uses it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnose/channels.h"
+
+namespace sinew::diagnose {
+
+struct GateNotes {
+  std::string recording;
+  std::size_t samples = 0;
+  double period_s = 0.0, duration_s = 0.0;
+  PerChannel noise{}, step{};                        // estimated noise; smallest difference that occurs
+  std::array<std::size_t, channel_count> outliers{}; // masked
+  std::array<std::size_t, channel_count> missing{};  // were not there
+  std::array<double, channel_count> stuck_share{};   // share of samples in the longest run of one value while a coil is driven
+  double longest_gap_s = 0.0;
+  double largest_duty_fraction = 0.0;
+  std::vector<std::string> warnings;                 // plain sentences, empty where nothing is odd
+};
+
+// The recording with gross errors masked as missing: samples that stand off the median of their six neighbours by more
+// than eight times the noise and the range of these neighbours together. `noise`: of the sensors, or null: estimated.
+sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, GateNotes& notes);
+
+}  // namespace sinew::diagnose

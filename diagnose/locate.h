@@ -1,0 +1,47 @@
+// Where the calibrated core and the recordings part: in which equation, when, and as a function of what.
+#pragma once
+
+#include "diagnose/compare.h"
+#include "diagnose/explanation.h"
+
+namespace sinew::diagnose {
+
+// Share of the mismatch of the calibrated core that enters in each place, by the smoother.
+struct PlaceShare {
+  Forcing forcing;
+  double share, lowest, highest;  // of the response's squares, with a 95 % block-bootstrap interval
+  double log_likelihood;          // with this forcing and air alone: how well it would account for everything
+};
+
+struct Located {
+  std::size_t channel = 2;               // with the largest error in units of noise
+  PerChannel rmse{}, noise{};            // of the calibrated core on what was fitted
+  std::vector<PlaceShare> shares;        // by falling likelihood; the air is not among them
+  std::string place;                     // of the effect, or by the forcing that accounts best; empty if consistent
+  std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
+  WorstTime worst;                       // of that channel, on the training recording with the largest error
+  std::size_t worst_recording = 0;
+  std::string while_words;               // "while coil A cools from 72 to 55 °C"
+};
+
+// What is left, as a function of what: bins of the variable that accounts for most of the smoothed forcing.
+struct LeftOver {
+  Forcing forcing = Forcing::heat;
+  std::size_t coil = 0;
+  std::string variable;                  // "temperature A"; empty where nothing is left
+  std::string unit;
+  double explained_share = 0.0;          // of the forcing's variance, by the bins' means, cross-validated
+  std::vector<double> centre, mean, deviation;  // of bins; forcing in internal units
+};
+
+// `recordings`: those that were fitted, as they were read. Places that the forcings' likelihoods speak for, without
+// any effect's name.
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, double most_air_K, std::uint64_t seed);
+
+// The forcing that accounts best for what an explanation leaves, against every variable of the limb.
+LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K);
+
+// The places of the catalogue that a forcing may be; two for the wires' heat balances.
+std::vector<std::string> places_of(Forcing forcing);
+
+}  // namespace sinew::diagnose
