@@ -9,9 +9,11 @@ namespace sinew::apps {
 // Each adds one subcommand; its callback returns by throwing or by setting `exit_code`.
 void add_run(CLI::App& program, int& exit_code);
 void add_calibrate(CLI::App& program, int& exit_code);
+void add_diagnose(CLI::App& program, int& exit_code);
 void add_compare(CLI::App& program, int& exit_code);
 void add_effects(CLI::App& program, int& exit_code);
 void add_convert(CLI::App& program, int& exit_code);
+void add_prove(CLI::App& program, int& exit_code);
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {

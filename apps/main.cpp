@@ -16,15 +16,18 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  sinew run scenarios/babble_bidirectional.yaml --out results/babble --seed 7\n"
       "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
+      "  sinew diagnose --train recording.csv --plant plant/limbs/paper_limb.yaml --out results/diagnosis\n"
       "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
       "  sinew effects");
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
   int exit_code = 0;
   apps::add_run(program, exit_code);
   apps::add_calibrate(program, exit_code);
+  apps::add_diagnose(program, exit_code);
   apps::add_compare(program, exit_code);
   apps::add_effects(program, exit_code);
   apps::add_convert(program, exit_code);
+  apps::add_prove(program, exit_code);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);

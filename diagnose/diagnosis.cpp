@@ -334,6 +334,15 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     const bool actuation = forcing == Forcing::heat && result.left_over.variable.starts_with("duty");
     result.located.place = places[actuation ? 1 : 0];
     if (places.size() > 1) result.located.cannot_be_told_from.push_back(places[actuation ? 0 : 1]);
+    // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is excluded.
+    constexpr std::array angle_alone{Forcing::moment, Forcing::angle_reading, Forcing::transformation};
+    if (std::find(angle_alone.begin(), angle_alone.end(), forcing) != angle_alone.end())
+      for (const Forcing other : angle_alone)
+        if (const std::string place = places_of(other).front(); place != result.located.place) result.located.cannot_be_told_from.push_back(place);
+    auto& group = result.located.cannot_be_told_from;
+    std::sort(group.begin(), group.end());
+    group.erase(std::unique(group.begin(), group.end()), group.end());
+    std::erase(group, result.located.place);
   }
 
   for (const std::size_t s : result.search.rounds.back().scores.best) {

@@ -50,7 +50,7 @@ class Searcher {
   Search run() {
     Search result;
     tell(0.02, "calibrating the core");
-    result.core = explain(nominal_, data_, {}, settings_.fit);
+    result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
     while (result.best.effects().size() < settings_.most_effects + base_count()) {
@@ -60,8 +60,11 @@ class Searcher {
       result.best = accepted ? round.candidates.front().explanation : round.before;
       result.rounds.push_back(std::move(round));
       if (!accepted) break;
+      // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
+      if (result.rounds.size() >= 2 && left(result) > 0.5) break;
     }
-    weigh(result);
+    // Rivals matter where there is an answer.
+    if (result.best.unrest < 150.0 || left(result) < 0.1) weigh(result);
     tell(1.0, "done");
     return result;
   }
@@ -69,6 +72,11 @@ class Searcher {
  private:
   void tell(double share, const std::string& doing) const {
     if (settings_.progress) settings_.progress(share, doing);
+  }
+
+  // Share of the core's misfit that the best explanation leaves.
+  static double left(const Search& result) {
+    return result.core.misfit > 0.0 ? std::max(0.0, result.best.misfit) / result.core.misfit : 0.0;
   }
 
   std::size_t base_count() const {

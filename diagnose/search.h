@@ -23,6 +23,7 @@ struct SearchSettings {
   // Unrest below this is nothing.
   double settled_unrest = 40.0;
   std::vector<std::size_t> without;  // effects that may not be named
+  Guess guess;                       // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;
 };
 

@@ -1,0 +1,185 @@
+// sinew diagnose: where a plant and recordings differ, which physics is missing, the plant with it, and how much better that is.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/diagnosis_json.h"
+#include "apps/diagnosis_page.h"
+#include "apps/diagnosis_text.h"
+#include "diagnose/calibrate.h"
+#include "report/console.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct DiagnoseArguments {
+  std::vector<std::string> training, held_out, without;
+  std::string plant, out;
+  std::vector<double> noise;  // of each channel; empty: estimated
+  double fit_until_s = std::numeric_limits<double>::infinity();
+  std::int64_t seed = 1;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool at_rest = false, json = false;
+};
+
+std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
+  std::vector<std::string> all;
+  for (const auto& effect : plant::effects()) all.push_back(std::string(effect.name));
+  std::vector<std::size_t> chosen;
+  for (const std::string& name : names) {
+    if (std::find(all.begin(), all.end(), name) == all.end()) {
+      std::string advice = "no such effect";
+      if (const std::string near = sim::nearest(name, all); !near.empty()) advice += "; did you mean " + near + "?";
+      throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
+    }
+    chosen.push_back(plant::effect_index(name));
+  }
+  return chosen;
+}
+
+// A recording twice would count its evidence twice, and one that is both fitted and held out proves nothing.
+void check_apart(const DiagnoseArguments& arguments) {
+  std::vector<std::filesystem::path> seen;
+  const auto check = [&](const std::string& key, const std::string& path) {
+    const std::filesystem::path file = std::filesystem::weakly_canonical(path);
+    if (std::find(seen.begin(), seen.end(), file) != seen.end())
+      throw sim::InputError({.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
+    seen.push_back(file);
+  };
+  for (const std::string& path : arguments.training) check("--train", path);
+  for (const std::string& path : arguments.held_out) check("--heldout", path);
+}
+
+sim::Recording read_checked(const std::string& path, double fit_until_s, bool training) {
+  sim::Recording recording = sim::read_recording(path);
+  if (training && diagnose::samples_until(recording, fit_until_s) < 20)
+    throw sim::InputError({.file = path, .key = "--fit-until", .value = sim::shortest(fit_until_s),
+                           .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
+                                     sim::shortest(recording.samples.front().time_s) + " s"});
+  return recording;
+}
+
+void print_part(const char* heading, const std::vector<std::string>& paragraphs) {
+  std::printf("\n%s\n", heading);
+  for (const std::string& paragraph : paragraphs) std::printf("%s\n", report::wrap(paragraph, report::terminal_columns, 2).c_str());
+}
+
+void print_words(const DiagnosisWords& words) {
+  std::printf("%s\n", report::wrap(words.verdict).c_str());
+  print_part("Where", words.where);
+  print_part("What", words.what);
+  print_part("Modelled", words.modelled);
+  print_part("Better", words.better);
+  print_part("What next", words.next);
+}
+
+int diagnose_command(const DiagnoseArguments& arguments) {
+  const std::filesystem::path out = arguments.out;
+  if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
+    throw sim::InputError({.file = "", .key = "--out", .value = arguments.out, .advice = "is a file; a folder is needed"});
+  check_apart(arguments);
+
+  DiagnosisInputs inputs;
+  inputs.training = arguments.training;
+  inputs.held_out = arguments.held_out;
+  inputs.plant = arguments.plant;
+  inputs.seed = arguments.seed;
+  diagnose::DiagnosisSettings& settings = inputs.settings;
+  settings.search.without = effects_of(arguments.without);
+  settings.search.seed = static_cast<std::uint64_t>(arguments.seed);
+  settings.search.threads = arguments.threads;
+  settings.search.fit.should_stop = interrupted;
+  settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
+  if (std::isfinite(arguments.fit_until_s)) settings.fit_until_s = arguments.fit_until_s;
+  if (!arguments.noise.empty()) {
+    settings.noise.emplace();
+    std::copy_n(arguments.noise.begin(), diagnose::channel_count, settings.noise->begin());
+  }
+  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
+  std::vector<sim::Recording> training, held_out;
+  for (const std::string& path : arguments.training) training.push_back(read_checked(path, arguments.fit_until_s, true));
+  for (const std::string& path : arguments.held_out) held_out.push_back(read_checked(path, arguments.fit_until_s, false));
+  InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
+  for (const auto* paths : {&arguments.training, &arguments.held_out})
+    for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));
+
+  diagnose::Diagnosis diagnosis;
+  {
+    Progress progress("diagnose");
+    std::mutex one_at_a_time;
+    settings.search.progress = [&](double share, const std::string& doing) {
+      const std::lock_guard lock(one_at_a_time);
+      progress.show(share, doing);
+    };
+    diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
+  }
+
+  const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, hashes);
+  const std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
+                                                 {"heldout_prediction.csv", prediction_csv(diagnosis)},
+                                                 {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
+                                                 {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
+  const std::string run = diagnosis_run_json(inputs, hashes, files);
+  if (interrupted()) throw diagnose::Stopped{};
+  std::filesystem::create_directories(out);
+  for (const auto& [name, content] : files) sim::write_file_whole(out / name, content);
+  sim::write_file_whole(out / "run.json", run);
+
+  if (arguments.json) {
+    std::printf("%s\n", json.dump(2).c_str());
+    return 0;
+  }
+  for (const auto* recordings : {&training, &held_out})
+    for (const sim::Recording& recording : *recordings) {
+      const std::string oddities = recording.notes.summary();
+      if (!oddities.empty()) std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
+    }
+  print_words(diagnosis_words(diagnosis, inputs));
+  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<DiagnoseArguments>();
+  CLI::App* command = program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
+  command->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")->required()->expected(1, 1000);
+  command->add_option("--heldout", arguments->held_out,
+                      "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
+      ->expected(1, 1000);
+  command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
+  command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
+      ->required();
+  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is kept back");
+  command->add_option("--noise", arguments->noise,
+                      "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
+                      "otherwise estimated from each recording")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(CLI::PositiveNumber);
+  command->add_option("--without", arguments->without, "effects that may not be named")->delimiter(',')->expected(1, 1000);
+  command->add_option("--seed", arguments->seed, "of the draws that intervals and chances come from")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
+  command->add_flag("--at-rest", arguments->at_rest, "the recordings begin cold and at rest");
+  command->add_flag("--json", arguments->json, "print diagnosis.json instead of sentences");
+  command->footer("Examples:\n"
+                  "  sinew diagnose --train scenarios/demo/recording.csv --plant plant/limbs/paper_limb.yaml --out results/diagnosis\n"
+                  "  sinew diagnose --train a.csv b.csv --heldout c.csv --plant mine.yaml --out results/mine --seed 7\n"
+                  "  sinew diagnose --train a.csv --fit-until 130 --plant mine.yaml --out results/mine --without input_delay fatigue");
+  command->callback([arguments, &exit_code] { exit_code = diagnose_command(*arguments); });
+}
+
+}  // namespace sinew::apps

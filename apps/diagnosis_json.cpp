@@ -1,0 +1,271 @@
+#include "apps/diagnosis_json.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/number.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+#include "sim/recording.h"
+
+namespace sinew::apps {
+namespace {
+
+using diagnose::channel_count;
+using diagnose::channels;
+using nlohmann::ordered_json;
+
+ordered_json per_channel(const diagnose::PerChannel& values) {
+  ordered_json json;
+  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];  // NaN: null
+  return json;
+}
+
+template <class Value>
+ordered_json counts(const std::array<Value, channel_count>& values) {
+  ordered_json json;
+  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];
+  return json;
+}
+
+std::string name_of(std::size_t effect) { return std::string(plant::effects()[effect].name); }
+
+ordered_json names_of(const std::vector<std::size_t>& effects) {
+  ordered_json json = ordered_json::array();
+  for (const std::size_t e : effects) json.push_back(name_of(e));
+  return json;
+}
+
+ordered_json windows_json(const diagnose::WorstTime& worst) {
+  ordered_json json = ordered_json::array();
+  for (const auto& [from, to] : worst.windows_s) json.push_back({from, to});
+  return json;
+}
+
+ordered_json effect_json(const diagnose::FoundEffect& found) {
+  const auto& info = plant::effects()[found.effect];
+  ordered_json json{{"name", info.name}, {"place", text_of(info.place)}, {"confidence", found.confidence}};
+  json["parameters"] = ordered_json::object();
+  for (const auto& parameter : found.parameters) {
+    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    ordered_json value{{"value", parameter.value}, {"ci95", {parameter.lowest, parameter.highest}}};
+    if (declared.kind == plant::Kind::toggle) value["value"] = parameter.value != 0.0;
+    if (parameter.known) value["assumed"] = true;
+    json["parameters"][std::string(declared.name)] = value;
+  }
+  json["gain"] = found.gain;
+  json["chance"] = found.chance;
+  json["rivals"] = ordered_json::array();
+  for (const auto& [effect, loss] : found.rivals) json["rivals"].push_back({{"name", name_of(effect)}, {"loss_of_log_evidence", loss}});
+  return json;
+}
+
+ordered_json round_json(const diagnose::Round& round, const diagnose::Explanation& core) {
+  ordered_json json;
+  json["before"] = names_of(round.before.effects());
+  json["accepted"] = round.accepted;
+  json["gain"] = round.gain;
+  json["chance"] = round.chance;
+  json["unrest_before"] = round.before.unrest;
+  json["candidates"] = ordered_json::array();
+  for (const auto& candidate : round.candidates) {
+    ordered_json one{{"name", name_of(candidate.effect)}, {"score", candidate.score.statistic}, {"fitted", candidate.explanation.usable}};
+    if (candidate.explanation.usable) {
+      one["gain"] = 2.0 * (candidate.explanation.log_posterior - round.before.log_posterior);
+      one["log_evidence"] = candidate.explanation.log_evidence;
+      one["explained_share"] = explained_by(candidate.explanation, core);
+    }
+    json["candidates"].push_back(one);
+  }
+  json["scores"] = ordered_json::object();
+  for (const std::size_t s : round.scores.best) json["scores"][name_of(round.scores.all[s].effect)] = round.scores.all[s].statistic;
+  return json;
+}
+
+ordered_json gate_json(const diagnose::GateNotes& gate) {
+  return {{"recording", gate.recording},
+          {"samples", gate.samples},
+          {"period_s", gate.period_s},
+          {"duration_s", gate.duration_s},
+          {"noise", per_channel(gate.noise)},
+          {"step", per_channel(gate.step)},
+          {"outliers", counts(gate.outliers)},
+          {"missing", counts(gate.missing)},
+          {"longest_gap_s", gate.longest_gap_s},
+          {"largest_duty_fraction", gate.largest_duty_fraction},
+          {"warnings", gate.warnings}};
+}
+
+ordered_json fitted_json(const diagnose::Explanation& answer) {
+  ordered_json json = ordered_json::object();
+  const auto& unknowns = answer.problem->unknowns();
+  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+    const auto& unknown = unknowns[u];
+    if (unknown.parameter == plant::no_effect) continue;
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = 1.959964 * answer.deviation(u) / unit;
+    json[unknown.name] = {{"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
+  }
+  return json;
+}
+
+ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes) {
+  ordered_json json;
+  const auto add = [&](const char* role, const std::string& path) {
+    json.push_back({{"role", role}, {"path", path}, {"sha256", hashes.at(path)}});
+  };
+  for (const std::string& path : inputs.training) add("train", path);
+  for (const std::string& path : inputs.held_out) add("heldout", path);
+  add("plant", inputs.plant);
+  return json;
+}
+
+}  // namespace
+
+ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
+  ordered_json json;
+  json["verdict"] = text_of(d.verdict);
+  json["effects"] = ordered_json::array();
+  for (const auto& found : d.effects) json["effects"].push_back(effect_json(found));
+  json["ambiguous_with"] = names_of(d.ambiguous_with);
+  json["located"] = {{"channel", channels[d.located.channel].column},
+                     {"place", d.located.place},
+                     {"windows_s", windows_json(d.located.worst)},
+                     {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
+                     {"share_of_time", d.located.worst.share_of_time},
+                     {"share_of_error", d.located.worst.share_of_error},
+                     {"while", d.located.while_words},
+                     {"cannot_be_told_from", d.located.cannot_be_told_from},
+                     {"calibrated", per_channel(d.located.rmse)},
+                     {"noise", per_channel(d.located.noise)}};
+  ordered_json shares = ordered_json::array();
+  for (const auto& share : d.located.shares)
+    shares.push_back({{"place", diagnose::forcings[static_cast<std::size_t>(share.forcing)].name},
+                      {"share", share.share},
+                      {"ci95", {share.lowest, share.highest}},
+                      {"log_likelihood", share.log_likelihood}});
+  json["located"]["shares"] = shares;
+
+  const auto& held = d.held_out;
+  ordered_json gain;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    gain[std::string(channels[c].column)] = {{"value", held.gain[c]}, {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
+  json["fit"]["heldout"] = {{"before", per_channel(held.before)},   {"after", per_channel(held.after)},
+                            {"noise", per_channel(held.noise)},     {"nominal", per_channel(held.nominal)},
+                            {"gain", gain},                         {"samples", counts(held.samples)},
+                            {"kept_back", kept_back_words(d)}};
+  json["fit"]["residual_correlation"]["lag_s"] = 0.5;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]}, {"after", d.correlation.after[c]}};
+
+  json["explained_share"] = d.explained_share;
+  json["visibility"] = d.visibility;
+  json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
+  json["stand_ins"] = names_of(stand_ins(d));
+  json["fitted"] = fitted_json(answer_of(d));
+  json["flipped_signs"] = ordered_json::array();
+  for (const std::size_t p : d.flipped_signs) json["flipped_signs"].push_back(plant::parameters()[p].key());
+
+  json["would_have_been_seen"] = ordered_json::array();
+  json["cannot_be_seen"] = ordered_json::array();
+  for (const auto& other : not_found(d)) {
+    const auto& strength = plant::parameters()[plant::effects()[other.effect].strength].declaration;
+    json[other.can_be_seen ? "would_have_been_seen" : "cannot_be_seen"].push_back(
+        {{"name", name_of(other.effect)},
+         {"smallest_seen", other.smallest_seen},
+         {"parameter", strength.name},
+         {"unit", strength.unit.text},
+         {"visible_share", other.visible_share},
+         {"score", other.statistic}});
+  }
+  const auto& left = d.left_over;
+  if (left.variable.empty()) {
+    json["left_over"] = nullptr;
+  } else {
+    const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+    json["left_over"] = {{"place", forcing.name}, {"unit", forcing.unit}, {"variable", left.variable}, {"variable_unit", left.unit},
+                         {"explained_share", left.explained_share}, {"at", left.centre}, {"mean", left.mean}, {"deviation", left.deviation}};
+    if (forcing.entries == 2) json["left_over"]["coil"] = left.coil == 0 ? "A" : "B";
+  }
+  json["rounds"] = ordered_json::array();
+  for (const auto& round : d.search.rounds) json["rounds"].push_back(round_json(round, d.search.core));
+  json["gate"] = ordered_json::array();
+  for (const auto& gate : d.gate) json["gate"].push_back(gate_json(gate));
+  json["program"] = "sinew " + sim::this_build().version;
+  json["commit"] = sim::this_build().commit;
+  json["seed"] = inputs.seed;
+  json["files"] = given_json(inputs, hashes);
+  return json;
+}
+
+std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs) {
+  std::vector<std::string> names, trained;
+  for (const std::size_t e : added_effects(d)) names.push_back(name_of(e));
+  for (const std::string& path : inputs.training) trained.push_back(file_name(path));
+  std::string text = "# Repaired by `sinew diagnose`: " + file_name(inputs.plant) + ", fitted to " + listed(trained) +
+                     (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
+  if (!stand_ins(d).empty()) text += "# What was added is a stand-in for something that the catalogue does not have.\n";
+  text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (d.held_out.samples[c] > 0)
+      text += "#   " + std::string(channels[c].words) + ": " + report::significant(d.held_out.after[c], 3) + " " +
+              std::string(channels[c].unit) + " (core alone " + report::significant(d.held_out.before[c], 3) + ", noise " +
+              report::significant(d.held_out.noise[c], 2) + ")\n";
+  text += "# 95 % intervals of what was fitted:\n";
+  const auto& answer = answer_of(d);
+  const auto& unknowns = answer.problem->unknowns();
+  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+    if (unknowns[u].parameter == plant::no_effect) continue;
+    const double unit = unknowns[u].internal_per_unit;
+    text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
+  }
+  return text + "format: 1\n" + sim::plant_to_yaml(d.repaired);
+}
+
+std::string prediction_csv(const diagnose::Diagnosis& d) {
+  const diagnose::Prediction* chosen = nullptr;
+  for (const auto& prediction : d.predictions)
+    if (!prediction.training && chosen == nullptr) chosen = &prediction;
+  const bool held_out = chosen != nullptr;
+  for (const auto& prediction : d.predictions)
+    if (chosen == nullptr && std::find(prediction.kept_back.begin(), prediction.kept_back.end(), true) != prediction.kept_back.end())
+      chosen = &prediction;
+  sim::Recording predicted;
+  if (chosen == nullptr) {
+    predicted.comments = {"Nothing was kept back, so there is nothing to predict."};
+    return sim::to_csv(predicted);
+  }
+  const std::string name = file_name(chosen->recording->name);
+  predicted.name = "prediction of " + name;
+  predicted.comments = {"What the repaired plant predicts for " + name + ", open loop, from its recorded duty alone (sinew diagnose)."};
+  if (!held_out) predicted.comments.push_back("No recording was held out: these are the samples of the training recording that were kept back from the fit.");
+  for (std::size_t k = 0; k < chosen->time_s.size(); ++k) {
+    if (!held_out && !chosen->kept_back[k]) continue;
+    sim::Sample sample = chosen->recording->samples[k];
+    sample.temperature_degC = {chosen->after[0][k], chosen->after[1][k]};
+    sample.angle_deg = chosen->after[2][k];
+    predicted.samples.push_back(sample);
+  }
+  return sim::to_csv(predicted);
+}
+
+std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes, const std::map<std::string, std::string>& files) {
+  const sim::Build build = sim::this_build();
+  ordered_json json;
+  json["program"] = "sinew " + build.version;
+  json["commit"] = build.commit;
+  json["compiler"] = build.compiler;
+  json["libraries"] = build.libraries;
+  json["command"] = "diagnose";
+  json["seed"] = inputs.seed;
+  const auto& settings = inputs.settings;
+  if (settings.fit_until_s < 1e299) json["fit_until_s"] = settings.fit_until_s;
+  if (settings.noise) json["noise"] = per_channel(*settings.noise);
+  json["at_rest"] = settings.start == diagnose::StartPolicy::at_rest;
+  json["without"] = names_of(settings.search.without);
+  json["status"] = "finished";
+  json["files"] = given_json(inputs, hashes);
+  for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace sinew::apps

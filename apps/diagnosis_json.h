@@ -1,0 +1,27 @@
+// diagnosis.json, and the other files for programs that `diagnose` writes: the repaired plant, its prediction, run.json.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/diagnosis_text.h"
+
+namespace sinew::apps {
+
+// Paths and the SHA-256 of what they hold.
+using InputHashes = std::map<std::string, std::string>;
+
+nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs, const InputHashes& hashes);
+
+// The repaired plant in YAML; its first lines say what it is, from what, and how far off.
+std::string repaired_plant_yaml(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
+
+// What the repaired plant predicts for the first held-out recording, or for what was kept back of the first training
+// recording of which something was, as a recording.
+std::string prediction_csv(const diagnose::Diagnosis& diagnosis);
+
+// `files`: name and content of each file beside it.
+std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes, const std::map<std::string, std::string>& files);
+
+}  // namespace sinew::apps

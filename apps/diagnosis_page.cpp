@@ -1,0 +1,507 @@
+#include "apps/diagnosis_page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/number.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+
+namespace sinew::apps {
+namespace {
+
+using diagnose::channel_count;
+using diagnose::channels;
+using diagnose::Diagnosis;
+using diagnose::Prediction;
+using diagnose::Verdict;
+using report::Block;
+using report::Paragraph;
+namespace colors = report::okabe_ito;
+
+constexpr double two_sided_95 = 1.959964;
+
+std::string capitalised(std::string_view text) {
+  std::string copy(text);
+  if (!copy.empty()) copy[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(copy[0])));
+  return copy;
+}
+
+std::string effect_name(std::size_t effect) { return std::string(plant::effects()[effect].name); }
+std::string effect_words(std::size_t effect) { return std::string(plant::effects()[effect].words); }
+std::string with_channel_unit(std::size_t c) { return std::string(channels[c].words) + " / " + std::string(channels[c].unit); }
+
+report::Section section(std::string heading, int depth = 1) {
+  report::Section one;
+  one.heading = std::move(heading);
+  one.depth = depth;
+  return one;
+}
+
+void add_paragraphs(std::vector<Block>& blocks, const std::vector<std::string>& paragraphs) {
+  for (const std::string& text : paragraphs) blocks.push_back(Paragraph{.text = text});
+}
+
+report::Series line(std::string name, std::vector<double> y, std::string color) {
+  report::Series series;
+  series.name = std::move(name);
+  series.y = std::move(y);
+  series.color = std::move(color);
+  return series;
+}
+
+std::vector<double> difference(const std::vector<double>& model, const std::vector<double>& measured) {
+  std::vector<double> residual(model.size());
+  for (std::size_t k = 0; k < model.size(); ++k) residual[k] = model[k] - measured[k];
+  return residual;
+}
+
+std::vector<report::Band> kept_back_bands(const Prediction& prediction) {
+  std::vector<report::Band> bands;
+  if (!prediction.training) return bands;
+  for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
+    if (!prediction.kept_back[k]) continue;
+    if (k == 0 || !prediction.kept_back[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
+    bands.back().to_s = prediction.time_s[k];
+  }
+  return bands;
+}
+
+std::vector<report::Band> worst_bands(const diagnose::WorstTime& worst) {
+  std::vector<report::Band> bands;
+  for (const auto& [from, to] : worst.windows_s) bands.push_back({from, to, "half of the error"});
+  return bands;
+}
+
+report::TimePlot time_plot(const Prediction& prediction, std::string title, std::string label, std::vector<report::Series> series,
+                           std::vector<report::Band> bands, int height_px) {
+  report::TimePlot plot;
+  plot.title = std::move(title);
+  plot.y_label = std::move(label);
+  plot.time_s = prediction.time_s;
+  plot.series = std::move(series);
+  plot.bands = std::move(bands);
+  plot.height_px = height_px;
+  plot.time_axis = prediction.recording->name;
+  return plot;
+}
+
+report::Series noise_band(const Prediction& prediction, double noise) {
+  report::Series band = line("noise, ± 2 σ", std::vector<double>(prediction.time_s.size(), 0.0), colors::sky_blue);
+  band.lower.assign(prediction.time_s.size(), -2.0 * noise);
+  band.upper.assign(prediction.time_s.size(), 2.0 * noise);
+  return band;
+}
+
+report::TimePlot duty_plot(const Prediction& prediction) {
+  std::vector<double> a, b;
+  for (const auto& sample : prediction.recording->samples) {
+    a.push_back(sample.duty_fraction[plant::A]);
+    b.push_back(sample.duty_fraction[plant::B]);
+  }
+  std::vector<report::Series> series{line("coil A", a, colors::blue), line("coil B", b, colors::orange)};
+  for (auto& one : series) one.style = report::Series::Style::steps;
+  return time_plot(prediction, "Duty", "duty", std::move(series), {}, 100);
+}
+
+// --- Where -------------------------------------------------------------------------------------------------------------
+
+report::Table place_table(const Diagnosis& d) {
+  report::Table table;
+  table.title = "Which equation does the mismatch enter?";
+  table.header = {"place", "share of the mismatch", "95 % interval", "this place alone, against the best"};
+  const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
+  for (const auto& share : d.located.shares) {
+    report::Row row;
+    row.cells = {std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words), report::fixed(share.share, 2),
+                 "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
+                 share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
+    row.emphasis = place_words(d.located.place) == row.cells[0];
+    table.rows.push_back(row);
+  }
+  table.align = {report::Align::left, report::Align::right, report::Align::right, report::Align::left};
+  table.caption =
+      "An unknown push was allowed into each equation of the calibrated plant, beside air that moves. Share: how much of the mismatch "
+      "the pushes into this equation make, when all are allowed at once. Last column: how well a push into this equation alone would "
+      "account for everything.";
+  return table;
+}
+
+void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
+  blocks.push_back(section("Where the plant and the recording part"));
+  add_paragraphs(blocks, words.where);
+  if (d.located.worst_recording < d.predictions.size()) {
+    const Prediction& prediction = d.predictions[d.located.worst_recording];
+    const std::size_t c = d.located.channel;
+    const auto bands = d.verdict == Verdict::consistent ? std::vector<report::Band>{} : worst_bands(d.located.worst);
+    blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant", with_channel_unit(c),
+                               {line("recording", prediction.measured[c], colors::black),
+                                line("calibrated, nothing added", prediction.before[c], colors::vermillion)},
+                               bands, 200));
+    for (std::size_t i = 0; i < channel_count; ++i) {
+      const std::size_t channel = (c + i) % channel_count;
+      blocks.push_back(time_plot(prediction, "What is left of the " + std::string(channels[channel].words),
+                                 "plant − recording / " + std::string(channels[channel].unit),
+                                 {noise_band(prediction, d.located.noise[channel]),
+                                  line("calibrated plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
+                                       colors::vermillion)},
+                                 i == 0 ? bands : std::vector<report::Band>{}, 120));
+    }
+    blocks.push_back(duty_plot(prediction));
+  }
+  if (d.verdict != Verdict::consistent) blocks.push_back(place_table(d));
+}
+
+// --- What --------------------------------------------------------------------------------------------------------------
+
+report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, std::size_t number) {
+  report::Table table;
+  table.title = number == 0 ? "Effects that were put into the plant, one at a time" : "Effects that were put in as well, one at a time";
+  table.header = {"effect", "in words", "explains", "against the best", "found"};
+  double best = 0.0;
+  bool any = false;
+  for (const auto& candidate : round.candidates)
+    if (candidate.explanation.usable && (!any || candidate.explanation.log_evidence > best)) {
+      best = candidate.explanation.log_evidence;
+      any = true;
+    }
+  for (const auto& candidate : round.candidates) {
+    const bool usable = candidate.explanation.usable;
+    const bool found = std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
+    report::Row row;
+    row.cells = {effect_name(candidate.effect), effect_words(candidate.effect),
+                 usable ? percent(explained_by(candidate.explanation, d.search.core)) : "could not be fitted",
+                 !usable ? "–" : candidate.explanation.log_evidence == best ? "the best" : odds_words(best - candidate.explanation.log_evidence),
+                 found ? "yes" : "no"};
+    row.emphasis = found;
+    table.rows.push_back(row);
+  }
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left, report::Align::left};
+  table.caption = "Each was fitted together with all other parameters. Explains: how much it takes away of what sensor noise and moving air "
+                  "leave open. Effects that a first look ruled out are in the table of all effects at the end.";
+  return table;
+}
+
+report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found) {
+  report::Table table;
+  table.title = "Instead of " + effect_name(found.effect);
+  table.header = {"effect", "in words", "is"};
+  for (const auto& [effect, loss] : found.rivals) {
+    report::Row row;
+    row.cells = {effect_name(effect), effect_words(effect), odds_words(loss)};
+    row.emphasis = std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), effect) != d.ambiguous_with.end();
+    table.rows.push_back(row);
+  }
+  table.caption = "With the other effects kept. Bold: cannot be told from it by this data.";
+  return table;
+}
+
+void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
+  blocks.push_back(section(d.verdict == Verdict::consistent ? "What was looked for" : "What is missing"));
+  add_paragraphs(blocks, words.what);
+  for (std::size_t r = 0; r < d.search.rounds.size(); ++r)
+    if (!d.search.rounds[r].candidates.empty() && (r == 0 || d.search.rounds[r].accepted))
+      blocks.push_back(candidate_table(d, d.search.rounds[r], r));
+  if (d.effects.size() > 1)
+    for (const auto& found : d.effects)
+      if (!found.rivals.empty()) blocks.push_back(rival_table(d, found));
+}
+
+// --- Modelled ----------------------------------------------------------------------------------------------------------
+
+report::Table parameter_table(const Diagnosis& d) {
+  report::Table table;
+  table.title = "Parameters of the repaired plant";
+  table.header = {"parameter", "meaning", "believed before", "fitted", "95 % interval"};
+  const auto& answer = answer_of(d);
+  const auto& unknowns = answer.problem->unknowns();
+  const std::vector<std::size_t> added = added_effects(d);
+  std::vector<report::Row> core;
+  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+    const auto& unknown = unknowns[u];
+    if (unknown.parameter == plant::no_effect) continue;
+    const auto& info = plant::parameters()[unknown.parameter];
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = two_sided_95 * answer.deviation(u) / unit;
+    const double low = std::max(value - error, info.declaration.range.lowest), high = std::min(value + error, info.declaration.range.highest);
+    const bool new_here = std::find(added.begin(), added.end(), info.effect) != added.end();
+    report::Row row;
+    row.cells = {info.key(), std::string(info.declaration.meaning),
+                 report::significant(unknown.centre / unit, 3) + " ± " + report::significant(unknown.deviation / unit, 2),
+                 with_unit(rounded(value, low, high), info.declaration.unit.text),
+                 "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
+    row.emphasis = new_here;
+    const double moved = (answer.value(u) - unknown.centre) / unknown.deviation;
+    if (!new_here && std::abs(moved) > 2.0)
+      row.note = report::significant(std::abs(moved), 2) + " standard deviations from what was believed before";
+    else if (answer.deviation(u) > 0.7 * unknown.deviation)
+      row.note = "the data says little about it: mostly what was believed before";
+    (new_here ? table.rows : core).push_back(row);
+  }
+  for (const std::size_t e : added)
+    for (const std::size_t p : plant::effects()[e].parameters) {
+      const auto& info = plant::parameters()[p];
+      const bool fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
+      if (fitted) continue;
+      report::Row row;
+      row.cells = {info.key(), std::string(info.declaration.meaning), "–",
+                   with_unit(sim::parameter_text(d.repaired, p), info.declaration.unit.text), "assumed, not fitted"};
+      row.emphasis = true;
+      table.rows.push_back(row);
+    }
+  table.rows.insert(table.rows.end(), core.begin(), core.end());
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right};
+  table.caption = "Believed before: the given plant's value (for an added effect: a typical one), and one standard deviation. Bold: what was added.";
+  return table;
+}
+
+void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
+  blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
+  add_paragraphs(blocks, words.modelled);
+  for (const std::size_t e : added_effects(d)) {
+    report::Code code;
+    code.caption = effect_name(e) + ": " + effect_words(e);
+    code.text = std::string(plant::effects()[e].equation);
+    for (const std::size_t p : plant::effects()[e].parameters) {
+      const auto& declared = plant::parameters()[p].declaration;
+      code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
+                   with_unit(report::significant(plant::get_in_file_units(d.repaired, p), 4), declared.unit.text) + "   " +
+                   std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
+    }
+    blocks.push_back(code);
+  }
+  blocks.push_back(parameter_table(d));
+}
+
+// --- Better ------------------------------------------------------------------------------------------------------------
+
+report::Table error_table(const Diagnosis& d) {
+  const bool repaired = !added_effects(d).empty();
+  const auto& held = d.held_out;
+  report::Table table;
+  table.title = "Error on data kept back (RMSE)";
+  table.header = {"channel", "samples", "as given", "calibrated"};
+  if (repaired) table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by", "95 % interval"});
+  else table.header.push_back("noise alone");
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    if (held.samples[c] == 0) continue;
+    report::Row row;
+    row.cells = {with_channel_unit(c), std::to_string(held.samples[c]), report::significant(held.nominal[c], 3),
+                 report::significant(held.before[c], 3)};
+    if (repaired) {
+      row.cells.push_back(report::significant(held.after[c], 3));
+      row.cells.push_back(report::significant(held.noise[c], 2));
+      row.cells.push_back(percent(held.gain[c]));
+      row.cells.push_back("[" + percent(held.gain_lowest[c]) + ", " + percent(held.gain_highest[c]) + "]");
+      if (!(held.gain_lowest[c] > 0.0)) row.note = "whether this channel is predicted better cannot be told from chance";
+    } else {
+      row.cells.push_back(report::significant(held.noise[c], 2));
+    }
+    table.rows.push_back(row);
+  }
+  table.align.assign(table.header.size(), report::Align::right);
+  table.align[0] = report::Align::left;
+  table.caption = "Open loop: the plant is given the recorded duty and nothing else. As given: the plant file. Calibrated: its "
+                  "parameters fitted, nothing added." +
+                  std::string(repaired ? " Repaired: with what was added." : "");
+  return table;
+}
+
+void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired) {
+  const auto bands = kept_back_bands(prediction);
+  for (const std::size_t c : {std::size_t{2}, std::size_t{0}, std::size_t{1}}) {
+    std::vector<report::Series> series{line("recording", prediction.measured[c], colors::black)};
+    if (repaired) {
+      series.push_back(line("before (calibrated)", prediction.before[c], colors::vermillion));
+      series.push_back(line("after (repaired)", prediction.after[c], colors::green));
+    } else {
+      series.push_back(line("calibrated", prediction.after[c], colors::green));
+    }
+    blocks.push_back(time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
+    std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
+    if (repaired) left.push_back(line("before", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
+    left.push_back(line(repaired ? "after" : "calibrated", difference(prediction.after[c], prediction.measured[c]), colors::green));
+    blocks.push_back(time_plot(prediction, "What is left of the " + std::string(channels[c].words),
+                               "plant − recording / " + std::string(channels[c].unit), std::move(left), bands, 110));
+  }
+}
+
+report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool repaired) {
+  report::ScatterPlot plot;
+  plot.title = capitalised(channels[c].words);
+  plot.x_label = "time between two errors / s";
+  plot.y_label = "correlation";
+  plot.height_px = 220;
+  const auto add = [&](std::string name, const std::vector<double>& correlation, std::string color) {
+    report::ScatterSeries series;
+    series.name = std::move(name);
+    for (std::size_t lag = 0; lag < correlation.size(); ++lag) series.x.push_back(0.5 * static_cast<double>(lag));
+    series.y = correlation;
+    series.color = std::move(color);
+    series.style = report::ScatterSeries::Style::path;
+    plot.series.push_back(std::move(series));
+  };
+  if (repaired) add("before", d.correlation.before[c], colors::vermillion);
+  add(repaired ? "after" : "calibrated", d.correlation.after[c], colors::green);
+  return plot;
+}
+
+void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
+  const bool repaired = !added_effects(d).empty();
+  blocks.push_back(section(repaired ? "How much better it predicts" : "How well it predicts"));
+  std::vector<std::string> lines, rest;
+  for (const std::string& text : words.better) (text.starts_with("– ") ? lines : rest).push_back(text.starts_with("– ") ? text.substr(std::string("– ").size()) : text);
+  if (!rest.empty()) blocks.push_back(Paragraph{.text = rest.front()});
+  if (!lines.empty()) {
+    blocks.push_back(report::List{.items = lines});
+    for (std::size_t i = 1; i < rest.size(); ++i) blocks.push_back(Paragraph{.text = rest[i]});
+    blocks.push_back(error_table(d));
+  }
+  const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
+  std::size_t shown = 0;
+  for (const Prediction& prediction : d.predictions) {
+    if (prediction.training == held_out || shown == 3) continue;
+    ++shown;
+    report::Section part = section(file_name(prediction.recording->name), 2);
+    part.text = prediction.training ? "The plants saw this recording in part: what is shaded was kept back."
+                                    : "The plants never saw this recording; how it begins was found from its first five seconds.";
+    blocks.push_back(part);
+    add_prediction(blocks, d, prediction, repaired);
+  }
+  if (lines.empty()) return;
+  report::Section alike = section("Is what is left pure noise?", 2);
+  alike.text = "Errors of pure noise know nothing of each other: the curve falls to zero at once. A curve that stays up means that "
+               "something lasting is missing, or that the air moves.";
+  blocks.push_back(alike);
+  for (const std::size_t c : {std::size_t{2}, std::size_t{0}, std::size_t{1}})
+    if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty()) blocks.push_back(correlation_plot(d, c, repaired));
+}
+
+// --- What next ---------------------------------------------------------------------------------------------------------
+
+report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
+  const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+  const bool angle = forcing.unit == "rad";
+  const double scale = angle ? 1.0 / plant::radians_per_degree : 1.0;
+  report::ScatterPlot plot;
+  plot.title = "What is missing, against " + left.variable;
+  plot.x_label = left.variable + (left.unit.empty() ? "" : " / " + left.unit);
+  plot.y_label = "missing in " + std::string(forcing.words) + " / " + (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
+  const auto add = [&](std::string name, double deviations, report::ScatterSeries::Style style, std::string color) {
+    report::ScatterSeries series;
+    series.name = std::move(name);
+    series.x = left.centre;
+    for (std::size_t b = 0; b < left.mean.size(); ++b) series.y.push_back(scale * (left.mean[b] + deviations * left.deviation[b]));
+    series.style = style;
+    series.color = std::move(color);
+    plot.series.push_back(std::move(series));
+  };
+  add("mean", 0.0, report::ScatterSeries::Style::path, colors::vermillion);
+  add("one deviation more", 1.0, report::ScatterSeries::Style::dashed, colors::orange);
+  add("one deviation less", -1.0, report::ScatterSeries::Style::dashed, colors::orange);
+  plot.caption = "What would have to be added to the equation, on average, in eight parts of the recording sorted by this quantity. It accounts for " +
+                 percent(left.explained_share) + " of what is missing there (judged on times from which the curve was not made).";
+  return plot;
+}
+
+// --- Details -----------------------------------------------------------------------------------------------------------
+
+report::Table gate_table(const Diagnosis& d) {
+  report::Table table;
+  table.header = {"recording", "channel", "samples", "noise", "smallest step", "missing", "outliers"};
+  for (const auto& gate : d.gate)
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      report::Row row;
+      row.cells = {c == 0 ? file_name(gate.recording) : "", with_channel_unit(c), std::to_string(gate.samples), report::significant(gate.noise[c], 2),
+                   report::significant(gate.step[c], 2), std::to_string(gate.missing[c]), std::to_string(gate.outliers[c])};
+      if (c + 1 == channel_count) {
+        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) + " s, duty up to " +
+                   report::fixed(gate.largest_duty_fraction, 2);
+        for (const std::string& warning : gate.warnings) row.note += "; " + warning;
+      }
+      table.rows.push_back(row);
+    }
+  table.align.assign(table.header.size(), report::Align::right);
+  table.align[0] = table.align[1] = report::Align::left;
+  table.caption = "Noise: standard deviation of the sensor. Outliers: single samples far from their neighbours; they were passed over.";
+  return table;
+}
+
+report::Table effect_table(const Diagnosis& d) {
+  report::Table table;
+  table.header = {"effect", "in words", "enters in", "answer"};
+  const std::vector<diagnose::Visibility> others = not_found(d);
+  const std::vector<std::size_t> substitutes = stand_ins(d), before = d.search.core.effects();
+  for (std::size_t e = 0; e < plant::effect_count; ++e) {
+    const auto& info = plant::effects()[e];
+    const auto& strength = plant::parameters()[info.strength].declaration;
+    report::Row row;
+    std::string answer = "not tried";
+    const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
+    if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
+      answer = "found";
+      row.emphasis = true;
+    } else if (std::find(substitutes.begin(), substitutes.end(), e) != substitutes.end()) {
+      answer = "a stand-in";
+    } else if (std::find(before.begin(), before.end(), e) != before.end()) {
+      answer = "was in the given plant";
+    } else if (std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), e) != d.ambiguous_with.end()) {
+      answer = "cannot be told from what was found";
+      row.emphasis = true;
+    } else if (other != others.end()) {
+      const std::string size = std::isfinite(other->smallest_seen) && strength.kind != plant::Kind::toggle
+                                   ? " from " + std::string(strength.symbol.empty() ? strength.name : strength.symbol) + " = " +
+                                         with_unit(report::significant(other->smallest_seen, 2), strength.unit.text)
+                                   : "";
+      if (other->can_be_seen)
+        answer = "not found; would have been seen" + size + (size.empty() ? "" : " off its null");
+      else if (other->visible_share < 0.02)
+        answer = "cannot be seen: fitting the other parameters imitates it";
+      else
+        answer = "cannot be seen: nothing here calls for it" + (size.empty() ? std::string() : ", or only" + size);
+    }
+    row.cells = {std::string(info.name), std::string(info.words), place_words(text_of(info.place)), answer};
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+}  // namespace
+
+report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
+  const DiagnosisWords words = diagnosis_words(d, inputs);
+  report::Page page;
+  std::vector<std::string> names;
+  for (const std::string& path : inputs.training) names.push_back(file_name(path));
+  page.title = "Diagnosis of " + listed(names);
+  page.lead = words.verdict;
+  auto& blocks = page.blocks;
+  blocks.push_back(Paragraph{.text = "A simulated limb (" + file_name(inputs.plant) +
+                                     ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
+                                     "some physics. This report says where it fails, which effect is missing, how large that is, how well the "
+                                     "repaired simulation predicts data that it has not seen, and what could be done next."});
+  add_where(blocks, d, words);
+  add_what(blocks, d, words);
+  add_modelled(blocks, d, words);
+  add_better(blocks, d, words);
+  blocks.push_back(section("What next"));
+  add_paragraphs(blocks, words.next);
+  if (!d.left_over.variable.empty()) blocks.push_back(left_over_plot(d.left_over));
+
+  report::Section data = section("The data");
+  data.text = "What was seen of the recordings before any plant was fitted.";
+  blocks.push_back(data);
+  blocks.push_back(gate_table(d));
+  report::Section all = section("All effects of the catalogue");
+  all.text = "An effect that is not found is either not there, or smaller than what this data could have shown, or of a kind that this "
+             "data cannot show at all.";
+  blocks.push_back(all);
+  blocks.push_back(effect_table(d));
+
+  for (const std::string& path : inputs.training) page.footer.push_back("fitted: " + path);
+  for (const std::string& path : inputs.held_out) page.footer.push_back("held out: " + path);
+  page.footer.push_back("nominal plant: " + inputs.plant);
+  page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
+  return page;
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,536 @@
+#include "apps/diagnosis_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "report/number.h"
+#include "sim/plant_file.h"
+
+namespace sinew::apps {
+namespace {
+
+using diagnose::channel_count;
+using diagnose::channels;
+using diagnose::Diagnosis;
+using diagnose::Verdict;
+
+std::string capitalised(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
+
+// What was found, as clauses.
+std::vector<std::string> found_words(const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const auto& found : d.effects) words.push_back(std::string(plant::effects()[found.effect].words));
+  return words;
+}
+
+std::string verdict_sentence(const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::consistent:
+      return "Nothing is missing: with its parameters fitted, the plant explains " +
+             std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
+    case Verdict::missing_physics: {
+      std::string text = "The plant leaves out that " + listed(found_words(d));
+      const auto& first = d.effects.front();
+      if (!d.ambiguous_with.empty()) {
+        std::vector<std::string> names;
+        for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
+        return text + " – or that " + listed(names) + ": this recording cannot tell them apart.";
+      }
+      return text + ": " + probability_words(first.confidence) + ".";
+    }
+    case Verdict::unexplained: {
+      std::string text = "Something is missing that I do not know: it enters in " + place_words(d.located.place) +
+                         ", and no effect of the catalogue explains it";
+      if (!d.effects.empty()) return text + "; certain all the same: " + listed(found_words(d)) + ".";
+      return text + ".";
+    }
+  }
+  return "";
+}
+
+diagnose::Forcing forcing_of_place(std::string_view place, bool& known) {
+  using diagnose::Forcing;
+  known = true;
+  for (std::size_t q = 0; q < diagnose::forcing_count; ++q)
+    if (diagnose::forcings[q].name == place) return static_cast<Forcing>(q);
+  if (place == text_of(plant::Place::thermal) || place == text_of(plant::Place::actuation)) return Forcing::heat;
+  if (place == text_of(plant::Place::transformation)) return Forcing::transformation;
+  if (place == text_of(plant::Place::mechanics)) return Forcing::moment;
+  if (place == text_of(plant::Place::sensor_temperature)) return Forcing::temperature_reading;
+  if (place == text_of(plant::Place::sensor_angle)) return Forcing::angle_reading;
+  known = false;
+  return Forcing::heat;
+}
+
+std::string share_words(const diagnose::PlaceShare& share) {
+  return "share " + report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]";
+}
+
+std::vector<std::string> where_words(const Diagnosis& d) {
+  const auto& located = d.located;
+  const auto off = [&](std::size_t c) {
+    return channel_value(c, located.rmse[c]) + " off (noise: " + channel_value(c, located.noise[c]) + ")";
+  };
+  std::vector<std::string> others;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (c != located.channel && std::isfinite(located.rmse[c])) others.push_back(std::string(channels[c].words) + " is " + off(c));
+  std::string first = "With its parameters fitted and nothing added, the plant's " + std::string(channels[located.channel].words) +
+                      " is " + off(located.channel);
+  if (!others.empty()) first += "; " + listed(others);
+  first += ".";
+  if (d.verdict == Verdict::consistent)
+    return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
+
+  std::string when = percent(located.worst.share_of_error) + " of the squared error of the " +
+                     std::string(channels[located.channel].words) + " happens in " + percent(located.worst.share_of_time) +
+                     " of the time";
+  if (!located.while_words.empty()) when += ", " + located.while_words;
+  if (d.gate.size() > 1 && located.worst_recording < d.gate.size())
+    when += ", in " + file_name(d.gate[located.worst_recording].recording);
+  if (!located.worst.windows_s.empty()) when += ": " + windows_words(located.worst);
+  when += ".";
+
+  std::string place = "It enters in " + place_words(located.place);
+  bool known = false;
+  const diagnose::Forcing forcing = forcing_of_place(located.place, known);
+  std::vector<std::string> quiet, loud;
+  for (const auto& share : located.shares) {
+    if (known && share.forcing == forcing) {
+      place += " (" + share_words(share) + " of the mismatch)";
+      continue;
+    }
+    const std::string words(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words);
+    if (share.share < 0.03)
+      quiet.push_back(words);
+    else
+      loud.push_back(words + " (" + share_words(share) + ")");
+  }
+  if (!loud.empty()) place += "; shares also fall to " + listed(loud);
+  if (!quiet.empty()) place += "; " + listed(quiet) + (quiet.size() == 1 && quiet[0].ends_with("ing") ? " is" : " are") + " consistent with noise";
+  place += ".";
+  if (!located.cannot_be_told_from.empty()) {
+    std::vector<std::string> words;
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    place += " Judged by its course alone, without any effect in mind, it could as well enter in " + listed(words) + ".";
+  }
+  return {first + " " + when, place};
+}
+
+const diagnose::Candidate* candidate_of(const Diagnosis& d, std::size_t effect) {
+  if (d.search.rounds.empty()) return nullptr;
+  for (const auto& candidate : d.search.rounds.front().candidates)
+    if (candidate.effect == effect) return &candidate;
+  return nullptr;
+}
+
+std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
+  const auto& declared = plant::parameters()[parameter.parameter].declaration;
+  std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
+  if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
+  if (parameter.known) return text + with_unit(report::significant(parameter.value, 3), declared.unit.text) + " (assumed)";
+  return text + interval_words(parameter.value, parameter.lowest, parameter.highest, declared.unit.text);
+}
+
+std::string parameters_words(const diagnose::FoundEffect& found) {
+  std::vector<std::string> parts;
+  for (const auto& parameter : found.parameters) {
+    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    if (declared.kind == plant::Kind::toggle) continue;  // it is on; that has been said
+    parts.push_back(parameter_words(parameter));
+  }
+  return listed(parts);
+}
+
+std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
+  std::vector<std::pair<std::size_t, double>> rivals = found.rivals;
+  std::erase_if(rivals, [&](const auto& rival) {
+    return std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), rival.first) != d.ambiguous_with.end();
+  });
+  std::string text;
+  if (!rivals.empty()) {
+    const auto& [effect, loss] = rivals.front();
+    text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" + std::string(effect_name(effect)) + "): ";
+    const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
+    if (candidate && candidate->explanation.usable)
+      text += "it explains " + percent(explained_by(candidate->explanation, d.search.core)) + " and is ";
+    else
+      text += "in its place it is ";
+    text += odds_words(loss) + ".";
+  }
+  return text;
+}
+
+std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
+  const auto& info = plant::effects()[found.effect];
+  std::string text = capitalised(std::string(info.words)) + " (" + std::string(info.name) + ", in " + place_words(text_of(info.place)) +
+                     "): " + probability_words(found.confidence) + ". In the equations: " + std::string(info.equation);
+  const std::string sizes = parameters_words(found);
+  text += sizes.empty() ? ". " : ", with " + sizes + ". ";
+  if (alone)
+    text += "Why: it explains " + percent(d.explained_share) + " of what noise and moving air leave open, and chance would bring such a gain " +
+            chance_words(found.chance) + ". ";
+  else
+    text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
+  text += rivals_words(d, found);
+  return text;
+}
+
+std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
+  std::vector<std::string> text;
+  const bool alone = d.effects.size() == 1;
+  const std::size_t tried = plant::effect_count - inputs.settings.search.without.size();
+  if (d.verdict == Verdict::consistent) {
+    std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
+    if (!inputs.settings.search.without.empty())
+      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(plant::effect_count) + " effects were tried.";
+    if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
+      const auto& round = d.search.rounds.back();
+      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
+      tested += " The one that would help most is that " + std::string(plant::effects()[best].words) + " (" +
+                std::string(effect_name(best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
+    }
+    return {tested};
+  }
+  if (d.verdict == Verdict::unexplained) {
+    std::string start = "Something is missing that I do not know.";
+    const auto& left = d.left_over;
+    if (!left.variable.empty())
+      start += " What is left enters in " + std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+               " and goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it.";
+    text.push_back(start);
+    std::vector<std::string> near;
+    if (!d.search.rounds.empty() && d.effects.empty())
+      for (const auto& candidate : d.search.rounds.front().candidates) {
+        if (!candidate.explanation.usable || near.size() == 3) continue;
+        near.push_back(std::string(effect_name(candidate.effect)) + " explains " +
+                       percent(explained_by(candidate.explanation, d.search.core)));
+      }
+    if (!near.empty())
+      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. A name is given only to what explains " +
+                     percent(inputs.settings.least_explained_share) + " and could not be chance, so none is given.");
+    else if (!d.effects.empty())
+      text.push_back("What can be named explains " + percent(d.explained_share) + " of what noise and moving air leave open; less than " +
+                     percent(inputs.settings.least_explained_share) + " means that more is missing.");
+  }
+  for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
+  if (!alone && !d.effects.empty())
+    text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
+  if (!d.effects.empty()) {
+    if (d.ambiguous_with.empty()) {
+      text.back() += " Nothing else in the catalogue explains it as well.";
+    } else {
+      std::vector<std::string> names;
+      for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
+      text.push_back("It cannot be told from this: that " + listed(names) + ". Either explains the recording about as well.");
+    }
+  }
+  return text;
+}
+
+std::vector<std::string> moved_parameters(const Diagnosis& d) {
+  std::vector<std::string> moved;
+  const auto& answer = answer_of(d);
+  const auto& unknowns = answer.problem->unknowns();
+  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+    const auto& unknown = unknowns[u];
+    if (unknown.parameter == plant::no_effect || plant::parameters()[unknown.parameter].effect != plant::no_effect) continue;
+    if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
+  }
+  return moved;
+}
+
+std::vector<std::string> modelled_words(const Diagnosis& d) {
+  std::string text;
+  std::vector<std::string> substitutes;
+  for (const std::size_t e : stand_ins(d)) substitutes.push_back(std::string(effect_name(e)));
+  if (added_effects(d).empty())
+    text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it.";
+  else if (d.effects.empty())
+    text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
+           " switched on as a stand-in: it predicts better, but that is not what the limb does.";
+  else
+    text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
+           (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
+           " switched on and all parameters fitted again.";
+  text += " `sinew run` and `sinew compare` accept it.";
+  for (const std::size_t p : d.flipped_signs)
+    text += " The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(d.repaired, p) +
+            ", the other way than in the given plant, and that was used.";
+  if (const auto moved = moved_parameters(d); !moved.empty())
+    text += " Fitted far from what was believed before, by more than two standard deviations: " + listed(moved) +
+            ". Either the given plant is not quite of this limb, or more is missing.";
+  return {text};
+}
+
+std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
+  const auto& held = d.held_out;
+  std::vector<std::string> text;
+  std::string intro = "On data kept back (" + kept_back_words(d) + "), predicted from its duty alone" +
+                      (inputs.held_out.empty() || inputs.settings.start == diagnose::StartPolicy::at_rest
+                           ? ":"
+                           : " but for the first 5 s, which tell how it begins:");
+  text.push_back(intro);
+  std::vector<std::string> rough;
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    if (held.samples[c] == 0) continue;
+    std::string line = std::string(channels[c].words) + ": " + channel_value(c, held.before[c]) + " off before, " +
+                       channel_value(c, held.after[c]) + " after; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    if (added_effects(d).empty())
+      line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " + channel_value(c, held.after[c]) +
+             " fitted; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    else if (held.gain_lowest[c] > 0.0)
+      line += " The error falls by " + percent(held.gain[c]) + " [" + percent(held.gain_lowest[c]) + ", " + percent(held.gain_highest[c]) + "].";
+    else if (held.gain_highest[c] < 0.0)
+      line += " The error GROWS by " + percent(-held.gain[c]) + " [" + percent(-held.gain_highest[c]) + ", " + percent(-held.gain_lowest[c]) + "].";
+    else
+      line += " No change that could be told from chance.";
+    text.push_back("– " + line);
+    if (held.after[c] > 1.5 * held.noise[c]) rough.push_back(std::string(channels[c].words));
+  }
+  if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
+  std::string closing;
+  const std::size_t c = d.located.channel;
+  const auto before = correlation_after_1_s(d.correlation.before[c]), after = correlation_after_1_s(d.correlation.after[c]);
+  if (before && after && !added_effects(d).empty())
+    closing = "Errors of the " + std::string(channels[c].words) + " one second apart are alike by " + report::fixed(*before, 2) +
+              " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
+  if (!rough.empty() && d.verdict != Verdict::consistent)
+    closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
+  if (!closing.empty()) text.push_back(closing);
+  return text;
+}
+
+// "thermocouple_lag from 0.31 s".
+std::string smallest_words(const diagnose::Visibility& visibility) {
+  const auto& info = plant::effects()[visibility.effect];
+  const auto& declared = plant::parameters()[info.strength].declaration;
+  if (declared.kind == plant::Kind::toggle) return std::string(info.name);
+  return std::string(info.name) + " from " + with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
+}
+
+std::vector<std::string> next_words(const Diagnosis& d) {
+  std::vector<std::string> text;
+  std::vector<std::string> seen, unseen;
+  for (const auto& other : not_found(d)) (other.can_be_seen ? seen : unseen).push_back(other.can_be_seen ? smallest_words(other) : std::string(effect_name(other.effect)));
+  if (!d.ambiguous_with.empty()) {
+    std::vector<std::string> names{std::string(effect_name(d.effects.front().effect))};
+    for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+    text.push_back("To tell " + listed(names) + " apart, record the limb once more with a different drive (other amplitudes, longer holds "
+                   "and rests) and give both recordings to --train.");
+  }
+  if (d.verdict == Verdict::unexplained) {
+    const auto& left = d.left_over;
+    if (!left.variable.empty())
+      text.push_back("Look at the curve of what is left against " + left.variable + " in the report: which assumption of the plant's equation for " +
+                     std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) + " could break like this?");
+    else
+      text.push_back("What is left follows no single quantity that is measured. A recording with long holds and slow ramps would show "
+                     "on what it depends.");
+  } else if (d.verdict == Verdict::missing_physics && d.ambiguous_with.empty()) {
+    std::string more = "Nothing further is found.";
+    if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
+      const auto& round = d.search.rounds.back();
+      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
+      more += " The next best effect, " + std::string(effect_name(best)) + ", gains what chance alone brings " + chance_words(round.chance) + ".";
+    }
+    text.push_back(more);
+  }
+  if (d.verdict == Verdict::consistent && !seen.empty())
+    text.push_back("Had one of these been there, it would have been seen: " + listed(seen) + ".");
+  if (!unseen.empty())
+    text.push_back("This recording cannot show, because fitting the other parameters imitates " + std::string(unseen.size() == 1 ? "it" : "them") +
+                   " or because nothing in it calls for " + (unseen.size() == 1 ? "it" : "them") + ": " + listed(unseen) + ".");
+  std::vector<std::string> warnings;
+  for (const auto& gate : d.gate)
+    for (const std::string& warning : gate.warnings) warnings.push_back(file_name(gate.recording) + ": " + warning);
+  if (!warnings.empty()) text.push_back("Odd about the data: " + listed(warnings) + ".");
+  return text;
+}
+
+}  // namespace
+
+std::string channel_value(std::size_t channel, double value, int digits) {
+  return report::significant(value, digits) + (channel < 2 ? " " : "") + std::string(channels[channel].unit);
+}
+
+std::string unit_words(std::string_view unit) {
+  std::string text;
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    if (unit.substr(i).starts_with("degC")) text += "°C", i += 3;
+    else if (unit.substr(i).starts_with("deg")) text += "°", i += 2;
+    else if (unit.substr(i).starts_with("Ohm")) text += "Ω", i += 2;
+    else if (unit.substr(i).starts_with("^2")) text += "²", ++i;
+    else if (unit.substr(i).starts_with("^3")) text += "³", ++i;
+    else if (unit[i] == '*') text += "·";
+    else text += unit[i];
+  }
+  return text;
+}
+
+std::string with_unit(const std::string& number, std::string_view unit) {
+  const std::string words = unit_words(unit);
+  if (words.empty()) return number;
+  return words == "°" ? number + words : number + " " + words;
+}
+
+std::string rounded(double value, double lowest, double highest) {
+  const double width = 0.5 * (highest - lowest);
+  if (!(width > 0.0) || !std::isfinite(width)) return report::significant(value, 3);
+  const double largest = std::max({std::abs(value), std::abs(lowest), std::abs(highest)});
+  if (largest < 1e-3) return report::significant(value, std::clamp(2 + static_cast<int>(std::floor(std::log10(largest / width))), 2, 6));
+  return report::fixed(value, std::clamp(1 - static_cast<int>(std::floor(std::log10(width))), 0, 9));
+}
+
+std::string interval_words(double value, double lowest, double highest, std::string_view unit) {
+  return with_unit(rounded(value, lowest, highest), unit) + " [" + rounded(lowest, lowest, highest) + ", " + rounded(highest, lowest, highest) + "]";
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "–";
+  const double hundredths = 100.0 * share;
+  // Near all and near nothing a decimal matters.
+  if (hundredths > 99.0 && hundredths < 100.0) return report::fixed(std::min(hundredths, 99.9), 1) + " %";
+  if (hundredths > 0.0 && hundredths < 1.0) return report::fixed(std::max(hundredths, 0.1), 1) + " %";
+  return report::fixed(hundredths, 0) + " %";
+}
+
+std::string probability_words(double probability) {
+  const char* words = probability >= 0.99 ? "practically certain"
+                      : probability >= 0.95 ? "very likely"
+                      : probability >= 0.8  ? "likely"
+                      : probability >= 0.5  ? "more likely than not"
+                                            : "possible";
+  const std::string number = probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
+  return std::string(words) + " (probability " + number + ")";
+}
+
+std::string chance_words(double probability) {
+  if (probability < 1e-6) return "in less than one of a million recordings";
+  if (probability > 0.5) return "in most recordings";
+  const double one_in = 1.0 / probability;
+  if (one_in < 10.0) return "in one of " + report::fixed(one_in, 0) + " recordings";
+  const double power = std::pow(10.0, std::floor(std::log10(one_in)));
+  return "in one of " + report::fixed(std::round(one_in / power) * power, 0) + " recordings";
+}
+
+std::string odds_words(double loss) {
+  if (loss < 0.0) return "more likely by a factor of " + report::significant(std::exp(std::min(-loss, 13.0)), 2);
+  if (loss < 0.4) return "about as likely";
+  if (loss > 13.8) return "more than a million times less likely";
+  const double factor = std::exp(loss);
+  if (factor < 10.0) return report::significant(factor, 2) + " times less likely";
+  const double power = std::pow(10.0, std::floor(std::log10(factor)) - 1.0);
+  return report::fixed(std::round(factor / power) * power, 0) + " times less likely";
+}
+
+std::string place_words(std::string_view place) {
+  if (place == text_of(plant::Place::actuation)) return "the heating of the wires by their current";
+  bool known = false;
+  const diagnose::Forcing forcing = forcing_of_place(place, known);
+  return known ? std::string(diagnose::forcings[static_cast<std::size_t>(forcing)].words) : place.empty() ? "no single equation" : std::string(place);
+}
+
+std::string name_and_words(std::size_t effect) {
+  return std::string(plant::effects()[effect].name) + ": " + std::string(plant::effects()[effect].words);
+}
+
+std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+std::string listed(const std::vector<std::string>& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return text;
+}
+
+std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
+  std::vector<std::string> windows;
+  for (std::size_t i = 0; i < worst.windows_s.size() && i < most; ++i)
+    windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) + " s");
+  if (worst.windows_s.size() > most) windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
+  return listed(windows);
+}
+
+double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core) {
+  if (!(core.misfit > 0.0)) return 0.0;
+  return std::clamp(1.0 - std::max(explanation.misfit, 0.0) / core.misfit, 0.0, 1.0);
+}
+
+const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) {
+  if (d.search.core.usable && d.search.core.limb() == d.repaired) return d.search.core;
+  for (const auto& round : d.search.rounds) {
+    if (!round.candidates.empty() && round.candidates.front().explanation.usable &&
+        round.candidates.front().explanation.limb() == d.repaired)
+      return round.candidates.front().explanation;
+    if (round.before.usable && round.before.limb() == d.repaired) return round.before;
+  }
+  return d.search.best;
+}
+
+std::vector<std::size_t> added_effects(const diagnose::Diagnosis& d) {
+  const std::vector<std::size_t> before = d.search.core.effects();
+  std::vector<std::size_t> added;
+  for (std::size_t e = 0; e < plant::effect_count; ++e)
+    if (d.repaired.on[e] && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
+  return added;
+}
+
+std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
+  std::vector<std::size_t> all = added_effects(d);
+  std::erase_if(all, [&](std::size_t e) {
+    return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
+  });
+  return all;
+}
+
+std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
+  std::vector<diagnose::Visibility> all = d.others;
+  const std::vector<std::size_t> added = added_effects(d);
+  std::erase_if(all, [&](const auto& other) { return std::find(added.begin(), added.end(), other.effect) != added.end(); });
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.effect < b.effect; });
+  return all;
+}
+
+std::string kept_back_words(const diagnose::Diagnosis& d) {
+  std::vector<std::string> parts;
+  for (const auto& prediction : d.predictions) {
+    const std::string name = file_name(prediction.recording->name);
+    if (!prediction.training) {
+      parts.push_back(name);
+      continue;
+    }
+    std::size_t blocks = 0, count = 0;
+    double seconds = 0.0;
+    for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
+      if (!prediction.kept_back[k]) continue;
+      ++count;
+      if (k == 0 || !prediction.kept_back[k - 1])
+        ++blocks;
+      else
+        seconds += prediction.time_s[k] - prediction.time_s[k - 1];
+    }
+    if (count == 0) continue;
+    if (blocks == 1 && prediction.kept_back.back())
+      parts.push_back("the last " + report::fixed(seconds, 0) + " s of " + name);
+    else
+      parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") + report::fixed(seconds, 0) + " s, of " + name);
+  }
+  return listed(parts);
+}
+
+std::optional<double> correlation_after_1_s(const std::vector<double>& correlation) {
+  constexpr std::size_t lag = 2;  // of half a second
+  if (correlation.size() <= lag || !std::isfinite(correlation[lag])) return std::nullopt;
+  return correlation[lag];
+}
+
+DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
+  return {verdict_sentence(d), where_words(d), what_words(d, inputs), modelled_words(d), better_words(d, inputs), next_words(d)};
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,66 @@
+// What a diagnosis says, in plain sentences: the same in the terminal and in the report. And the words for its numbers.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "diagnose/diagnosis.h"
+
+namespace sinew::apps {
+
+// What was asked, in words that do not depend on where the results go or on the number of threads.
+struct DiagnosisInputs {
+  std::vector<std::string> training, held_out;  // paths
+  std::string plant;
+  std::int64_t seed = 1;
+  diagnose::DiagnosisSettings settings;
+};
+
+struct DiagnosisWords {
+  std::string verdict;                                        // one sentence
+  std::vector<std::string> where, what, modelled, better, next;  // paragraphs
+};
+
+DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
+
+// "0.35 °C", "6.1°".
+std::string channel_value(std::size_t channel, double value, int digits = 2);
+std::string unit_words(std::string_view unit);  // "N·m/rad", "°C"
+std::string with_unit(const std::string& number, std::string_view unit);
+// A number, and the ends of its interval, with as many decimals as the interval deserves.
+std::string rounded(double value, double lowest, double highest);
+std::string interval_words(double value, double lowest, double highest, std::string_view unit);  // "24.6 s [22.1, 27.0]"
+std::string percent(double share);
+// "practically certain (probability 0.998)".
+std::string probability_words(double probability);
+// How often something happens by chance: "in less than one of a million recordings".
+std::string chance_words(double probability);
+// Of a loss of log evidence: "120 times less likely".
+std::string odds_words(double loss);
+std::string place_words(std::string_view place);  // of plant::text_of(Place) or ForcingInfo::name
+std::string name_and_words(std::size_t effect);   // "the silicone creeps (viscoelasticity), viscoelastic_creep"
+std::string file_name(const std::string& path);
+std::string listed(const std::vector<std::string>& parts);  // "a, b and c"
+std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
+
+// Share of the calibrated core's misfit that an explanation takes away, 0 to 1.
+double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core);
+
+// The explanation that `repaired` is of.
+const diagnose::Explanation& answer_of(const diagnose::Diagnosis& diagnosis);
+// Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
+// for what is missing.
+std::vector<std::size_t> added_effects(const diagnose::Diagnosis& diagnosis);
+std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& diagnosis);
+// Effects that were not found, and whether they would have been.
+std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis);
+
+// What was kept back, in words: "test.csv", "the last 60 s of train.csv".
+std::string kept_back_words(const diagnose::Diagnosis& diagnosis);
+
+// Correlation of what is left with itself a second later; nothing where that is not known.
+std::optional<double> correlation_after_1_s(const std::vector<double>& correlation);
+
+}  // namespace sinew::apps

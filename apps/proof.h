@@ -1,0 +1,40 @@
+// The proof on concealed data: which cases there are, what the diagnosis answered to each, and how it is scored.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "prove/generator.h"
+
+namespace sinew::apps {
+
+// One concealed case. Seeds of development, on which thresholds were chosen, and reported seeds are apart.
+struct ProofCase {
+  prove::Kind kind;
+  std::uint64_t seed = 0;
+  prove::Settings settings;
+  std::string variant;   // "plain", or the disturbance that comes on top of moving air
+  bool removed = false;  // the true effect is taken out of the catalogue beforehand
+  std::string family() const;
+  std::string id() const;  // unique, fit for a file name
+};
+
+inline constexpr std::uint64_t first_development_seed = 101, first_reported_seed = 9001;
+
+// `seeds` of every case; clean ones eight times as many, over all disturbances. Strengths go through 1, 0.5 and 0.25.
+std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double training_s, double held_out_s);
+// A dozen, for ./check.
+std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s);
+
+// What is true of a case: sealed before any diagnosis begins.
+nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& concealed);
+
+// Scores results against answers, both by case id: figures with their goals and intervals, strata, confusion, misses.
+nlohmann::ordered_json score_proof(const nlohmann::ordered_json& answers, const nlohmann::ordered_json& results);
+
+// The score for people: README.md, and the confusion matrix as a picture.
+std::string proof_markdown(const nlohmann::ordered_json& score, const std::string& command);
+std::string confusion_svg(const nlohmann::ordered_json& score);
+
+}  // namespace sinew::apps

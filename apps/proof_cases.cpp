@@ -1,0 +1,93 @@
+#include <algorithm>
+
+#include "apps/proof.h"
+
+namespace sinew::apps {
+namespace {
+
+struct Variant {
+  const char* name;
+  bool prove::Disturbances::*on;
+};
+constexpr std::array<Variant, 5> variants{{{"coarse", &prove::Disturbances::coarse_steps},
+                                           {"gaps", &prove::Disturbances::gaps},
+                                           {"outliers", &prove::Disturbances::outliers},
+                                           {"clock", &prove::Disturbances::clock_drift},
+                                           {"mid_motion", &prove::Disturbances::mid_motion}}};
+constexpr std::array<double, 5> strengths{1.0, 0.5, 0.25, 1.0, 0.5};
+
+std::string text_of(double strength) { return strength == 1.0 ? "1" : strength == 0.5 ? "0.5" : "0.25"; }
+
+}  // namespace
+
+std::string ProofCase::family() const { return removed ? "removed" : std::string(prove::name_of(kind.family)); }
+
+std::string ProofCase::id() const {
+  return family() + "-" + kind.name + "-" + variant + "-" + text_of(settings.strength) + "-" + std::to_string(seed);
+}
+
+std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double training_s, double held_out_s) {
+  std::vector<ProofCase> cases;
+  const auto add = [&](const prove::Kind& kind, int index, double strength, int variant, bool removed) {
+    ProofCase one{kind, first_seed + static_cast<std::uint64_t>(index), {}, "plain", removed};
+    one.settings.training_s = training_s;
+    one.settings.heldout_s = held_out_s;
+    one.settings.strength = strength;
+    if (variant >= 0) {
+      one.variant = variants[static_cast<std::size_t>(variant)].name;
+      one.settings.disturbances.*variants[static_cast<std::size_t>(variant)].on = true;
+    }
+    cases.push_back(one);
+  };
+  for (int s = 0; s < seeds; ++s)
+    for (const prove::Kind& kind : prove::kinds()) {
+      const double strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
+      switch (kind.family) {
+        case prove::Family::clean:
+          for (int i = 0; i < 8; ++i) add(kind, 8 * s + i, 1.0, i < 3 ? -1 : i - 3, false);
+          break;
+        case prove::Family::catalogue: {
+          add(kind, s, strength, s == 3 ? static_cast<int>(cases.size() % variants.size()) : -1, false);
+          // Stands for an effect that the catalogue lacks: plain, or there would be nothing to be wrong about.
+          add(kind, 500 + s, s % 2 == 0 ? 1.0 : 0.5, -1, true);
+          break;
+        }
+        case prove::Family::other_form:
+        case prove::Family::outside: add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false); break;
+        case prove::Family::pair: add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false); break;
+      }
+    }
+  return cases;
+}
+
+std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
+  const std::vector<std::string> wanted{"clean-core-plain", "clean-core-gaps", "clean-core-outliers", "catalogue-thermocouple_lag-",
+                                        "catalogue-latent_heat-", "catalogue-viscoelastic_creep-", "catalogue-dry_friction-",
+                                        "catalogue-supply_sag-", "catalogue-fatigue-", "other_form-viscoelastic_creep",
+                                        "outside-bend_cooling", "outside-angle_saturation"};
+  std::vector<ProofCase> few;
+  for (const std::string& prefix : wanted)
+    for (const ProofCase& one : proof_cases(first_development_seed, 1, training_s, held_out_s))
+      if (one.id().starts_with(prefix)) {
+        few.push_back(one);
+        break;
+      }
+  return few;
+}
+
+nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& concealed) {
+  nlohmann::ordered_json answer;
+  answer["family"] = one.family();
+  answer["kind"] = one.kind.name;
+  answer["variant"] = one.variant;
+  answer["strength"] = one.settings.strength;
+  answer["seed"] = one.seed;
+  answer["effects"] = nlohmann::ordered_json::array();
+  for (const prove::TruthEffect& effect : concealed.effects)
+    answer["effects"].push_back({{"name", effect.name}, {"form", effect.form}, {"place", effect.place}, {"in_catalogue", effect.in_catalogue},
+                                 {"parameters", effect.parameters}, {"words", effect.words}});
+  answer["core"] = concealed.core_parameters;
+  return answer;
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,252 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "apps/proof.h"
+#include "report/number.h"
+
+namespace sinew::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Below this d' a case shows nothing: to say so is right.
+constexpr double invisible_below = 5.0;
+// A name that is given with less confidence than this is no confident answer.
+constexpr double confident = 0.5;
+
+struct Count {
+  int good = 0, all = 0;
+  void add(bool is_good) { good += is_good, ++all; }
+  double share() const { return all > 0 ? static_cast<double>(good) / all : std::nan(""); }
+  // Wilson's interval, 95 %.
+  std::array<double, 2> interval() const {
+    if (all == 0) return {std::nan(""), std::nan("")};
+    constexpr double z = 1.959964;
+    const double n = all, p = share(), middle = p + z * z / (2 * n), half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+    return {(middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)};
+  }
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+}
+
+Json share_json(const std::string& what, const Count& count, const std::string& goal, bool reached) {
+  return {{"what", what}, {"good", count.good}, {"of", count.all}, {"share", count.all ? Json(count.share()) : Json()},
+          {"interval", {count.interval()[0], count.interval()[1]}}, {"goal", goal}, {"reached", count.all > 0 && reached}};
+}
+Json number_json(const std::string& what, double value, std::size_t of, const std::string& goal, bool reached) {
+  return {{"what", what}, {"value", value}, {"of", of}, {"goal", goal}, {"reached", of > 0 && reached}};
+}
+
+std::vector<std::string> names_of(const Json& effects) {
+  std::vector<std::string> names;
+  for (const Json& effect : effects) names.push_back(effect["name"]);
+  return names;
+}
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+Json score_proof(const Json& answers, const Json& results) {
+  Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place, covered, worse;
+  std::map<std::string, Count> right_by_effect;
+  std::vector<double> sizes, errors, reductions;
+  std::map<std::string, std::map<std::string, Count>> strata;
+  std::map<std::string, std::map<std::string, int>> confusion;
+  Json misses = Json::array();
+  int invisible = 0, cases = 0;
+  for (const auto& [id, answer] : answers.items()) {
+    if (!results.contains(id)) continue;
+    const Json& result = results[id];
+    ++cases;
+    const std::string family = answer["family"], verdict = result["verdict"];
+    const std::vector<std::string> truth = names_of(answer["effects"]), named = names_of(result["effects"]);
+    std::vector<std::string> set = named;
+    for (const Json& name : result["ambiguous_with"]) set.push_back(name);
+    const double seen = result["visibility"];
+    const bool nothing_to_see = family != "clean" && seen < invisible_below;
+    const std::string first = named.empty() ? (verdict == "consistent" ? "(nothing)" : "(unknown)") : named[0];
+    const bool confidently = !named.empty() && result["effects"][0]["confidence"].get<double>() >= confident;
+    const std::string stratum = seen < invisible_below ? "d' < 5" : seen < 20 ? "5 to 20" : seen < 100 ? "20 to 100" : "over 100";
+    bool good = true;
+    std::string why;
+    const auto miss = [&](const std::string& reason) { good = false, why = reason; };
+    if (family == "clean") {
+      alarms.add(verdict != "consistent");
+      if (verdict != "consistent") miss("false alarm");
+      confusion["(nothing)"][first]++;
+    } else if (family == "catalogue" || family == "other_form") {
+      confusion[truth[0]][first]++;
+      if (nothing_to_see && named.empty() && verdict == "consistent") {
+        ++invisible;
+        strata[family][stratum].add(true);
+      } else {
+        (family == "catalogue" ? right : form).add(first == truth[0]);
+        if (family == "catalogue") right_by_effect[truth[0]].add(first == truth[0]);
+        strata[family][stratum].add(first == truth[0]);
+        contained.add(contains(set, truth[0]));
+        sizes.push_back(static_cast<double>(set.size()));
+        place.add(result["located"]["place"] == answer["effects"][0]["place"]);
+        if (first != truth[0]) miss("named " + first);
+      }
+    } else if (family == "pair") {
+      const int hits = static_cast<int>(contains(named, truth[0])) + static_cast<int>(contains(named, truth[1]));
+      both.add(hits == 2);
+      one_of_two.add(hits >= 1);
+      strata[family][stratum].add(hits == 2);
+      if (hits < 2) miss("found " + std::to_string(hits) + " of 2, first " + first);
+    } else {  // outside, removed
+      if (nothing_to_see && verdict == "consistent") {
+        ++invisible;
+        strata[family][stratum].add(true);
+      } else {
+        // The equation, or one of a group of which the answer says that they cannot be told apart.
+        bool right_place = result["located"]["place"] == answer["effects"][0]["place"];
+        if (result["located"].contains("or"))
+          for (const Json& other : result["located"]["or"]) right_place = right_place || other == answer["effects"][0]["place"];
+        (family == "outside" ? unknown : removed_unknown).add(verdict == "unexplained" || right_place);
+        (family == "outside" ? misnamed : removed_misnamed).add(confidently);
+        strata[family][stratum].add(!confidently);
+        place.add(right_place);
+        if (confidently) miss("confidently misnamed " + first);
+        else if (verdict != "unexplained" && !right_place) miss("neither unknown nor in the right place: " + first);
+      }
+      confusion[(family == "outside" ? "outside: " : "removed: ") + truth[0]][first]++;
+    }
+    // Parameters of effects that are the catalogue's own, where they were named.
+    if (family == "catalogue" || family == "pair")
+      for (const Json& effect : result["effects"])
+        for (const Json& true_effect : answer["effects"]) {
+          if (true_effect["name"] != effect["name"]) continue;
+          const std::string strength = effect["strength"];
+          for (const auto& [name, value] : true_effect["parameters"].items()) {
+            if (!effect["parameters"].contains(name) || effect["parameters"][name]["known"].get<bool>()) continue;
+            const Json& estimate = effect["parameters"][name];
+            const double truth_value = value, estimated = estimate["value"];
+            covered.add(truth_value >= estimate["ci95"][0].get<double>() && truth_value <= estimate["ci95"][1].get<double>());
+            const double null = effect["null"];
+            if (name == strength && truth_value != null) errors.push_back(std::abs(estimated - truth_value) / std::abs(truth_value - null));
+          }
+        }
+    if (!named.empty()) {
+      worse.add(result["normalised_after"].get<double>() > result["normalised_before"].get<double>());
+      if (result.contains("normalised_oracle")) {
+        const double before = result["normalised_before"], after = result["normalised_after"], oracle = result["normalised_oracle"];
+        if (before > oracle) reductions.push_back((before - after) / (before - oracle));
+      }
+    }
+    if (!good) misses.push_back({{"id", id}, {"why", why}, {"visibility", seen}, {"verdict", verdict}, {"truth", truth}, {"named", named}});
+  }
+  std::string worst_effect;
+  double worst_share = 2.0;
+  for (const auto& [effect, count] : right_by_effect)
+    if (count.share() < worst_share) worst_share = count.share(), worst_effect = effect;
+  Json score;
+  score["cases"] = cases;
+  score["invisible"] = invisible;
+  Json& figures = score["figures"];
+  figures.push_back(share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
+  figures.push_back(number_json("the effect that is recognised least: " + worst_effect, worst_share, right_by_effect.size(), "at least 80 %", worst_share >= 0.8));
+  figures.push_back(share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
+  figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));
+  figures.push_back(share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %", unknown.share() >= 0.9));
+  figures.push_back(share_json("outside the catalogue: confidently misnamed", misnamed, "at most 5 %", misnamed.share() <= 0.05));
+  figures.push_back(share_json("taken out of the catalogue: said to be unknown, or right equation", removed_unknown, "at least 90 %", removed_unknown.share() >= 0.9));
+  figures.push_back(share_json("taken out of the catalogue: confidently misnamed", removed_misnamed, "at most 5 %", removed_misnamed.share() <= 0.05));
+  figures.push_back(share_json("two effects: both named", both, "at least 80 %", both.share() >= 0.8));
+  figures.push_back(share_json("two effects: one or both named", one_of_two, "at least 97 %", one_of_two.share() >= 0.97));
+  figures.push_back(share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
+  figures.push_back(number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
+  figures.push_back(share_json("equation right", place, "at least 97 %", place.share() >= 0.97));
+  figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %", median(errors) < 0.1));
+  figures.push_back(share_json("95 % intervals that cover the truth", covered, "92 to 98 %", covered.share() >= 0.92 && covered.share() <= 0.98));
+  figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect", median(reductions), reductions.size(), "at least 95 %", median(reductions) >= 0.95));
+  figures.push_back(share_json("held-out error worse than before", worse, "at most 1 %", worse.share() <= 0.01));
+  for (const auto& [effect, count] : right_by_effect) score["by_effect"][effect] = {count.good, count.all};
+  for (const auto& [family, levels] : strata)
+    for (const auto& [level, count] : levels) score["strata"][family][level] = {count.good, count.all};
+  for (const auto& [truth, given] : confusion)
+    for (const auto& [answer, count] : given) score["confusion"][truth][answer] = count;
+  score["misses"] = misses;
+  return score;
+}
+
+std::string proof_markdown(const Json& score, const std::string& command) {
+  const auto percent = [](double share) { return report::fixed(100.0 * share, 1) + " %"; };
+  std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " + std::to_string(score["cases"].get<int>()) +
+                     " cases. Thresholds were chosen on seeds " + std::to_string(first_development_seed) + " on, these are seeds " +
+                     std::to_string(first_reported_seed) + " on. In " + std::to_string(score["invisible"].get<int>()) +
+                     " of them the calibrated core leaves nothing to be seen (d' below 5), and the answer said that nothing is.\n\n"
+                     "| figure | measured | 95 % interval | goal | reached |\n|---|---|---|---|---|\n";
+  for (const Json& figure : score["figures"]) {
+    text += "| " + figure["what"].get<std::string>() + " | ";
+    if (figure["of"].get<double>() == 0)
+      text += "no case | |";
+    else if (figure.contains("share"))
+      text += percent(figure["share"]) + " (" + std::to_string(figure["good"].get<int>()) + " of " + std::to_string(figure["of"].get<int>()) + ") | " +
+              percent(figure["interval"][0]) + " to " + percent(figure["interval"][1]) + " |";
+    else
+      text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
+    text += " " + figure["goal"].get<std::string>() + " | " + (figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
+  }
+  text += "\n## By how visible the effect is\n\nd' is the distance, in standard deviations, of the recording from the nearest calibrated "
+          "core with its sensors' noise and moving air. Right answers of all:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | over 100 |\n|---|---|---|---|---|\n";
+  for (const auto& [family, levels] : score["strata"].items()) {
+    text += "| " + family + " |";
+    for (const char* level : {"d' < 5", "5 to 20", "20 to 100", "over 100"})
+      text += levels.contains(level) ? " " + std::to_string(levels[level][0].get<int>()) + " of " + std::to_string(levels[level][1].get<int>()) + " |" : " – |";
+    text += "\n";
+  }
+  text += "\n## Each effect of the catalogue\n\n| effect | right name first |\n|---|---|\n";
+  for (const auto& [effect, count] : score["by_effect"].items())
+    text += "| " + effect + " | " + std::to_string(count[0].get<int>()) + " of " + std::to_string(count[1].get<int>()) + " |\n";
+  text += "\n## Every miss\n\n| case | what it said | d' |\n|---|---|---|\n";
+  for (const Json& miss : score["misses"])
+    text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " + report::significant(miss["visibility"], 3) + " |\n";
+  return text;
+}
+
+std::string confusion_svg(const Json& score) {
+  std::vector<std::string> rows, columns;
+  for (const auto& [truth, given] : score["confusion"].items()) {
+    rows.push_back(truth);
+    for (const auto& [answer, count] : given.items())
+      if (std::find(columns.begin(), columns.end(), answer) == columns.end()) columns.push_back(answer);
+  }
+  std::sort(columns.begin(), columns.end());
+  constexpr int cell = 18, left = 250, top = 190;
+  const int width = left + cell * static_cast<int>(columns.size()) + 20, height = top + cell * static_cast<int>(rows.size()) + 20;
+  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) +
+                    "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+                    "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n";
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::string x = std::to_string(left + cell * static_cast<int>(c) + 12);
+    svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] + "</text>\n";
+  }
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const int y = top + cell * static_cast<int>(r);
+    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + 13) + "\" text-anchor=\"end\">" + rows[r] + "</text>\n";
+    int all = 0;
+    for (const auto& [answer, count] : score["confusion"][rows[r]].items()) all += count.get<int>();
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const Json& given = score["confusion"][rows[r]];
+      const int count = given.contains(columns[c]) ? given[columns[c]].get<int>() : 0;
+      const std::string x = std::to_string(left + cell * static_cast<int>(c));
+      const std::string shade = report::fixed(static_cast<double>(count) / all, 3);
+      svg += "<rect x=\"" + x + "\" y=\"" + std::to_string(y) + "\" width=\"" + std::to_string(cell) + "\" height=\"" + std::to_string(cell) +
+             "\" fill=\"#1f5fa8\" fill-opacity=\"" + shade + "\" stroke=\"#ddd\"/>\n";
+      if (count > 0)
+        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + 9) + "\" y=\"" + std::to_string(y + 13) +
+               "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") + "\">" + std::to_string(count) + "</text>\n";
+    }
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace sinew::apps

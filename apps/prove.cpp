@@ -1,0 +1,237 @@
+// sinew prove: puts the diagnosis to the proof on concealed data that an independent generator makes.
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/proof.h"
+#include "diagnose/calibrate.h"
+#include "diagnose/diagnosis.h"
+#include "report/number.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct ProveArguments {
+  std::string out, plant = "plant/limbs/paper_limb.yaml", set = "reported";
+  std::vector<std::string> families, kinds;
+  int seeds = 5;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  double training_s = 300.0, held_out_s = 150.0;
+  bool few = false, json = false;
+};
+
+sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
+  sim::Recording recording{name, {}, {}, {}};
+  for (const prove::Sample& s : samples) recording.samples.push_back({s.time_s, s.duty, s.temperature_degC, s.angle_deg});
+  return recording;
+}
+
+// Root mean square of the three channels in units of their noise: one number for a held-out recording.
+double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& noise) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < diagnose::channel_count; ++c) sum += std::pow(rmse[c] / noise[c], 2);
+  return std::sqrt(sum / 3.0);
+}
+
+Json result_of(const diagnose::Diagnosis& diagnosis) {
+  Json result;
+  result["verdict"] = diagnose::text_of(diagnosis.verdict);
+  result["effects"] = Json::array();
+  for (const auto& found : diagnosis.effects) {
+    const auto& info = plant::effects()[found.effect];
+    const auto& strength = plant::parameters()[info.strength].declaration;
+    Json effect{{"name", info.name}, {"place", plant::text_of(info.place)}, {"confidence", found.confidence}, {"gain", found.gain},
+                {"strength", strength.name}, {"null", strength.null_value.value_or(0.0)}};
+    for (const auto& p : found.parameters)
+      effect["parameters"][std::string(plant::parameters()[p.parameter].declaration.name)] = {
+          {"value", p.value}, {"ci95", {p.lowest, p.highest}}, {"known", p.known}};
+    result["effects"].push_back(effect);
+  }
+  result["ambiguous_with"] = Json::array();
+  for (const std::size_t e : diagnosis.ambiguous_with) result["ambiguous_with"].push_back(plant::effects()[e].name);
+  result["located"] = {{"place", diagnosis.located.place}, {"or", diagnosis.located.cannot_be_told_from},
+                       {"channel", diagnose::channels[diagnosis.located.channel].column}};
+  result["visibility"] = diagnosis.visibility;
+  result["explained_share"] = diagnosis.explained_share;
+  result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
+  for (const auto& round : diagnosis.search.rounds)
+    result["rounds"].push_back({{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
+                                {"gain", round.gain}, {"chance", round.chance}, {"accepted", round.accepted}});
+  const auto& error = diagnosis.held_out;
+  result["heldout"] = {{"before", error.before}, {"after", error.after}, {"noise", error.noise}};
+  result["normalised_before"] = normalised(error.before, error.noise);
+  result["normalised_after"] = normalised(error.after, error.noise);
+  return result;
+}
+
+// What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
+double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concealed, const std::vector<sim::Recording>& training,
+              const std::vector<sim::Recording>& held_out, diagnose::DiagnosisSettings settings) {
+  plant::Limb<double> limb = nominal;
+  diagnose::Guess guess;
+  for (const prove::TruthEffect& effect : concealed.effects) {
+    limb = diagnose::with_effect(limb, plant::effect_index(effect.name));
+    for (const auto& [name, value] : effect.parameters) {
+      const std::string key = effect.name + "." + name;
+      guess.values[key] = value * plant::parameters()[plant::parameter_index(key)].declaration.unit.internal_per_unit;
+    }
+  }
+  settings.search.without.clear();
+  for (std::size_t e = 0; e < plant::effect_count; ++e) settings.search.without.push_back(e);
+  settings.search.guess = guess;
+  const diagnose::Diagnosis known = diagnose::diagnose(limb, training, held_out, settings);
+  return normalised(known.held_out.after, known.held_out.noise);
+}
+
+Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
+  const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+  const std::vector<sim::Recording> training{recording_of(concealed.training, "training")};
+  const std::vector<sim::Recording> held_out{recording_of(concealed.heldout, "held out")};
+  diagnose::DiagnosisSettings settings;
+  settings.search.threads = 1;
+  settings.search.fit.should_stop = interrupted;
+  if (one.removed)
+    for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
+  Json result = result_of(diagnose::diagnose(nominal, training, held_out, settings));
+  if (one.family() == "catalogue" || one.family() == "pair") result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
+  return result;
+}
+
+std::string figures_text(const Json& score) {
+  std::string text;
+  for (const Json& figure : score["figures"]) {
+    if (figure["of"].get<double>() == 0) continue;
+    const std::string measured = figure.contains("share")
+                                     ? report::fixed(100.0 * figure["share"].get<double>(), 1) + " % (" + std::to_string(figure["good"].get<int>()) +
+                                           " of " + std::to_string(figure["of"].get<int>()) + ")"
+                                     : report::significant(figure["value"], 3);
+    text += figure["what"].get<std::string>() + ": " + measured + ", goal " + figure["goal"].get<std::string>() + "\n";
+  }
+  return text;
+}
+
+void prove_all(const ProveArguments& arguments, int& exit_code) {
+  std::vector<ProofCase> cases =
+      arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
+                    : proof_cases(arguments.set == "development" ? first_development_seed : first_reported_seed, arguments.seeds,
+                                  arguments.training_s, arguments.held_out_s);
+  const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
+    return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
+  };
+  std::erase_if(cases, [&](const ProofCase& one) { return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name); });
+  if (cases.empty()) throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
+  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
+
+  // The answers are sealed before any diagnosis begins.
+  const fs::path out(arguments.out);
+  fs::create_directories(out / "cases");
+  Json answers;
+  for (const ProofCase& one : cases) answers[one.id()] = answer_of(one, prove::make(one.kind, one.seed, one.settings));
+  const std::string sealed = answers.dump(1) + "\n";
+  sim::write_file_whole(out / "answers.json", sealed);
+  const std::string seal = sim::sha256(sealed);
+  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(), seal.c_str());
+  std::fflush(stdout);
+
+  // What is there already from the same program and the same answers is not done again.
+  const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
+  Json results;
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const fs::path file = out / "cases" / (cases[i].id() + ".json");
+    if (fs::exists(file)) {
+      Json kept = Json::parse(sim::read_file(file), nullptr, false);
+      if (!kept.is_discarded() && kept.value("seconds", Json()) == Json({arguments.training_s, arguments.held_out_s})) {
+        results[cases[i].id()] = kept;
+        continue;
+      }
+    }
+    open.push_back(i);
+  }
+  if (open.size() < cases.size()) std::printf("%zu of them are there already\n", cases.size() - open.size());
+  {
+    Progress progress("proving");
+    std::atomic<std::size_t> next{0}, done{0};
+    std::mutex keeping;
+    const auto work = [&] {
+      for (std::size_t n = next++; n < open.size() && !interrupted(); n = next++) {
+        const ProofCase& one = cases[open[n]];
+        Json result;
+        try {
+          result = diagnose_case(one, nominal);
+        } catch (const diagnose::Stopped&) {
+          return;
+        } catch (const std::exception& e) {
+          result = {{"verdict", "failed"}, {"why", e.what()}, {"effects", Json::array()}, {"ambiguous_with", Json::array()},
+                    {"located", {{"place", ""}}}, {"visibility", 1e3}, {"normalised_before", 0.0}, {"normalised_after", 0.0}};
+        }
+        result["seconds"] = {arguments.training_s, arguments.held_out_s};
+        result["made_by"] = mark;
+        sim::write_file_whole(out / "cases" / (one.id() + ".json"), result.dump(1) + "\n");
+        const std::scoped_lock lock(keeping);
+        results[one.id()] = result;
+        progress.show(static_cast<double>(++done) / static_cast<double>(open.size()), one.id());
+      }
+    };
+    std::vector<std::jthread> others;
+    for (int t = 1; t < arguments.threads; ++t) others.emplace_back(work);
+    work();
+  }
+  if (interrupted()) {
+    std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results.size(), cases.size(), out.c_str());
+    exit_code = interrupted_exit_code;
+    return;
+  }
+  const Json score = score_proof(answers, results);
+  std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) + " --training " +
+                        sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+  if (arguments.few) command = "sinew prove --few --out " + arguments.out;
+  sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
+  sim::write_file_whole(out / "README.md", proof_markdown(score, command));
+  sim::write_file_whole(out / "confusion.svg", confusion_svg(score));
+  if (arguments.json)
+    std::printf("%s\n", score.dump(1).c_str());
+  else
+    std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(), (out / "README.md").c_str());
+}
+
+}  // namespace
+
+void add_prove(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<ProveArguments>();
+  CLI::App* command = program.add_subcommand("prove", "puts the diagnosis to the proof on concealed data");
+  command->footer(
+      "Recordings are made by a generator that shares no code with the plant; what is in them is sealed before the first\n"
+      "diagnosis begins. Ctrl-C keeps what is done, and the same command goes on from there.\n\n"
+      "Examples:\n"
+      "  sinew prove --out results/proof\n"
+      "  sinew prove --set development --families clean --seeds 2 --out /tmp/clean\n"
+      "  sinew prove --few --out /tmp/few");
+  command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
+  command->add_option("--plant", arguments->plant, "nominal plant")->check(CLI::ExistingFile);
+  command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
+  command->add_option("--seeds", arguments->seeds, "seeds of every case; clean ones eight times as many")->check(CLI::Range(1, 100));
+  command->add_option("--families", arguments->families, "only these")
+      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
+      ->delimiter(',');
+  command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
+  command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--held-out", arguments->held_out_s, "seconds of the held-out recording")->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--threads", arguments->threads, "cases at a time")->check(CLI::Range(1, 256));
+  command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
+  command->add_flag("--json", arguments->json, "the score as JSON on standard output");
+  command->callback([arguments, &exit_code] { prove_all(*arguments, exit_code); });
+}
+
+}  // namespace sinew::apps
