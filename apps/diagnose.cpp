@@ -69,13 +69,19 @@ sim::Recording read_checked(const std::string& path, double fit_until_s, bool tr
   return recording;
 }
 
+void print_wrapped(const std::string& text, std::size_t indent) {
+  std::string lines = report::wrap(text, report::terminal_columns, indent);
+  for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;) lines.replace(at, std::string(no_break).size(), " ");
+  std::printf("%s\n", lines.c_str());
+}
+
 void print_part(const char* heading, const std::vector<std::string>& paragraphs) {
   std::printf("\n%s\n", heading);
-  for (const std::string& paragraph : paragraphs) std::printf("%s\n", report::wrap(paragraph, report::terminal_columns, 2).c_str());
+  for (const std::string& paragraph : paragraphs) print_wrapped(paragraph, 2);
 }
 
 void print_words(const DiagnosisWords& words) {
-  std::printf("%s\n", report::wrap(words.verdict).c_str());
+  print_wrapped(words.verdict, 0);
   print_part("Where", words.where);
   print_part("What", words.what);
   print_part("Modelled", words.modelled);

@@ -21,12 +21,6 @@ namespace colors = report::okabe_ito;
 
 constexpr double two_sided_95 = 1.959964;
 
-std::string capitalised(std::string_view text) {
-  std::string copy(text);
-  if (!copy.empty()) copy[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(copy[0])));
-  return copy;
-}
-
 std::string effect_name(std::size_t effect) { return std::string(plant::effects()[effect].name); }
 std::string effect_words(std::size_t effect) { return std::string(plant::effects()[effect].words); }
 std::string with_channel_unit(std::size_t c) { return std::string(channels[c].words) + " / " + std::string(channels[c].unit); }
@@ -69,7 +63,7 @@ std::vector<report::Band> kept_back_bands(const Prediction& prediction) {
 
 std::vector<report::Band> worst_bands(const diagnose::WorstTime& worst) {
   std::vector<report::Band> bands;
-  for (const auto& [from, to] : worst.windows_s) bands.push_back({from, to, "half of the error"});
+  for (const auto& [from, to] : worst.windows_s) bands.push_back({from, to, "worst"});
   return bands;
 }
 
@@ -140,10 +134,10 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
                                bands, 200));
     for (std::size_t i = 0; i < channel_count; ++i) {
       const std::size_t channel = (c + i) % channel_count;
-      blocks.push_back(time_plot(prediction, "What is left of the " + std::string(channels[channel].words),
-                                 "plant − recording / " + std::string(channels[channel].unit),
+      blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channel),
+                                 "error / " + std::string(channels[channel].unit),
                                  {noise_band(prediction, d.located.noise[channel]),
-                                  line("calibrated plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
+                                  line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
                                        colors::vermillion)},
                                  i == 0 ? bands : std::vector<report::Band>{}, 120));
     }
@@ -226,7 +220,8 @@ report::Table parameter_table(const Diagnosis& d) {
     const bool new_here = std::find(added.begin(), added.end(), info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
-                 report::significant(unknown.centre / unit, 3) + " ± " + report::significant(unknown.deviation / unit, 2),
+                 rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit, (unknown.centre + unknown.deviation) / unit) + " ± " +
+                     report::significant(unknown.deviation / unit, 2),
                  with_unit(rounded(value, low, high), info.declaration.unit.text),
                  "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
     row.emphasis = new_here;
@@ -280,7 +275,7 @@ report::Table error_table(const Diagnosis& d) {
   report::Table table;
   table.title = "Error on data kept back (RMSE)";
   table.header = {"channel", "samples", "as given", "calibrated"};
-  if (repaired) table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by", "95 % interval"});
+  if (repaired) table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
   else table.header.push_back("noise alone");
   for (std::size_t c = 0; c < channel_count; ++c) {
     if (held.samples[c] == 0) continue;
@@ -290,9 +285,8 @@ report::Table error_table(const Diagnosis& d) {
     if (repaired) {
       row.cells.push_back(report::significant(held.after[c], 3));
       row.cells.push_back(report::significant(held.noise[c], 2));
-      row.cells.push_back(percent(held.gain[c]));
-      row.cells.push_back("[" + percent(held.gain_lowest[c]) + ", " + percent(held.gain_highest[c]) + "]");
-      if (!(held.gain_lowest[c] > 0.0)) row.note = "whether this channel is predicted better cannot be told from chance";
+      row.cells.push_back(percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]));
+      if (!(held.gain_lowest[c] > 0.0) && std::abs(held.gain[c]) > 0.01) row.note = "whether this channel is predicted better cannot be told from chance";
     } else {
       row.cells.push_back(report::significant(held.noise[c], 2));
     }
@@ -318,10 +312,10 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     }
     blocks.push_back(time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
     std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
-    if (repaired) left.push_back(line("before", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
-    left.push_back(line(repaired ? "after" : "calibrated", difference(prediction.after[c], prediction.measured[c]), colors::green));
-    blocks.push_back(time_plot(prediction, "What is left of the " + std::string(channels[c].words),
-                               "plant − recording / " + std::string(channels[c].unit), std::move(left), bands, 110));
+    if (repaired) left.push_back(line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
+    left.push_back(line(repaired ? "after − recording" : "calibrated − recording", difference(prediction.after[c], prediction.measured[c]), colors::green));
+    blocks.push_back(time_plot(prediction, "What is left of " + channel_words(c),
+                               "error / " + std::string(channels[c].unit), std::move(left), bands, 110));
   }
 }
 
@@ -416,7 +410,7 @@ report::Table gate_table(const Diagnosis& d) {
       if (c + 1 == channel_count) {
         row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) + " s, duty up to " +
                    report::fixed(gate.largest_duty_fraction, 2);
-        for (const std::string& warning : gate.warnings) row.note += "; " + warning;
+        for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);
     }
@@ -428,40 +422,45 @@ report::Table gate_table(const Diagnosis& d) {
 
 report::Table effect_table(const Diagnosis& d) {
   report::Table table;
-  table.header = {"effect", "in words", "enters in", "answer"};
+  table.header = {"effect", "in words", "enters in", "answer", "would have been seen from", "a usual size"};
   const std::vector<diagnose::Visibility> others = not_found(d);
   const std::vector<std::size_t> substitutes = stand_ins(d), before = d.search.core.effects();
+  const auto among = [](const std::vector<std::size_t>& effects, std::size_t e) {
+    return std::find(effects.begin(), effects.end(), e) != effects.end();
+  };
   for (std::size_t e = 0; e < plant::effect_count; ++e) {
     const auto& info = plant::effects()[e];
     const auto& strength = plant::parameters()[info.strength].declaration;
+    const bool toggle = strength.kind == plant::Kind::toggle;
+    const std::string symbol = std::string(strength.symbol.empty() ? strength.name : strength.symbol) + " = ";
+    // Sizes count from the null, which is 0 for all but shares.
+    const auto size = [&](double from_null) {
+      const double null = *strength.null_value;
+      return symbol + with_unit(report::significant(null == 0.0 ? from_null : null - from_null, 2), strength.unit.text);
+    };
     report::Row row;
-    std::string answer = "not tried";
+    std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
     if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
       answer = "found";
       row.emphasis = true;
-    } else if (std::find(substitutes.begin(), substitutes.end(), e) != substitutes.end()) {
-      answer = "a stand-in";
-    } else if (std::find(before.begin(), before.end(), e) != before.end()) {
+    } else if (among(substitutes, e)) {
+      answer = "stands in for what is missing";
+    } else if (among(before, e)) {
       answer = "was in the given plant";
-    } else if (std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), e) != d.ambiguous_with.end()) {
+    } else if (among(d.ambiguous_with, e)) {
       answer = "cannot be told from what was found";
       row.emphasis = true;
     } else if (other != others.end()) {
-      const std::string size = std::isfinite(other->smallest_seen) && strength.kind != plant::Kind::toggle
-                                   ? " from " + std::string(strength.symbol.empty() ? strength.name : strength.symbol) + " = " +
-                                         with_unit(report::significant(other->smallest_seen, 2), strength.unit.text)
-                                   : "";
-      if (other->can_be_seen)
-        answer = "not found; would have been seen" + size + (size.empty() ? "" : " off its null");
-      else if (other->visible_share < 0.02)
-        answer = "cannot be seen: fitting the other parameters imitates it";
-      else
-        answer = "cannot be seen: nothing here calls for it" + (size.empty() ? std::string() : ", or only" + size);
+      answer = other->can_be_seen ? "not found" : is_imitated(*other) ? "cannot be seen: imitated by fitting the others" : "cannot be seen: too faint here";
+      if (other->can_be_seen && !toggle) seen = size(other->smallest_seen);
     }
-    row.cells = {std::string(info.name), std::string(info.words), place_words(text_of(info.place)), answer};
+    row.cells = {std::string(info.name), std::string(info.words), place_words(text_of(info.place)), answer, seen,
+                 toggle ? "there or not" : size(std::abs(strength.typical - *strength.null_value))};
     table.rows.push_back(row);
   }
+  table.align.assign(table.header.size(), report::Align::left);
+  table.caption = "Too faint here: an effect of usual size would not be seen in this data, beside its noise and whatever is still unexplained.";
   return table;
 }
 
@@ -477,8 +476,9 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   auto& blocks = page.blocks;
   blocks.push_back(Paragraph{.text = "A simulated limb (" + file_name(inputs.plant) +
                                      ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
-                                     "some physics. This report says where it fails, which effect is missing, how large that is, how well the "
-                                     "repaired simulation predicts data that it has not seen, and what could be done next."});
+                                     "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
+                                     "well the repaired simulation predicts data that it has not seen, and what could be done next."});
+  if (!words.summary.empty()) blocks.push_back(Paragraph{.text = words.verdict + " " + words.summary, .tone = Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);

@@ -15,11 +15,6 @@ using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Verdict;
 
-std::string capitalised(std::string text) {
-  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text;
-}
-
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
 
 // What was found, as clauses.
@@ -29,23 +24,32 @@ std::vector<std::string> found_words(const Diagnosis& d) {
   return words;
 }
 
+std::string either_words(const std::vector<std::string>& parts) {
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
+  return text;
+}
+
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
-      return "Nothing is missing: with its parameters fitted, the plant explains " +
+      return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
       std::string text = "The plant leaves out that " + listed(found_words(d));
-      const auto& first = d.effects.front();
       if (!d.ambiguous_with.empty()) {
         std::vector<std::string> names;
         for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
         return text + " – or that " + listed(names) + ": this recording cannot tell them apart.";
       }
-      return text + ": " + probability_words(first.confidence) + ".";
+      const auto weakest = std::min_element(d.effects.begin(), d.effects.end(),
+                                            [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
+      return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
-      std::string text = "Something is missing that I do not know: it enters in " + place_words(d.located.place) +
+      std::vector<std::string> places{place_words(d.located.place)};
+      for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
+      std::string text = "Something is missing that I do not know: it seems to enter in " + either_words(places) +
                          ", and no effect of the catalogue explains it";
       if (!d.effects.empty()) return text + "; certain all the same: " + listed(found_words(d)) + ".";
       return text + ".";
@@ -68,18 +72,48 @@ diagnose::Forcing forcing_of_place(std::string_view place, bool& known) {
   return Forcing::heat;
 }
 
-std::string share_words(const diagnose::PlaceShare& share) {
-  return "share " + report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]";
+std::string share_of_mismatch(const diagnose::PlaceShare& share) {
+  return std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words) + " (share " + report::fixed(share.share, 2) +
+         " [" + report::fixed(share.lowest, 2) + "," + no_break + report::fixed(share.highest, 2) + "])";
+}
+
+// Where the pushes go that the calibrated plant would need, without any effect in mind.
+std::string shares_words(const Diagnosis& d) {
+  std::vector<diagnose::PlaceShare> shares = d.located.shares;
+  std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
+  std::vector<std::string> loud, quiet;
+  for (const auto& share : shares) {
+    if (share.share >= 0.03)
+      loud.push_back(share_of_mismatch(share));
+    else
+      quiet.push_back(std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words));
+  }
+  if (loud.empty()) return "";
+  std::string text = "Judged by its course alone, without any effect in mind, it enters in " + listed(loud);
+  if (!quiet.empty()) text += "; " + listed(quiet) + (quiet.size() == 1 ? " needs" : " need") + " next to nothing";
+  return text + ".";
+}
+
+bool leads(const Diagnosis& d, std::string_view place) {
+  bool known = false;
+  const diagnose::Forcing forcing = forcing_of_place(place, known);
+  double largest = 0.0, mine = 0.0;
+  for (const auto& share : d.located.shares) {
+    largest = std::max(largest, share.share);
+    if (known && share.forcing == forcing) mine = share.share;
+  }
+  return mine == largest;
 }
 
 std::vector<std::string> where_words(const Diagnosis& d) {
   const auto& located = d.located;
+  const diagnose::PerChannel rmse = fitted_rmse(d);
   const auto off = [&](std::size_t c) {
-    return channel_value(c, located.rmse[c]) + " off (noise: " + channel_value(c, located.noise[c]) + ")";
+    return channel_value(c, rmse[c]) + " off (noise: " + channel_value(c, located.noise[c]) + ")";
   };
   std::vector<std::string> others;
   for (std::size_t c = 0; c < channel_count; ++c)
-    if (c != located.channel && std::isfinite(located.rmse[c])) others.push_back(std::string(channels[c].words) + " is " + off(c));
+    if (c != located.channel && std::isfinite(rmse[c])) others.push_back(std::string(channels[c].words) + " is " + off(c));
   std::string first = "With its parameters fitted and nothing added, the plant's " + std::string(channels[located.channel].words) +
                       " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
@@ -87,8 +121,8 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   if (d.verdict == Verdict::consistent)
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
 
-  std::string when = percent(located.worst.share_of_error) + " of the squared error of the " +
-                     std::string(channels[located.channel].words) + " happens in " + percent(located.worst.share_of_time) +
+  std::string when = percent(located.worst.share_of_error) + " of the squared error of " +
+                     channel_words(located.channel) + " happens in " + percent(located.worst.share_of_time) +
                      " of the time";
   if (!located.while_words.empty()) when += ", " + located.while_words;
   if (d.gate.size() > 1 && located.worst_recording < d.gate.size())
@@ -96,29 +130,16 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   if (!located.worst.windows_s.empty()) when += ": " + windows_words(located.worst);
   when += ".";
 
-  std::string place = "It enters in " + place_words(located.place);
-  bool known = false;
-  const diagnose::Forcing forcing = forcing_of_place(located.place, known);
-  std::vector<std::string> quiet, loud;
-  for (const auto& share : located.shares) {
-    if (known && share.forcing == forcing) {
-      place += " (" + share_words(share) + " of the mismatch)";
-      continue;
-    }
-    const std::string words(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words);
-    if (share.share < 0.03)
-      quiet.push_back(words);
-    else
-      loud.push_back(words + " (" + share_words(share) + ")");
-  }
-  if (!loud.empty()) place += "; shares also fall to " + listed(loud);
-  if (!quiet.empty()) place += "; " + listed(quiet) + (quiet.size() == 1 && quiet[0].ends_with("ing") ? " is" : " are") + " consistent with noise";
-  place += ".";
-  if (!located.cannot_be_told_from.empty()) {
+  std::string place = shares_words(d);
+  if (!d.effects.empty() && !leads(d, located.place))
+    place += (place.empty() ? "" : " ") + std::string(d.effects.size() == 1 ? "The effect that explains it, below," : "Of the effects that explain it, below, the strongest") +
+             " acts in " + place_words(located.place) + ": what it does looks, from outside, much like the former.";
+  if (d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
-    place += " Judged by its course alone, without any effect in mind, it could as well enter in " + listed(words) + ".";
+    place += " It could as well enter in " + listed(words) + ".";
   }
+  if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};
 }
 
@@ -168,8 +189,9 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = plant::effects()[found.effect];
-  std::string text = capitalised(std::string(info.words)) + " (" + std::string(info.name) + ", in " + place_words(text_of(info.place)) +
-                     "): " + probability_words(found.confidence) + ". In the equations: " + std::string(info.equation);
+  std::string text = "Left out: " + std::string(info.words) + ". In the catalogue it is " + std::string(info.name) + ", which acts in " +
+                     place_words(text_of(info.place)) + "; " + probability_words(found.confidence) + ". The equation becomes " +
+                     std::string(info.equation);
   const std::string sizes = parameters_words(found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone)
@@ -201,8 +223,10 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
     if (!left.variable.empty())
-      start += " What is left enters in " + std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
-               " and goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it.";
+      start += " What the plant would need in " + std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+               (left.explained_share >= 0.3 ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
+                                            : " follows no single quantity: the nearest, " + left.variable + ", accounts for only " +
+                                                  percent(left.explained_share) + " of it.");
     text.push_back(start);
     std::vector<std::string> near;
     if (!d.search.rounds.empty() && d.effects.empty())
@@ -223,7 +247,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
   if (!d.effects.empty()) {
     if (d.ambiguous_with.empty()) {
-      text.back() += " Nothing else in the catalogue explains it as well.";
+      text.back() += " Nothing else in the catalogue does as well.";
     } else {
       std::vector<std::string> names;
       for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
@@ -245,6 +269,13 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   return moved;
 }
 
+bool predicts_better(const Diagnosis& d) {
+  double gain = 0.0;
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (d.held_out.samples[c] > 0) gain += std::log(d.held_out.before[c] / d.held_out.after[c]);
+  return gain > 0.0;
+}
+
 std::vector<std::string> modelled_words(const Diagnosis& d) {
   std::string text;
   std::vector<std::string> substitutes;
@@ -253,7 +284,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it.";
   else if (d.effects.empty())
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
-           " switched on as a stand-in: it predicts better, but that is not what the limb does.";
+           " switched on as a stand-in: " + (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
+           " that is not what the limb does.";
   else
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
@@ -284,21 +316,23 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
     if (added_effects(d).empty())
       line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " + channel_value(c, held.after[c]) +
              " fitted; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    else if (!(std::abs(held.gain[c]) > 0.01))
+      line += " Nothing changes.";
     else if (held.gain_lowest[c] > 0.0)
-      line += " The error falls by " + percent(held.gain[c]) + " [" + percent(held.gain_lowest[c]) + ", " + percent(held.gain_highest[c]) + "].";
+      line += " The error falls by " + percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]) + ".";
     else if (held.gain_highest[c] < 0.0)
-      line += " The error GROWS by " + percent(-held.gain[c]) + " [" + percent(-held.gain_highest[c]) + ", " + percent(-held.gain_lowest[c]) + "].";
+      line += " The error GROWS by " + percent_interval(-held.gain[c], -held.gain_highest[c], -held.gain_lowest[c]) + ".";
     else
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
-    if (held.after[c] > 1.5 * held.noise[c]) rough.push_back(std::string(channels[c].words));
+    if (held.after[c] > 1.5 * held.noise[c]) rough.push_back(channel_words(c));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
   const std::size_t c = d.located.channel;
   const auto before = correlation_after_1_s(d.correlation.before[c]), after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
-    closing = "Errors of the " + std::string(channels[c].words) + " one second apart are alike by " + report::fixed(*before, 2) +
+    closing = "Errors of " + channel_words(c) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
   if (!rough.empty() && d.verdict != Verdict::consistent)
     closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
@@ -316,8 +350,12 @@ std::string smallest_words(const diagnose::Visibility& visibility) {
 
 std::vector<std::string> next_words(const Diagnosis& d) {
   std::vector<std::string> text;
-  std::vector<std::string> seen, unseen;
-  for (const auto& other : not_found(d)) (other.can_be_seen ? seen : unseen).push_back(other.can_be_seen ? smallest_words(other) : std::string(effect_name(other.effect)));
+  std::vector<std::string> seen, imitated, too_small;
+  for (const auto& other : not_found(d))
+    if (other.can_be_seen)
+      seen.push_back(smallest_words(other));
+    else
+      (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(other.effect)));
   if (!d.ambiguous_with.empty()) {
     std::vector<std::string> names{std::string(effect_name(d.effects.front().effect))};
     for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
@@ -343,20 +381,36 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   }
   if (d.verdict == Verdict::consistent && !seen.empty())
     text.push_back("Had one of these been there, it would have been seen: " + listed(seen) + ".");
-  if (!unseen.empty())
-    text.push_back("This recording cannot show, because fitting the other parameters imitates " + std::string(unseen.size() == 1 ? "it" : "them") +
-                   " or because nothing in it calls for " + (unseen.size() == 1 ? "it" : "them") + ": " + listed(unseen) + ".");
+  std::string hidden;
+  if (!imitated.empty())
+    hidden = "This data cannot show " + listed(imitated) + ", unless large: fitting the other parameters imitates " +
+             (imitated.size() == 1 ? "it." : "them.");
+  if (!too_small.empty() && d.verdict == Verdict::unexplained)
+    hidden += std::string(hidden.empty() ? "" : " ") + "As long as this much is unexplained, nothing can be said about " + listed(too_small) + ".";
+  else if (!too_small.empty())
+    hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) + " would hardly touch this data, so nothing is known of " +
+              (too_small.size() == 1 ? "it." : "them.");
+  if (!hidden.empty()) text.push_back(hidden);
   std::vector<std::string> warnings;
   for (const auto& gate : d.gate)
-    for (const std::string& warning : gate.warnings) warnings.push_back(file_name(gate.recording) + ": " + warning);
+    for (const std::string& warning : gate.warnings)
+      warnings.push_back((d.gate.size() > 1 ? "in " + file_name(gate.recording) + " " : "") + warning);
   if (!warnings.empty()) text.push_back("Odd about the data: " + listed(warnings) + ".");
   return text;
 }
 
 }  // namespace
 
+std::string capitalised(std::string_view text) {
+  std::string copy(text);
+  if (!copy.empty()) copy[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(copy[0])));
+  return copy;
+}
+
+std::string channel_words(std::size_t channel) { return (channel < 2 ? "" : "the ") + std::string(channels[channel].words); }
+
 std::string channel_value(std::size_t channel, double value, int digits) {
-  return report::significant(value, digits) + (channel < 2 ? " " : "") + std::string(channels[channel].unit);
+  return report::significant(value, digits) + (channel < 2 ? no_break : "") + std::string(channels[channel].unit);
 }
 
 std::string unit_words(std::string_view unit) {
@@ -376,7 +430,7 @@ std::string unit_words(std::string_view unit) {
 std::string with_unit(const std::string& number, std::string_view unit) {
   const std::string words = unit_words(unit);
   if (words.empty()) return number;
-  return words == "°" ? number + words : number + " " + words;
+  return words == "°" ? number + words : number + no_break + words;
 }
 
 std::string rounded(double value, double lowest, double highest) {
@@ -388,16 +442,22 @@ std::string rounded(double value, double lowest, double highest) {
 }
 
 std::string interval_words(double value, double lowest, double highest, std::string_view unit) {
-  return with_unit(rounded(value, lowest, highest), unit) + " [" + rounded(lowest, lowest, highest) + ", " + rounded(highest, lowest, highest) + "]";
+  return with_unit(rounded(value, lowest, highest), unit) + " [" + rounded(lowest, lowest, highest) + "," + no_break + rounded(highest, lowest, highest) + "]";
 }
 
-std::string percent(double share) {
+std::string percent_number(double share) {
   if (!std::isfinite(share)) return "–";
   const double hundredths = 100.0 * share;
   // Near all and near nothing a decimal matters.
-  if (hundredths > 99.0 && hundredths < 100.0) return report::fixed(std::min(hundredths, 99.9), 1) + " %";
-  if (hundredths > 0.0 && hundredths < 1.0) return report::fixed(std::max(hundredths, 0.1), 1) + " %";
-  return report::fixed(hundredths, 0) + " %";
+  if (hundredths > 99.0 && hundredths < 100.0) return report::fixed(std::min(hundredths, 99.9), 1);
+  if (hundredths > 0.0 && hundredths < 1.0) return report::fixed(std::max(hundredths, 0.1), 1);
+  return report::fixed(hundredths, 0);
+}
+
+std::string percent(double share) { return percent_number(share) + no_break + "%"; }
+
+std::string percent_interval(double share, double lowest, double highest) {
+  return percent(share) + " [" + percent_number(lowest) + "," + no_break + percent_number(highest) + "]";
 }
 
 std::string probability_words(double probability) {
@@ -440,7 +500,12 @@ std::string name_and_words(std::size_t effect) {
   return std::string(plant::effects()[effect].name) + ": " + std::string(plant::effects()[effect].words);
 }
 
-std::string file_name(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+std::string file_name(const std::string& path) {
+  const std::filesystem::path file(path);
+  // `run` calls all its recordings alike; their folders tell them apart.
+  if (file.filename() == "recording.csv" && file.has_parent_path()) return (file.parent_path().filename() / file.filename()).string();
+  return file.filename().string();
+}
 
 std::string listed(const std::vector<std::string>& parts) {
   std::string text;
@@ -459,6 +524,23 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
 double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core) {
   if (!(core.misfit > 0.0)) return 0.0;
   return std::clamp(1.0 - std::max(explanation.misfit, 0.0) / core.misfit, 0.0, 1.0);
+}
+
+bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02; }
+
+diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
+  diagnose::PerChannel rmse{};
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    double squares = 0.0, count = 0.0;
+    for (const auto& prediction : d.predictions)
+      for (std::size_t k = 0; prediction.training && k < prediction.time_s.size(); ++k) {
+        if (prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
+        squares += std::pow(prediction.before[c][k] - prediction.measured[c][k], 2);
+        count += 1.0;
+      }
+    rmse[c] = std::sqrt(squares / count);
+  }
+  return rmse;
 }
 
 const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) {
@@ -529,8 +611,20 @@ std::optional<double> correlation_after_1_s(const std::vector<double>& correlati
   return correlation[lag];
 }
 
+std::string summary_sentence(const Diagnosis& d) {
+  std::size_t c = d.located.channel;
+  if (d.held_out.samples[c] == 0) return "";
+  const auto& held = d.held_out;
+  if (added_effects(d).empty())
+    return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) + "; noise alone would give " +
+           channel_value(c, held.noise[c]) + ".";
+  return "With " + std::string(d.effects.empty() ? "a stand-in" : d.effects.size() == 1 ? "it" : "them") + " put in, the error of " +
+         channel_words(c) + " on data kept back goes from " + channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) +
+         "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+}
+
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
-  return {verdict_sentence(d), where_words(d), what_words(d, inputs), modelled_words(d), better_words(d, inputs), next_words(d)};
+  return {verdict_sentence(d), summary_sentence(d), where_words(d), what_words(d, inputs), modelled_words(d), better_words(d, inputs), next_words(d)};
 }
 
 }  // namespace sinew::apps

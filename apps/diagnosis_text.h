@@ -1,4 +1,5 @@
 // What a diagnosis says, in plain sentences: the same in the terminal and in the report. And the words for its numbers.
+// Between a number and its unit stands `no_break`, which the terminal shows as a space.
 #pragma once
 
 #include <optional>
@@ -10,6 +11,8 @@
 
 namespace sinew::apps {
 
+inline constexpr char no_break[] = "\u00a0";
+
 // What was asked, in words that do not depend on where the results go or on the number of threads.
 struct DiagnosisInputs {
   std::vector<std::string> training, held_out;  // paths
@@ -20,11 +23,14 @@ struct DiagnosisInputs {
 
 struct DiagnosisWords {
   std::string verdict;                                        // one sentence
+  std::string summary;                                        // how much better it predicts, in one sentence; or empty
   std::vector<std::string> where, what, modelled, better, next;  // paragraphs
 };
 
 DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 
+std::string capitalised(std::string_view text);
+std::string channel_words(std::size_t channel);  // "the angle", "temperature A"
 // "0.35 °C", "6.1°".
 std::string channel_value(std::size_t channel, double value, int digits = 2);
 std::string unit_words(std::string_view unit);  // "N·m/rad", "°C"
@@ -33,6 +39,7 @@ std::string with_unit(const std::string& number, std::string_view unit);
 std::string rounded(double value, double lowest, double highest);
 std::string interval_words(double value, double lowest, double highest, std::string_view unit);  // "24.6 s [22.1, 27.0]"
 std::string percent(double share);
+std::string percent_interval(double share, double lowest, double highest);  // "96 % [92, 97]"
 // "practically certain (probability 0.998)".
 std::string probability_words(double probability);
 // How often something happens by chance: "in less than one of a million recordings".
@@ -48,6 +55,9 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4
 // Share of the calibrated core's misfit that an explanation takes away, 0 to 1.
 double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core);
 
+// RMSE of the calibrated core, sample by sample, where it was fitted; units of files.
+diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& diagnosis);
+
 // The explanation that `repaired` is of.
 const diagnose::Explanation& answer_of(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
@@ -56,6 +66,9 @@ std::vector<std::size_t> added_effects(const diagnose::Diagnosis& diagnosis);
 std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& diagnosis);
 // Effects that were not found, and whether they would have been.
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis);
+
+// Whether fitting the other parameters would do the same as the effect, as far as this data shows.
+bool is_imitated(const diagnose::Visibility& visibility);
 
 // What was kept back, in words: "test.csv", "the last 60 s of train.csv".
 std::string kept_back_words(const diagnose::Diagnosis& diagnosis);

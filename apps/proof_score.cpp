@@ -150,9 +150,10 @@ Json score_proof(const Json& answers, const Json& results) {
   Json score;
   score["cases"] = cases;
   score["invisible"] = invisible;
+  for (const char* part : {"by_effect", "strata", "confusion"}) score[part] = Json::object();
   Json& figures = score["figures"];
   figures.push_back(share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
-  figures.push_back(number_json("the effect that is recognised least: " + worst_effect, worst_share, right_by_effect.size(), "at least 80 %", worst_share >= 0.8));
+  figures.push_back(number_json("the effect that is recognised least: " + worst_effect, worst_share > 1.0 ? std::nan("") : worst_share, right_by_effect.size(), "at least 80 %", worst_share >= 0.8));
   figures.push_back(share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
   figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));
   figures.push_back(share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %", unknown.share() >= 0.9));

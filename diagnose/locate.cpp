@@ -249,11 +249,13 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   const auto shares_of = [&](auto&& index_of) {
     std::array<double, forcing_count> sum{};
     double total = 0.0;
-    for (std::size_t s = 0; s < stretches.size(); ++s)
+    for (std::size_t s = 0; s < stretches.size(); ++s) {
+      const std::size_t picked = index_of(s);
       for (std::size_t q = 1; q < forcing_count; ++q) {
-        sum[q] += stretches[index_of(s)][q];
-        total += stretches[index_of(s)][q];
+        sum[q] += stretches[picked][q];
+        total += stretches[picked][q];
       }
+    }
     for (double& value : sum) value = total > 0.0 ? value / total : 0.0;
     return sum;
   };

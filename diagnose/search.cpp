@@ -54,7 +54,7 @@ class Searcher {
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
     while (result.best.effects().size() < settings_.most_effects + base_count()) {
-      Round round = one_round(result.best, result.rounds.size());
+      Round round = one_round(result.best, result.rounds.size(), result.rounds.empty() ? 0.0 : result.rounds.front().gain);
       if (result.rounds.empty()) result.core = round.before;
       const bool accepted = round.accepted;
       result.best = accepted ? round.candidates.front().explanation : round.before;
@@ -135,7 +135,7 @@ class Searcher {
     return explain(limb, data_, guess, settings_.fit);
   }
 
-  Round one_round(const Explanation& before, std::size_t number) const {
+  Round one_round(const Explanation& before, std::size_t number, double first_gain) const {
     const double from = std::min(0.9, 0.1 + 0.4 * static_cast<double>(number)), to = std::min(0.95, from + 0.35);
     Round round;
     round.before = before;
@@ -158,7 +158,7 @@ class Searcher {
       }
     }
     round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
-    round.accepted = round.gain >= settings_.least_gain && round.chance <= settings_.most_chance &&
+    round.accepted = round.gain >= std::max(settings_.least_gain, settings_.least_share_of_first * first_gain) && round.chance <= settings_.most_chance &&
                      best.log_evidence > round.before.log_evidence;
     return round;
   }

@@ -20,6 +20,9 @@ struct SearchSettings {
   // A gain in twice the log posterior below this counts as chance whatever the linearised null says: what quantised
   // sensors, corners of the hysteresis and air that is not quite as modelled add. Chosen on seeds of development.
   double least_gain = 24.0;
+  // A further effect must gain at least this share of what the first one did: beside a strong effect the linearised noise
+  // model is off by as much.
+  double least_share_of_first = 0.015;
   // Unrest below this is nothing.
   double settled_unrest = 40.0;
   std::vector<std::size_t> without;  // effects that may not be named

@@ -23,6 +23,7 @@
 #include "plant/effects/minor_loops.h"
 #include "plant/effects/r_phase.h"
 #include "plant/effects/resistance_change.h"
+#include "plant/effects/sheath_heat_storage.h"
 #include "plant/effects/stress_shift.h"
 #include "plant/effects/supply_sag.h"
 #include "plant/effects/thermocouple_heat_sink.h"
@@ -33,11 +34,11 @@ namespace sinew::plant {
 
 template <class S>
 using Effects =
-    std::tuple<ThermocoupleLag<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, CrossHeating<S>, LatentHeat<S>,
-               AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>, ResistanceChange<S>,
-               SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>,
-               DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>,
-               AngleSensorDrift<S>>;
+    std::tuple<ThermocoupleLag<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>,
+               LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>,
+               ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>,
+               ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>,
+               AngleSensorLag<S>, AngleSensorDrift<S>>;
 
 inline constexpr std::size_t effect_count = std::tuple_size_v<Effects<double>>;
 
