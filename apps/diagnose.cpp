@@ -131,10 +131,11 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   }
 
   const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, hashes);
-  const std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
+  std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
                                                  {"heldout_prediction.csv", prediction_csv(diagnosis)},
                                                  {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
                                                  {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
+  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(inputs, hashes, files);
   if (interrupted()) throw diagnose::Stopped{};
   std::filesystem::create_directories(out);

@@ -127,6 +127,11 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["effects"] = ordered_json::array();
   for (const auto& found : d.effects) json["effects"].push_back(effect_json(found));
   json["ambiguous_with"] = names_of(d.ambiguous_with);
+  if (d.experiment)
+    json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name}, {"rival", plant::effects()[d.experiment->rival].name},
+                          {"words", d.experiment->words}, {"duration_s", d.experiment->duration_s},
+                          {"largest_duty_fraction", d.experiment->largest_duty_fraction}, {"hottest_degC", d.experiment->hottest_degC},
+                          {"separation", d.experiment->separation}};
   json["located"] = {{"channel", channels[d.located.channel].column},
                      {"place", d.located.place},
                      {"windows_s", windows_json(d.located.worst)},

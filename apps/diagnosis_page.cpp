@@ -317,6 +317,7 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     blocks.push_back(time_plot(prediction, "What is left of " + channel_words(c),
                                "error / " + std::string(channels[c].unit), std::move(left), bands, 110));
   }
+  blocks.push_back(duty_plot(prediction));
 }
 
 report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool repaired) {
@@ -336,6 +337,13 @@ report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool rep
   };
   if (repaired) add("before", d.correlation.before[c], colors::vermillion);
   add(repaired ? "after" : "calibrated", d.correlation.after[c], colors::green);
+  report::ScatterSeries noise;
+  noise.name = "pure noise";
+  noise.x = {0.0, 0.5, 0.5 * static_cast<double>(d.correlation.after[c].size() - 1)};
+  noise.y = {1.0, 0.0, 0.0};
+  noise.style = report::ScatterSeries::Style::dashed;
+  noise.color = colors::sky_blue;
+  plot.series.push_back(std::move(noise));
   return plot;
 }
 
@@ -478,7 +486,7 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
                                      ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
                                      "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
                                      "well the repaired simulation predicts data that it has not seen, and what could be done next."});
-  if (!words.summary.empty()) blocks.push_back(Paragraph{.text = words.verdict + " " + words.summary, .tone = Paragraph::Tone::finding});
+  if (!words.summary.empty()) blocks.push_back(Paragraph{.text = words.summary, .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);

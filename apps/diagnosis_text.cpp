@@ -15,6 +15,8 @@ using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Verdict;
 
+constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
+
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
 
 // What was found, as clauses.
@@ -224,7 +226,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     const auto& left = d.left_over;
     if (!left.variable.empty())
       start += " What the plant would need in " + std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
-               (left.explained_share >= 0.3 ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
+               (left.explained_share >= goes_with_share ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
                                             : " follows no single quantity: the nearest, " + left.variable + ", accounts for only " +
                                                   percent(left.explained_share) + " of it.");
     text.push_back(start);
@@ -325,7 +327,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
     else
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
-    if (held.after[c] > 1.5 * held.noise[c]) rough.push_back(channel_words(c));
+    if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c]) rough.push_back(channel_words(c));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
@@ -334,7 +336,10 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   if (before && after && !added_effects(d).empty())
     closing = "Errors of " + channel_words(c) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
-  if (!rough.empty() && d.verdict != Verdict::consistent)
+  if (!rough.empty() && d.verdict == Verdict::consistent)
+    closing = "The prediction of " + listed(rough) + " is off by much more than noise, although what was fitted is explained: what was kept "
+              "back may contain something that the rest does not. Give it to --train to find out.";
+  else if (!rough.empty())
     closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
   if (!closing.empty()) text.push_back(closing);
   return text;
@@ -359,12 +364,22 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   if (!d.ambiguous_with.empty()) {
     std::vector<std::string> names{std::string(effect_name(d.effects.front().effect))};
     for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
-    text.push_back("To tell " + listed(names) + " apart, record the limb once more with a different drive (other amplitudes, longer holds "
-                   "and rests) and give both recordings to --train.");
+    if (d.experiment && d.experiment->separation > 0.0) {
+      const auto& e = *d.experiment;
+      text.push_back("To tell " + std::string(effect_name(e.effect)) + " from " + std::string(effect_name(e.rival)) + ", run experiment.yaml on the limb: " +
+                     e.words + ", " + report::fixed(e.duration_s / 60.0, 0) + " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) +
+                     ", wires up to " + report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
+                     " standard deviations, whatever the other parameters are" +
+                     (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
+                     " Give both recordings to --train.");
+    } else {
+      text.push_back("To tell " + listed(names) + " apart, record the limb once more with a different drive (other amplitudes, longer holds "
+                     "and rests) and give both recordings to --train.");
+    }
   }
   if (d.verdict == Verdict::unexplained) {
     const auto& left = d.left_over;
-    if (!left.variable.empty())
+    if (!left.variable.empty() && left.explained_share >= goes_with_share)
       text.push_back("Look at the curve of what is left against " + left.variable + " in the report: which assumption of the plant's equation for " +
                      std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) + " could break like this?");
     else
@@ -526,7 +541,7 @@ double explained_by(const diagnose::Explanation& explanation, const diagnose::Ex
   return std::clamp(1.0 - std::max(explanation.misfit, 0.0) / core.misfit, 0.0, 1.0);
 }
 
-bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02; }
+bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   diagnose::PerChannel rmse{};
@@ -543,16 +558,7 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   return rmse;
 }
 
-const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) {
-  if (d.search.core.usable && d.search.core.limb() == d.repaired) return d.search.core;
-  for (const auto& round : d.search.rounds) {
-    if (!round.candidates.empty() && round.candidates.front().explanation.usable &&
-        round.candidates.front().explanation.limb() == d.repaired)
-      return round.candidates.front().explanation;
-    if (round.before.usable && round.before.limb() == d.repaired) return round.before;
-  }
-  return d.search.best;
-}
+const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) { return d.answer; }
 
 std::vector<std::size_t> added_effects(const diagnose::Diagnosis& d) {
   const std::vector<std::size_t> before = d.search.core.effects();

@@ -72,6 +72,53 @@ plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& rec
   return begun.usable ? begun.start(0) : plant::Start{};
 }
 
+// A limb and how the training recordings begin.
+struct Fitted {
+  plant::Limb<double> limb;
+  std::vector<plant::Start> starts;
+};
+
+double squares_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  double sum = 0.0;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto model = predict(fitted.limb, fitted.starts[r], *data[r].recording, numerics);
+    for (std::size_t c = 0; c < channel_count; ++c)
+      for (std::size_t k = 0; k < data[r].sample_count; ++k) {
+        const double target = measured(data[r].recording->samples[k], c);
+        if (!std::isnan(target)) sum += std::pow((model[c][k] - target) / data[r].deviation[c], 2);
+      }
+  }
+  return std::isnan(sum) ? 1e300 : sum;
+}
+
+// Where an explanation leaves more than noise, its forcings carry what it lacks and the path alone may be far off. Then
+// least squares on the path itself (calibrate.h) is tried as well, and what predicts the fitted samples better is taken.
+Fitted polished(const Explanation& explanation, const plant::Limb<double>& given, const std::vector<FitData>& data,
+                const DiagnosisSettings& settings) {
+  Fitted result{explanation.limb(), {}};
+  for (std::size_t r = 0; r < data.size(); ++r) result.starts.push_back(explanation.start(r));
+  if (explanation.unrest < settings.visible_unrest) return result;
+  plant::Limb<double> centres = given;
+  for (std::size_t e = 0; e < plant::effect_count; ++e) {
+    if (!result.limb.on[e] || given.on[e]) continue;
+    centres.on[e] = true;
+    for (const std::size_t p : plant::effects()[e].parameters) plant::set(centres, p, plant::get(result.limb, p));
+  }
+  CalibrationSettings least_squares;
+  least_squares.start = settings.start;
+  least_squares.starts = 1;
+  least_squares.threads = 1;
+  least_squares.numerics = settings.search.fit.numerics;
+  least_squares.should_stop = settings.search.fit.should_stop;
+  try {
+    const Calibration calibration = calibrate(centres, data, least_squares);
+    const Fitted other{calibration.limb, calibration.starts_of_recordings};
+    if (squares_of(other, data, least_squares.numerics) < squares_of(result, data, least_squares.numerics)) return other;
+  } catch (const std::runtime_error&) {  // cannot be integrated from there: what there is stays
+  }
+  return result;
+}
+
 struct Stretch {  // squares of one channel over some seconds of what was kept back
   double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
   std::size_t count = 0;
@@ -90,11 +137,14 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
     for (std::size_t p = 0; p < predictions.size(); ++p) {
       const Prediction& prediction = predictions[p];
       double end_s = -1e300;
+      // At least a dozen stretches to draw from, but none shorter than 5 s.
+      const double kept_s = 0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
+      const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
       for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
         if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
         if (prediction.time_s[k] > end_s) {
           stretches.push_back({});
-          end_s = prediction.time_s[k] + bootstrap_block_s;
+          end_s = prediction.time_s[k] + stretch_s;
         }
         const auto square = [&](double model) { return std::pow(model - prediction.measured[c][k], 2); };
         Stretch& stretch = stretches.back();
@@ -250,7 +300,9 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   const auto& numerics = search_settings.fit.numerics;
   std::vector<std::array<std::vector<double>, channel_count>> nominal_model;
   std::vector<PerChannel> noise;
-  const auto predictions_of = [&](const Explanation& after) {
+  const Fitted before = polished(core, given, data, settings);
+  Fitted after_fit = answer.effects() == core.effects() ? before : polished(answer, given, data, settings);
+  const auto predictions_of = [&](const Fitted& after) {
     std::vector<Prediction> predictions;
     nominal_model.clear();
     noise.clear();
@@ -264,15 +316,15 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         prediction.time_s.push_back(sample.time_s);
         for (std::size_t c = 0; c < channel_count; ++c) prediction.measured[c].push_back(measured(sample, c));
       }
-      prediction.before = predict(core.limb(), starts[1], clean, numerics);
-      prediction.after = predict(after.limb(), starts[2], clean, numerics);
+      prediction.before = predict(before.limb, starts[1], clean, numerics);
+      prediction.after = predict(after.limb, starts[2], clean, numerics);
       nominal_model.push_back(predict(given, starts[0], clean, numerics));
       noise.push_back(sensor_noise);
       predictions.push_back(std::move(prediction));
     };
     for (std::size_t r = 0; r < training.size(); ++r) {
       // The nominal plant begins as the calibrated one does, but for states that it shares with it.
-      add(training[r], gated_training[r], splits[r].kept_back, true, {core.start(r), core.start(r), after.start(r)}, result.gate[r].noise);
+      add(training[r], gated_training[r], splits[r].kept_back, true, {before.starts[r], before.starts[r], after.starts[r]}, result.gate[r].noise);
     }
     for (std::size_t r = 0; r < held_out.size(); ++r) {
       const PerChannel& sensors = result.gate[training.size() + r].noise;
@@ -281,21 +333,22 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
       for (std::size_t k = 0; k < kept_back.size(); ++k)
         kept_back[k] = settings.start == StartPolicy::at_rest || clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
       add(held_out[r], clean, kept_back, false,
-          {start_of(given, clean, sensors, settings), start_of(core.limb(), clean, sensors, settings), start_of(after.limb(), clean, sensors, settings)},
+          {start_of(given, clean, sensors, settings), start_of(before.limb, clean, sensors, settings), start_of(after.limb, clean, sensors, settings)},
           sensors);
     }
     return predictions;
   };
-  result.predictions = predictions_of(answer);
+  result.predictions = predictions_of(after_fit);
   Scored scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
 
   // An effect that does not help where it was not fitted is none.
   std::vector<std::size_t> effects = added(answer, given);
   if (!effects.empty() && scored.normalised_gain <= 0.0) {
     answer = core;
+    after_fit = before;
     effects.clear();
     result.explained_share = 0.0;
-    result.predictions = predictions_of(answer);
+    result.predictions = predictions_of(after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   }
   result.held_out = scored.error;
@@ -313,8 +366,6 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   // What was accepted on the way to an explanation that explains little is not certain.
   if (result.verdict == Verdict::missing_physics)
     for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
-  else
-    answer = result.verdict == Verdict::consistent ? core : answer;
   std::stable_sort(result.effects.begin(), result.effects.end(), [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
   for (const FoundEffect& effect : result.effects)
     for (const auto& [rival, loss] : effect.rivals)
@@ -353,8 +404,19 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
     result.others.push_back(visibility);
   }
-  result.repaired = answer.limb();
-  for (std::size_t r = 0; r < training.size(); ++r) result.starts.push_back(answer.start(r));
+  if (!result.ambiguous_with.empty()) {
+    const std::size_t effect = result.effects.front().effect, rival = result.ambiguous_with.front();
+    for (const Round& round : result.search.rounds)
+      for (const Candidate& candidate : round.candidates)
+        if (candidate.effect == rival && candidate.explanation.usable && !result.experiment) {
+          result.experiment = design_experiment(answer, candidate.explanation, result.gate.front().noise, 0.3, {});
+          result.experiment->effect = effect;
+          result.experiment->rival = rival;
+        }
+  }
+  result.answer = answer;
+  result.repaired = after_fit.limb;
+  result.starts = after_fit.starts;
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "diagnose/experiment.h"
 #include "diagnose/gate.h"
 #include "diagnose/locate.h"
 #include "diagnose/search.h"
@@ -78,6 +79,8 @@ struct Diagnosis {
   std::vector<Visibility> others;        // effects that were not found
   LeftOver left_over;
   std::vector<std::size_t> flipped_signs;
+  Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`
+  std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
   plant::Limb<double> repaired;
   std::vector<plant::Start> starts;      // of the training recordings, repaired
   HeldOutError held_out;

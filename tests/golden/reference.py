@@ -82,6 +82,7 @@ EFFECTS = {
     "thermocouple_lag": {"time_constant_s": 1.5},
     "thermocouple_heat_sink": {"gain": 0.85},
     "body_heat_storage": {"conductance_W_K": 0.015, "heat_capacity_J_K": 3.0, "heat_loss_W_K": 0.02},
+    "sheath_heat_storage": {"conductance_W_K": 0.04, "heat_capacity_J_K": 1.5, "heat_loss_W_K": 0.025},
     "cross_heating": {"conductance_W_K": 0.008},
     "latent_heat": {"latent_heat_J": 8.0},
     "convection_nonlinearity": {"slope_1_K": 0.004},
@@ -159,7 +160,7 @@ def schedule():
 # ---------------------------------------------------------------------------------------------------------------
 # The equations
 
-TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB = range(13)
+TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB = range(15)
 
 
 def sigmoid_down(z):
@@ -192,6 +193,9 @@ class Plant:
         self.G_b = value("body_heat_storage", "conductance_W_K", 0.0)
         self.C_b = value("body_heat_storage", "heat_capacity_J_K", 1.0)
         self.h_b = value("body_heat_storage", "heat_loss_W_K", 0.0)
+        self.G_s = value("sheath_heat_storage", "conductance_W_K", 0.0)
+        self.C_s = value("sheath_heat_storage", "heat_capacity_J_K", 1.0)
+        self.h_s = value("sheath_heat_storage", "heat_loss_W_K", 0.0)
         self.G_AB = value("cross_heating", "conductance_W_K", 0.0)
         self.L = value("latent_heat", "latent_heat_J", 0.0)
         self.beta = value("convection_nonlinearity", "slope_1_K", 0.0)
@@ -270,7 +274,7 @@ class Plant:
         n = (y[NA], y[NB])
         theta, omega = y[TH], y[OM]
         T_inf = self.ambient(t)
-        out = [0.0] * 13
+        out = [0.0] * 15
 
         # CHOICE order in the actuation: delay, dead band, resistance, and the sag with the currents of all these.
         v = [max(0.0, x - self.u_0) for x in u]
@@ -286,7 +290,10 @@ class Plant:
                 h *= 1 + self.alpha
             heat_in = v[j] * V * V / R[j] - h * (T[j] - T_inf)
             heat_in -= self.G_b * (T[j] - y[TBODY])
+            into_sheath = self.G_s * (T[j] - y[SA + j])
+            heat_in -= into_sheath
             heat_in -= self.G_AB * (T[j] - T[1 - j])
+            out[SA + j] = (into_sheath - self.h_s * (y[SA + j] - T_inf)) / self.C_s
 
             upper, lower, slope_heat, slope_cool = self.envelopes(T[j], F[j])
             pull = max(0.0, lower - xi[j]) - max(0.0, xi[j] - upper)
@@ -335,8 +342,8 @@ class Plant:
 
         z, info, flag, message = fsolve(residual, [0.0, 0.99, 0.99], xtol=1e-14, full_output=True)
         assert max(abs(r) for r in residual(z)) < 1e-12, message
-        y = [0.0] * 13
-        y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = T
+        y = [0.0] * 15
+        y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = y[SA] = y[SB] = T
         y[TH] = y[TV] = y[TM] = z[0]
         y[XA], y[XB] = z[1], z[2]
         return y
@@ -354,8 +361,8 @@ class Plant:
         breaks = {k / 10 + self.d for k in range(len(duty))} | {0.0, float(self.t_e)} | set(times)
         breaks = sorted(b for b in breaks if 0 <= b <= times[-1])
         starts = [k / 10 + self.d for k in range(len(duty))]
-        tolerance = numpy.full(13, 1e-11)
-        tolerance[[TA, TB, TBODY, MA, MB]] = 1e-9
+        tolerance = numpy.full(15, 1e-11)
+        tolerance[[TA, TB, TBODY, MA, MB, SA, SB]] = 1e-9
         y = self.start()
         states = {0.0: list(y)}
         k = -1

@@ -1,0 +1,48 @@
+#include "diagnose/gate.h"
+
+#include <doctest/doctest.h>
+
+#include "tests/diagnose/one_limb.h"
+
+using namespace sinew;
+
+namespace {
+
+// A wire that warms by 13 K/s for three seconds and cools: the steepest motion that the paper's limb makes.
+sim::Recording steep() {
+  sim::Recording recording{"steep", {}, {}, {}};
+  for (int k = 0; k < 400; ++k) {
+    const double time_s = 0.1 * k, warm = std::clamp(13.0 * (time_s - 10.0), 0.0, 39.0);
+    const double temperature = 25.0 + (time_s < 13.0 ? warm : 39.0 * std::exp(-(time_s - 13.0) / 21.0));
+    const double wobble = 0.1 * std::sin(37.0 * k);
+    recording.samples.push_back({time_s, {time_s >= 10.0 && time_s < 13.0 ? 0.6 : 0.0, 0.0}, {temperature + wobble, 25.0 + wobble}, wobble});
+  }
+  return recording;
+}
+
+}  // namespace
+
+TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
+  sim::Recording recording = steep();
+  diagnose::GateNotes notes;
+  CHECK(diagnose::gated(recording, nullptr, notes).samples[115].temperature_degC[0] == recording.samples[115].temperature_degC[0]);
+  CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
+  recording.samples[115].temperature_degC[0] += 15.0;
+  recording.samples[300].angle_deg -= 9.0;
+  diagnose::GateNotes again;
+  const sim::Recording clean = diagnose::gated(recording, nullptr, again);
+  CHECK(std::isnan(clean.samples[115].temperature_degC[0]));
+  CHECK(std::isnan(clean.samples[300].angle_deg));
+  CHECK(again.outliers == std::array<std::size_t, 3>{1, 0, 1});
+}
+
+TEST_CASE("gate: missing samples are counted, and a recording in which nothing is driven is said to be of little use") {
+  sim::Recording recording = steep();
+  for (auto& sample : recording.samples) sample.duty_fraction = {0.0, 0.0};
+  recording.samples[7].angle_deg = std::nan("");
+  diagnose::GateNotes notes;
+  static_cast<void>(diagnose::gated(recording, nullptr, notes));
+  CHECK(notes.missing[2] == 1);
+  REQUIRE(notes.warnings.size() == 1);
+  CHECK(notes.warnings[0] == "no coil is ever driven: little can be learnt from this recording");
+}

@@ -1,0 +1,87 @@
+#include "diagnose/search.h"
+
+#include <doctest/doctest.h>
+
+#include "diagnose/calibrate.h"
+#include "tests/diagnose/one_limb.h"
+
+using namespace sinew;
+using namespace sinew::diagnose;
+
+namespace {
+
+sim::Recording recorded_with(const std::string& key, double value, double duration_s = 120.0) {
+  sim::Scenario scenario = testing::babbling(duration_s);
+  scenario.sensors = {};  // the paper's
+  if (!key.empty()) {
+    scenario.limb = with_effect(scenario.limb, plant::effect_index(key.substr(0, key.find('.'))));
+    plant::set(scenario.limb, plant::parameter_index(key), value);
+  }
+  plant::set(scenario.limb, plant::parameter_index("heat_loss_A_W_K"), 0.043);
+  plant::set(scenario.limb, plant::parameter_index("beam_stiffness_Nm_rad"), 0.047);
+  return testing::recorded(scenario);
+}
+
+std::vector<FitData> data_of(const sim::Recording& recording) {
+  return {{&recording, recording.samples.size(), noise_of(recording)}};
+}
+
+}  // namespace
+
+TEST_CASE("score: a thermocouple's gain cannot be seen, since calibration imitates it; a lag can") {
+  const sim::Recording recording = recorded_with("", 0.0);
+  const Explanation core = explain({}, data_of(recording), {}, {});
+  REQUIRE(core.usable);
+  const Scores scores = score(core, {plant::effect_index("thermocouple_heat_sink"), plant::effect_index("thermocouple_lag")}, 1);
+  REQUIRE(scores.all.size() == 2);
+  CHECK(scores.all[0].visible_share < 1e-3);
+  CHECK(scores.all[1].visible_share > 0.1);
+  CHECK(scores.all[1].smallest_seen < 0.1);  // a tenth of a second would be seen
+}
+
+TEST_CASE("score: at a small strength the score test says what was put in") {
+  const sim::Recording recording = recorded_with("duty_deadband.threshold_fraction", 0.002);
+  const Explanation core = explain({}, data_of(recording), {}, {});
+  const Scores scores = score(core, {plant::effect_index("duty_deadband"), plant::effect_index("cubic_stiffening")}, 2);
+  const Score& found = scores.all[scores.best.front()];
+  CHECK(plant::effects()[found.effect].name == "duty_deadband");
+  // Five standard deviations are `smallest_seen`, so two of them are 0.4 of it.
+  CHECK(std::abs(found.strength - 0.002) < 0.4 * found.smallest_seen + 0.0005);
+}
+
+TEST_CASE("score: a gain of nothing is certain to come by chance, a large one hardly ever") {
+  const sim::Recording recording = recorded_with("", 0.0);
+  const Explanation core = explain({}, data_of(recording), {}, {});
+  std::vector<std::size_t> all;
+  for (std::size_t e = 0; e < plant::effect_count; ++e) all.push_back(e);
+  const Scores scores = score(core, all, 2);
+  CHECK(family_wise_probability(scores, 0.0, 1) == 1.0);
+  CHECK(family_wise_probability(scores, 40.0, 1) < 1e-6);
+  // More columns reach further than one: chi-squared with one degree reaches 6.6 in 1 % of cases.
+  CHECK(family_wise_probability(scores, 6.6, 1) > 0.02);
+  // Threads and repetition change nothing.
+  const Scores again = score(core, all, 1);
+  for (std::size_t i = 0; i < scores.all.size(); ++i) CHECK(scores.all[i].statistic == again.all[i].statistic);
+}
+
+TEST_CASE("search: names what was left out and its size, and finds nothing where nothing is") {
+  SearchSettings settings;
+  settings.threads = 2;
+  const sim::Recording nothing = recorded_with("", 0.0);
+  const Search clean = search({}, data_of(nothing), settings);
+  CHECK(clean.best.effects().empty());
+  CHECK(clean.best.unrest < 40.0);
+
+  const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
+  const Search found = search({}, data_of(lagging), settings);
+  REQUIRE(found.best.effects() == std::vector<std::size_t>{plant::effect_index("thermocouple_lag")});
+  for (std::size_t u = 0; u < found.best.problem->unknowns().size(); ++u)
+    if (found.best.problem->unknowns()[u].name == "thermocouple_lag.time_constant_s")
+      CHECK(std::abs(found.best.value(u) - 0.8) < 3.0 * found.best.deviation(u));
+  CHECK(found.best.unrest < 40.0);
+
+  // Taken out of the catalogue it is not found, and what is left does not look like noise.
+  settings.without = {plant::effect_index("thermocouple_lag")};
+  const Search without = search({}, data_of(lagging), settings);
+  CHECK(without.best.unrest > 1000.0);
+}
