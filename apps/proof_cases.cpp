@@ -64,7 +64,7 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
   const std::vector<std::string> wanted{"clean-core-plain", "clean-core-gaps", "clean-core-outliers", "catalogue-thermocouple_lag-",
                                         "catalogue-latent_heat-", "catalogue-viscoelastic_creep-", "catalogue-dry_friction-",
                                         "catalogue-supply_sag-", "catalogue-fatigue-", "other_form-viscoelastic_creep",
-                                        "outside-bend_cooling", "outside-angle_saturation"};
+                                        "outside-bend_cooling", "outside-motion_cooling"};
   std::vector<ProofCase> few;
   for (const std::string& prefix : wanted)
     for (const ProofCase& one : proof_cases(first_development_seed, 1, training_s, held_out_s))

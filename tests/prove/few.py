@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+"""A dozen concealed cases of development through `sinew prove --few`: each must be answered right.
+Usage: few.py PROGRAM OUT. Last line: N passed, N failed."""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+program, out = sys.argv[1], pathlib.Path(sys.argv[2])
+shutil.rmtree(out, ignore_errors=True)  # cases that are there already would not be done again
+run = subprocess.run([program, "prove", "--few", "--training", "150", "--held-out", "80", "--out", str(out)], capture_output=True, text=True)
+print(run.stdout, run.stderr)
+passed, failed = 0, []
+if run.returncode != 0:
+    failed.append(f"prove exited with {run.returncode}")
+else:
+    answers = json.loads((out / "answers.json").read_text())
+    misses = {miss["id"]: miss["why"] for miss in json.loads((out / "score.json").read_text())["misses"]}
+    for case in answers:
+        if case in misses:
+            failed.append(f"{case}: {misses[case]}")
+        else:
+            passed += 1
+    if len(answers) != 12:
+        failed.append(f"{len(answers)} cases instead of 12")
+print(*failed, sep="\n", end="\n" if failed else "")
+print(f"{passed} passed, {len(failed)} failed")
+sys.exit(bool(failed))
