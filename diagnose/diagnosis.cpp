@@ -229,7 +229,7 @@ double share_explained(const Explanation& core, const Explanation& by) {
 // Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
 // nothing. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
-  if (search.best.unrest < settings.visible_unrest) return search.best;
+  if (search.best.unrest < std::max(settings.visible_unrest, settings.nothing_left_share * search.core.unrest)) return search.best;
   for (const Round& round : search.rounds)
     if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
       return round.candidates.front().explanation;

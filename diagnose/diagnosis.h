@@ -19,6 +19,8 @@ struct DiagnosisSettings {
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
+  // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
+  double nothing_left_share = 0.002;
   double visible_unrest = 150.0;       // unrest of the core above this is missing physics, whether or not it has a name
 };
 

@@ -24,7 +24,7 @@ bool switches(std::size_t effect) {
 std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant, double duration_s) {
   std::vector<double> values;
   if (is_instant) {
-    for (int i = 1; i <= 9; ++i) values.push_back(0.1 * i * duration_s);
+    for (int i = 1; i < 20; ++i) values.push_back(0.05 * i * duration_s);
   } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 && declared.prior_deviation > 0.45 * declared.typical) {
     for (const double factor : {0.04, 0.12, 0.35, 1.0, 3.0}) values.push_back(declared.typical * factor);
   } else {

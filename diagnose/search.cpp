@@ -51,6 +51,13 @@ class Searcher {
     Search result;
     tell(0.02, "calibrating the core");
     result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
+    // Large forcings at the start can hold the fit where it is: once more from there with small ones.
+    if (result.core.usable && result.core.unrest > settings_.settled_unrest) {
+      Guess again = result.core.as_guess();
+      again.forcing = {0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
+      const Explanation second = explain(nominal_, data_, again, settings_.fit);
+      if (second.usable && second.log_posterior > result.core.log_posterior) result.core = second;
+    }
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
     while (result.best.effects().size() < settings_.most_effects + base_count()) {
@@ -93,6 +100,51 @@ class Searcher {
     return candidates;
   }
 
+  // The centres of the priors, with what is on at an explanation.
+  plant::Limb<double> limb_of(const Explanation& at) const {
+    plant::Limb<double> limb = nominal_;
+    for (const std::size_t e : at.effects())
+      if (!limb.on[e]) limb = with_effect(limb, e);
+    return limb;
+  }
+
+  // Where the best candidate ended, everything else is nearer to the truth than where all began: the effects that look most
+  // like it are tried from there, so that a twin does not win because the other's fit got stuck.
+  void retry_twins(const Explanation& before, const Scores& scores, std::vector<Candidate>& candidates) const {
+    const Candidate& winner = candidates.front();
+    if (!winner.explanation.usable || winner.score.column.size() == 0) return;
+    std::vector<std::pair<double, std::size_t>> alike;  // -|cos|, index of a score
+    for (const std::size_t s : scores.best)
+      if (const Score& score = scores.all[s]; score.effect != winner.effect && score.column.size() == winner.score.column.size())
+        alike.emplace_back(-std::abs(score.column.dot(winner.score.column)), s);
+    std::stable_sort(alike.begin(), alike.end());
+    alike.resize(std::min<std::size_t>(alike.size(), 3));
+    std::vector<Candidate> again(alike.size());
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.enough = 1.0;
+    in_parallel(again.size(), settings_.threads, [&](std::size_t i) {
+      const Score& score = scores.all[alike[i].second];
+      again[i] = {score.effect, score, {}};
+      Guess guess = guess_with(before, score);
+      for (const auto& [name, value] : winner.explanation.as_guess().values)
+        if (const auto mine = guess.values.find(name); mine != guess.values.end()) mine->second = value;
+      for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(winner.explanation.forcing[q], 0.1 * Guess{}.forcing[q]);
+      again[i].explanation = explain(with_effect(limb_of(before), score.effect), data_, guess, shortly);
+      if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
+        again[i].explanation = explain(with_effect(limb_of(before), score.effect), data_, again[i].explanation.as_guess(), settings_.fit);
+    });
+    for (const Candidate& one : again) {
+      if (!one.explanation.usable) continue;
+      const auto there = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == one.effect; });
+      if (there == candidates.end())
+        candidates.push_back(one);
+      else if (better(one, *there))
+        *there = one;
+    }
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+  }
+
   std::vector<Candidate> fitted(const Explanation& at, const Scores& scores, std::size_t most, double from, double to,
                                 const std::string& doing) const {
     std::vector<Candidate> candidates;
@@ -109,6 +161,16 @@ class Searcher {
     std::atomic<std::size_t> done{0};
     in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       candidates[i].explanation = with_added(nominal_, at, candidates[i].score, shortly);
+      if (candidates[i].score.blind) {  // from a weaker one too
+        Guess weaker = guess_with(at, candidates[i].score);
+        const std::size_t strength = plant::effects()[candidates[i].effect].strength;
+        const auto& declared = plant::parameters()[strength].declaration;
+        double& value = weaker.values[plant::parameters()[strength].key()];
+        value = *declared.null_value * declared.unit.internal_per_unit + 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
+        const Explanation other = explain(with_effect(limb_of(at), candidates[i].effect), data_, weaker, shortly);
+        if (other.usable && (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
+          candidates[i].explanation = other;
+      }
       tell(from + 0.7 * (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
@@ -148,6 +210,8 @@ class Searcher {
     round.candidates = fitted(before, round.scores, number == 0 ? settings_.refits : settings_.refits / 2, from, to,
                               number == 0 ? "trying effects" : "trying further effects");
     if (round.candidates.empty() || !round.candidates.front().explanation.usable) return round;
+    if (2.0 * (round.candidates.front().explanation.log_posterior - before.log_posterior) >= settings_.least_gain)
+      retry_twins(before, round.scores, round.candidates);
     const Explanation& best = round.candidates.front().explanation;
     round.gain = 2.0 * (best.log_posterior - before.log_posterior);
     if (round.gain >= settings_.least_gain) {
