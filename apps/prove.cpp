@@ -196,6 +196,9 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   const Json score = score_proof(answers, results);
   std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) + " --training " +
                         sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+  std::string families;
+  for (const std::string& family : arguments.families) families += (families.empty() ? " --families " : ",") + family;
+  command += families;
   if (arguments.few) command = "sinew prove --few --out " + arguments.out;
   sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
   sim::write_file_whole(out / "README.md", proof_markdown(score, command));

@@ -50,5 +50,6 @@ TEST_CASE("path: a parameter that moves the instant of a jump has its sensitivit
   CHECK(worst_difference(gust, recording, "airflow_change.") < 0.05);
   plant::Limb<double> late = diagnose::with_effect({}, plant::effect_index("input_delay"));
   plant::set(late, plant::parameter_index("input_delay.delay_s"), 0.237);
-  CHECK(worst_difference(late, recording, "input_delay.") < 0.05);
+  // Here the duty jumps at every sample, and each jump falls between two.
+  CHECK(worst_difference(late, recording, "input_delay.") < 0.2);
 }
