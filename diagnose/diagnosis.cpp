@@ -236,6 +236,20 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   return search.best;
 }
 
+// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no heat loss,
+// friction without smoothing) is one.
+bool sensible(std::size_t effect, const Explanation& by) {
+  for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
+    const std::size_t p = by.problem->parameters()[u];
+    if (plant::parameters()[p].effect != effect || p == plant::effects()[effect].strength) continue;
+    const Unknown& unknown = by.problem->unknowns()[u];
+    const double margin = 1e-6 * (unknown.highest - unknown.lowest);
+    const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
+    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
+  }
+  return true;
+}
+
 FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   for (const Round& round : diagnosis.search.rounds)
@@ -366,7 +380,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   if (effects.empty())
     result.verdict = core.unrest > settings.visible_unrest ? Verdict::unexplained : Verdict::consistent;
   else
-    result.verdict = result.explained_share >= settings.least_explained_share || answer.unrest < settings.visible_unrest
+    result.verdict = (result.explained_share >= settings.least_explained_share || answer.unrest < settings.visible_unrest) &&
+                             std::all_of(effects.begin(), effects.end(), [&](std::size_t e) { return sensible(e, answer); })
                          ? Verdict::missing_physics
                          : Verdict::unexplained;
   // What was accepted on the way to an explanation that explains little is not certain.

@@ -22,7 +22,10 @@ std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::s
     const double value = measured(samples[k], channel);
     if (std::isnan(value)) continue;
     std::vector<double> around;
-    for (std::size_t i = k - std::min(k, reach); i <= std::min(k + reach, samples.size() - 1); ++i)
+    // The six nearest; at the ends they all lie on one side.
+    const std::size_t window = std::min(2 * reach, samples.size() - 1);
+    const std::size_t begin = std::min(k - std::min(k, reach), samples.size() - 1 - window);
+    for (std::size_t i = begin; i <= begin + window; ++i)
       if (const double near = measured(samples[i], channel); i != k && !std::isnan(near)) around.push_back(near);
     if (around.size() < 4) continue;
     std::sort(around.begin(), around.end());

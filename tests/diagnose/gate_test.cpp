@@ -29,11 +29,13 @@ TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
   CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
   recording.samples[115].temperature_degC[0] += 15.0;
   recording.samples[300].angle_deg -= 9.0;
+  recording.samples[0].temperature_degC[1] -= 19.0;  // the first sample too, which has neighbours on one side alone
   diagnose::GateNotes again;
   const sim::Recording clean = diagnose::gated(recording, nullptr, again);
   CHECK(std::isnan(clean.samples[115].temperature_degC[0]));
   CHECK(std::isnan(clean.samples[300].angle_deg));
-  CHECK(again.outliers == std::array<std::size_t, 3>{1, 0, 1});
+  CHECK(std::isnan(clean.samples[0].temperature_degC[1]));
+  CHECK(again.outliers == std::array<std::size_t, 3>{1, 1, 1});
 }
 
 TEST_CASE("gate: missing samples are counted, and a recording in which nothing is driven is said to be of little use") {
