@@ -105,6 +105,13 @@ void exponential(const Eigen::MatrixXd& x, Eigen::MatrixXd& exp_x, Eigen::Matrix
   }
 }
 
+// Whether the derivatives of the rates change so much within a step that it must hold a corner of the hysteresis.
+constexpr int corner_parts = 6;
+bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
+  const auto change = (to - from).array().abs();
+  return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any();
+}
+
 // The sensitivities at the start are the integrator's own.
 Eigen::MatrixXd first_sensitivity(const plant::Limb<double>& limb, const plant::Start& start,
                                   const plant::NumericalSettings& numerics, const plant::SensitivityRequest& request) {
@@ -140,7 +147,11 @@ struct Follower {
     const auto parameters = static_cast<Eigen::Index>(request.parameters.size());
     Eigen::MatrixXd state_sensitivity, next, exp_x, phi_1;
     if (sensitivities) state_sensitivity = first_sensitivity(limb, start, numerics, request);
-    Eigen::MatrixXd rates(n, static_cast<Eigen::Index>(differentiator.columns())), seen(3, rates.cols());
+    // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
+    Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start), at_end(at_start);
+    Eigen::MatrixXd seen(3, at_start.cols());
+    std::vector<double> y_start, y_middle, y(static_cast<std::size_t>(n));
+    differentiator.at(integrator.instant().given, integrator.state(), &at_end, &seen);
     if (points) points->resize(data.sample_count);
 
     const auto delay = differentiator.command_delay();
@@ -167,7 +178,6 @@ struct Follower {
       double time_s = samples[k].time_s - samples.front().time_s;
       if (integrator.advance_to(time_s)) return false;
       plant::Situation given = integrator.instant().given;
-      differentiator.at(given, integrator.state(), nullptr, &seen);
       if (sensitivities) {
         shown.noalias() = seen.leftCols(n) * state_sensitivity;
         shown.leftCols(parameters) += seen.rightCols(parameters);
@@ -189,6 +199,23 @@ struct Follower {
       // To the next sample, stopping at events on the way.
       const double end_s = samples[k + 1].time_s - samples.front().time_s;
       bool first = true;
+      const auto cross = [&](const Eigen::MatrixXd& rates, double step_s) {
+        exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
+        phi_1 *= step_s;
+        if (sensitivities) {
+          next.noalias() = exp_x * state_sensitivity;
+          next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
+          state_sensitivity.swap(next);
+        }
+        if (points) {
+          PathPoint& point = (*points)[k];
+          point.integral = first ? phi_1 : Eigen::MatrixXd(exp_x * point.integral + phi_1);
+          point.transition = first ? exp_x : Eigen::MatrixXd(exp_x * point.transition);
+          point.ambient = rates.col(n);
+          first = false;
+        }
+      };
+      bool jumped = true;  // the rates have, since `at_end`
       while (time_s < end_s) {
         auto event = events.end();
         for (auto e = events.begin(); e != events.end(); ++e)
@@ -196,29 +223,40 @@ struct Follower {
         const double stop_s = event == events.end() ? end_s : std::max(time_s, event->time_s);
         const double step_s = stop_s - time_s;
         if (step_s > 1e-9) {
-          if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
           given = integrator.instant().given;
-          differentiator.at(given, integrator.state(), &rates, nullptr);
-          exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
-          phi_1 *= step_s;
-          if (sensitivities) {
-            next.noalias() = exp_x * state_sensitivity;
-            next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
-            state_sensitivity.swap(next);
-          }
-          if (points) {
-            PathPoint& point = (*points)[k];
-            point.integral = first ? phi_1 : Eigen::MatrixXd(exp_x * point.integral + phi_1);
-            point.transition = first ? exp_x : Eigen::MatrixXd(exp_x * point.transition);
-            point.ambient = rates.col(n);
-            first = false;
-          }
+          y_start = integrator.state();
+          if (jumped)
+            differentiator.at(given, y_start, &at_start, nullptr);
+          else
+            at_start = at_end;
+          if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
+          y_middle = integrator.state();
+          given.time_s = time_s + 0.5 * step_s;
+          differentiator.at(given, y_middle, &in_middle, nullptr);
           if (integrator.advance_to(stop_s)) return false;
+          given.time_s = stop_s;
+          differentiator.at(given, integrator.state(), &at_end, &seen);
+          jumped = false;
+          if (!has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s)) {
+            cross(in_middle, step_s);
+          } else {
+            // The parabola through the three states is good enough to say where on the corner they are.
+            const std::vector<double>& y_end = integrator.state();
+            for (int part = 0; part < corner_parts; ++part) {
+              const double x = (part + 0.5) / corner_parts;
+              for (std::size_t i = 0; i < y.size(); ++i)
+                y[i] = y_start[i] * (1.0 - x) * (1.0 - 2.0 * x) + y_middle[i] * 4.0 * x * (1.0 - x) + y_end[i] * x * (2.0 * x - 1.0);
+              given.time_s = time_s + x * step_s;
+              differentiator.at(given, y, &in_middle, nullptr);
+              cross(in_middle, step_s / corner_parts);
+            }
+          }
         }
         if (event != events.end()) {
           given.time_s = stop_s;
           jump(given, *event->moves);
           events.erase(event);
+          jumped = true;
         }
         time_s = stop_s;
       }

@@ -9,7 +9,7 @@ using namespace sinew::test;
 
 namespace {
 
-const std::vector<double> sample_times_s = sample_times_between_jumps(36.0);
+const std::vector<double> sample_times_s = sample_times_between_jumps(72.0);
 
 std::vector<std::vector<double>> states(const Limb<double>& limb, Method method, double tolerance) {
   Integrator run(limb, Start{}, {.method = method, .relative_tolerance = tolerance, .most_steps = 1000000});
@@ -49,7 +49,7 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
   // A step is held to the tolerance. Some dozens of steps add up before a state forgets them, and a step over the corner of
   // an envelope is worse than it looks to the solver: that is the factor of 50. The angular velocity, which feels both most,
   // sets the largest error, twenty times the mean. Which corners a step meets is chance, so that a tolerance ten times
-  // smaller may gain little, but two such steps together at least halve the error.
+  // smaller may gain little, but not twice in a row.
   for (const Limb<double>& limb : {Limb<double>{}, limb_with_everything()}) {
     const auto limit = states(limb, Method::cvode, 1e-12);
     for (const Method method : {Method::cvode, Method::arkode}) {
@@ -61,7 +61,7 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
         CAPTURE(tolerance);
         CHECK(mean < 50.0 * tolerance);
         CHECK(error.largest < 1000.0 * tolerance);
-        CHECK(mean < 0.5 * before_that);
+        CHECK(mean < 0.2 * before_that);
         before_that = before;
         before = mean;
       }
