@@ -78,45 +78,66 @@ struct Fitted {
   std::vector<plant::Start> starts;
 };
 
-double squares_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
-  double sum = 0.0;
+Fitted fitted(const Explanation& explanation) {
+  Fitted result{explanation.limb(), {}};
+  for (std::size_t r = 0; r < explanation.problem->data().size(); ++r) result.starts.push_back(explanation.start(r));
+  return result;
+}
+
+// How far a path is off the fitted samples of each channel, at least by the sensors' noise; and half the log likelihood lost by
+// that, up to a constant, if each channel's error has the size that it has.
+struct Spread {
+  std::vector<PerChannel> rmse;
+  double log_sum = 0.0;
+};
+
+Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  Spread spread;
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto model = predict(fitted.limb, fitted.starts[r], *data[r].recording, numerics);
-    for (std::size_t c = 0; c < channel_count; ++c)
+    spread.rmse.push_back(data[r].deviation);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      double sum = 0.0, count = 0.0;
       for (std::size_t k = 0; k < data[r].sample_count; ++k) {
         const double target = measured(data[r].recording->samples[k], c);
-        if (!std::isnan(target)) sum += std::pow((model[c][k] - target) / data[r].deviation[c], 2);
+        if (std::isnan(target)) continue;
+        sum += std::pow(model[c][k] - target, 2);
+        ++count;
       }
+      if (std::isnan(sum)) sum = 1e300;
+      if (count > 0.0) spread.rmse[r][c] = std::max(data[r].deviation[c], std::sqrt(sum / count));
+      spread.log_sum += count * std::log(spread.rmse[r][c]);
+    }
   }
-  return std::isnan(sum) ? 1e300 : sum;
+  return spread;
 }
 
 // Where an explanation leaves more than noise, its forcings carry what it lacks and the path alone may be far off. Then
-// least squares on the path itself (calibrate.h) is tried as well, and what predicts the fitted samples better is taken.
-Fitted polished(const Explanation& explanation, const plant::Limb<double>& given, const std::vector<FitData>& data,
-                const DiagnosisSettings& settings) {
-  Fitted result{explanation.limb(), {}};
-  for (std::size_t r = 0; r < data.size(); ++r) result.starts.push_back(explanation.start(r));
-  if (explanation.unrest < settings.visible_unrest) return result;
-  plant::Limb<double> centres = given;
-  for (std::size_t e = 0; e < plant::effect_count; ++e) {
-    if (!result.limb.on[e] || given.on[e]) continue;
-    centres.on[e] = true;
-    for (const std::size_t p : plant::effects()[e].parameters) plant::set(centres, p, plant::get(result.limb, p));
-  }
-  CalibrationSettings least_squares;
+// least squares on the path itself is tried as well, each channel weighted by how far off it is, and what predicts the fitted
+// samples better is taken.
+Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const DiagnosisSettings& settings) {
+  Fitted best = fitted(explanation);
+  if (explanation.unrest < settings.visible_unrest) return best;
+  ExplanationSettings least_squares = settings.search.fit;
   least_squares.start = settings.start;
-  least_squares.starts = 1;
-  least_squares.threads = 1;
-  least_squares.numerics = settings.search.fit.numerics;
-  least_squares.should_stop = settings.search.fit.should_stop;
-  try {
-    const Calibration calibration = calibrate(centres, data, least_squares);
-    const Fitted other{calibration.limb, calibration.starts_of_recordings};
-    if (squares_of(other, data, least_squares.numerics) < squares_of(result, data, least_squares.numerics)) return other;
-  } catch (const std::runtime_error&) {  // cannot be integrated from there: what there is stays
+  least_squares.least_squares = true;
+  least_squares.most_rounds = 1;
+  least_squares.iterations_per_round = 10;
+  Spread spread = spread_of(best, data, least_squares.numerics);
+  Guess guess = explanation.as_guess();
+  for (int pass = 0; pass < 3; ++pass) {
+    std::vector<FitData> weighted = data;
+    for (std::size_t r = 0; r < data.size(); ++r) weighted[r].deviation = spread.rmse[r];
+    const Explanation closest = explain(explanation.problem->centres(), weighted, guess, least_squares);
+    if (!closest.usable) break;
+    guess = closest.as_guess();
+    const Fitted tried = fitted(closest);
+    const Spread reached = spread_of(tried, data, least_squares.numerics);
+    if (reached.log_sum >= spread.log_sum) break;
+    best = tried;
+    spread = reached;
   }
-  return result;
+  return best;
 }
 
 struct Stretch {  // squares of one channel over some seconds of what was kept back
@@ -319,8 +340,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   const auto& numerics = search_settings.fit.numerics;
   std::vector<std::array<std::vector<double>, channel_count>> nominal_model;
   std::vector<PerChannel> noise;
-  const Fitted before = polished(core, given, data, settings);
-  Fitted after_fit = answer.effects() == core.effects() ? before : polished(answer, given, data, settings);
+  const Fitted before = polished(core, data, settings);
+  Fitted after_fit = answer.effects() == core.effects() ? before : polished(answer, data, settings);
   const auto predictions_of = [&](const Fitted& after) {
     std::vector<Prediction> predictions;
     nominal_model.clear();

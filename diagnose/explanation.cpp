@@ -192,7 +192,10 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
   for (int round = 0; round <= settings.most_rounds; ++round) {
     noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path());
     const Eigen::VectorXd residual = fit.residual();
-    size = noise->maximise(residual, size, all_free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
+    if (settings.least_squares)
+      noise->set(size = {});
+    else
+      size = noise->maximise(residual, size, all_free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
     const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
     const double gained = posterior - result.log_posterior;

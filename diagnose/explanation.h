@@ -28,6 +28,7 @@ struct Guess {
 struct ExplanationSettings {
   StartPolicy start = StartPolicy::estimated;
   bool only_start = false;   // no parameters: only how the recordings begin
+  bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
   double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
   int most_rounds = 4;

@@ -63,6 +63,7 @@ class FitProblem {
   std::size_t residual_count() const { return rows_.size() + unknowns_.size(); }
 
   double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
+  const plant::Limb<double>& centres() const { return limb_; }  // what is on, and the centres of the priors
   plant::Limb<double> limb_at(const double* z) const;
   plant::Start start_at(const double* z, std::size_t recording) const;
 

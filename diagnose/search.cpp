@@ -29,12 +29,8 @@ Guess guess_with(const Explanation& at, const Score& score) {
   return guess;
 }
 
-Explanation with_added(const plant::Limb<double>& centres, const Explanation& at, const Score& score,
-                       const ExplanationSettings& settings) {
-  plant::Limb<double> limb = centres;
-  for (const std::size_t e : at.effects())
-    if (!limb.on[e]) limb = with_effect(limb, e);
-  return explain(with_effect(limb, score.effect), at.problem->data(), guess_with(at, score), settings);
+Explanation with_added(const Explanation& at, const Score& score, const Guess& guess, const ExplanationSettings& settings) {
+  return explain(with_effect(at.problem->centres(), score.effect), at.problem->data(), guess, settings);
 }
 
 bool better(const Candidate& a, const Candidate& b) {
@@ -100,14 +96,6 @@ class Searcher {
     return candidates;
   }
 
-  // The centres of the priors, with what is on at an explanation.
-  plant::Limb<double> limb_of(const Explanation& at) const {
-    plant::Limb<double> limb = nominal_;
-    for (const std::size_t e : at.effects())
-      if (!limb.on[e]) limb = with_effect(limb, e);
-    return limb;
-  }
-
   // Where the best candidate ended, everything else is nearer to the truth than where all began: the effects that look most
   // like it are tried from there, so that a twin does not win because the other's fit got stuck.
   void retry_twins(const Explanation& before, const Scores& scores, std::vector<Candidate>& candidates) const {
@@ -130,9 +118,9 @@ class Searcher {
       for (const auto& [name, value] : winner.explanation.as_guess().values)
         if (const auto mine = guess.values.find(name); mine != guess.values.end()) mine->second = value;
       for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(winner.explanation.forcing[q], 0.1 * Guess{}.forcing[q]);
-      again[i].explanation = explain(with_effect(limb_of(before), score.effect), data_, guess, shortly);
+      again[i].explanation = with_added(before, score, guess, shortly);
       if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
-        again[i].explanation = explain(with_effect(limb_of(before), score.effect), data_, again[i].explanation.as_guess(), settings_.fit);
+        again[i].explanation = with_added(before, score, again[i].explanation.as_guess(), settings_.fit);
     });
     for (const Candidate& one : again) {
       if (!one.explanation.usable) continue;
@@ -160,14 +148,14 @@ class Searcher {
     shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
     in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
-      candidates[i].explanation = with_added(nominal_, at, candidates[i].score, shortly);
+      candidates[i].explanation = with_added(at, candidates[i].score, guess_with(at, candidates[i].score), shortly);
       if (candidates[i].score.blind) {  // from a weaker one too
         Guess weaker = guess_with(at, candidates[i].score);
         const std::size_t strength = plant::effects()[candidates[i].effect].strength;
         const auto& declared = plant::parameters()[strength].declaration;
         double& value = weaker.values[plant::parameters()[strength].key()];
         value = *declared.null_value * declared.unit.internal_per_unit + 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
-        const Explanation other = explain(with_effect(limb_of(at), candidates[i].effect), data_, weaker, shortly);
+        const Explanation other = with_added(at, candidates[i].score, weaker, shortly);
         if (other.usable && (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
           candidates[i].explanation = other;
       }
@@ -179,8 +167,7 @@ class Searcher {
     in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       Explanation& explanation = candidates[i].explanation;
       if (!explanation.usable || explanation.log_evidence < best - margin) return;
-      const Explanation further = explain(explanation.problem->limb_at(Eigen::VectorXd::Zero(explanation.z.size()).eval().data()), data_,
-                                          explanation.as_guess(), settings_.fit);
+      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
       if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
@@ -190,11 +177,8 @@ class Searcher {
   // The explanation without its last effect, begun where the one with it ended.
   Explanation without_again(const Explanation& with, const Explanation& before) const {
     Guess guess = with.as_guess();
-    plant::Limb<double> limb = nominal_;
-    for (const std::size_t e : before.effects())
-      if (!limb.on[e]) limb = with_effect(limb, e);
     guess.forcing = before.forcing;
-    return explain(limb, data_, guess, settings_.fit);
+    return explain(before.problem->centres(), data_, guess, settings_.fit);
   }
 
   Round one_round(const Explanation& before, std::size_t number, double first_gain) const {
@@ -228,9 +212,8 @@ class Searcher {
   }
 
   Explanation reduced(const Explanation& from, std::size_t effect) const {
-    plant::Limb<double> limb = nominal_;
-    for (const std::size_t e : from.effects())
-      if (!limb.on[e] && e != effect) limb = with_effect(limb, e);
+    plant::Limb<double> limb = from.problem->centres();
+    limb.on[effect] = false;
     Guess guess = from.as_guess();
     for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(guess.forcing[q], 0.3 * Guess{}.forcing[q]);
     return explain(limb, data_, guess, settings_.fit);
