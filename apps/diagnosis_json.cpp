@@ -73,7 +73,7 @@ ordered_json round_json(const diagnose::Round& round, const diagnose::Explanatio
     if (candidate.explanation.usable) {
       one["gain"] = 2.0 * (candidate.explanation.log_posterior - round.before.log_posterior);
       one["log_evidence"] = candidate.explanation.log_evidence;
-      one["explained_share"] = explained_by(candidate.explanation, core);
+      one["explained_share"] = share_explained(core, candidate.explanation);
     }
     json["candidates"].push_back(one);
   }

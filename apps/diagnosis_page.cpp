@@ -164,7 +164,7 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     const bool found = std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
     report::Row row;
     row.cells = {effect_name(candidate.effect), effect_words(candidate.effect),
-                 usable ? percent(explained_by(candidate.explanation, d.search.core)) : "could not be fitted",
+                 usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
                  !usable ? "–" : candidate.explanation.log_evidence == best ? "the best" : odds_words(best - candidate.explanation.log_evidence),
                  found ? "yes" : "no"};
     row.emphasis = found;

@@ -181,7 +181,7 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
     text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" + std::string(effect_name(effect)) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
-      text += "it explains " + percent(explained_by(candidate->explanation, d.search.core)) + " and is ";
+      text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
     else
       text += "in its place it is ";
     text += odds_words(loss) + ".";
@@ -235,7 +235,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       for (const auto& candidate : d.search.rounds.front().candidates) {
         if (!candidate.explanation.usable || near.size() == 3) continue;
         near.push_back(std::string(effect_name(candidate.effect)) + " explains " +
-                       percent(explained_by(candidate.explanation, d.search.core)));
+                       percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
       text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. A name is given only to what explains " +
@@ -536,10 +536,6 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
   return listed(windows);
 }
 
-double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core) {
-  if (!(core.misfit > 0.0)) return 0.0;
-  return std::clamp(1.0 - std::max(explanation.misfit, 0.0) / core.misfit, 0.0, 1.0);
-}
 
 bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
 

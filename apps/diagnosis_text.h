@@ -52,9 +52,6 @@ std::string file_name(const std::string& path);
 std::string listed(const std::vector<std::string>& parts);  // "a, b and c"
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
 
-// Share of the calibrated core's misfit that an explanation takes away, 0 to 1.
-double explained_by(const diagnose::Explanation& explanation, const diagnose::Explanation& core);
-
 // RMSE of the calibrated core, sample by sample, where it was fitted; units of files.
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& diagnosis);
 

@@ -68,7 +68,17 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back({{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
                                 {"gain", round.gain}, {"chance", round.chance}, {"accepted", round.accepted}});
+  for (std::size_t r = 0; r < diagnosis.search.rounds.size(); ++r)
+    for (const auto& candidate : diagnosis.search.rounds[r].candidates)
+      if (candidate.explanation.usable)
+        result["rounds"][r]["candidates"].push_back({plant::effects()[candidate.effect].name, candidate.explanation.log_evidence, candidate.explanation.misfit,
+                                                     candidate.explanation.unrest});
+  for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
+    result["explanations"].push_back({{"evidence", one->log_evidence}, {"misfit", one->misfit}, {"unrest", one->unrest}, {"forcing", one->forcing}, {"effects", one->effects()}});
+  for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
+    result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}, {"far", one->far}});
   const auto& error = diagnosis.held_out;
+  result["heldout_gain"] = {error.gain_lowest, error.gain_highest};
   result["heldout"] = {{"before", error.before}, {"after", error.after}, {"noise", error.noise}};
   result["normalised_before"] = normalised(error.before, error.noise);
   result["normalised_after"] = normalised(error.after, error.noise);

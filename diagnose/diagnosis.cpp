@@ -117,7 +117,7 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // samples better is taken.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const DiagnosisSettings& settings) {
   Fitted best = fitted(explanation);
-  if (explanation.unrest < settings.visible_unrest) return best;
+  if (explanation.unrest < settings.search.visible_unrest) return best;
   ExplanationSettings least_squares = settings.search.fit;
   least_squares.start = settings.start;
   least_squares.least_squares = true;
@@ -138,6 +138,24 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
     spread = reached;
   }
   return best;
+}
+
+Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
+                       const plant::NumericalSettings& numerics) {
+  Agreement result;
+  const Spread spread = spread_of(path, data, numerics);
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    double sum = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
+    result.rmse[c] = std::sqrt(sum);
+  }
+  for (std::size_t u = 0; u < explanation.problem->parameters().size(); ++u) {
+    if (plant::parameters()[explanation.problem->parameters()[u]].effect != plant::no_effect) continue;
+    const double z = explanation.z(static_cast<Eigen::Index>(u));
+    result.pull += z * z;
+    result.far += std::abs(z) > 2.0;
+  }
+  return result;
 }
 
 struct Stretch {  // squares of one channel over some seconds of what was kept back
@@ -242,15 +260,10 @@ std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb
   return effects;
 }
 
-double share_explained(const Explanation& core, const Explanation& by) {
-  if (core.misfit <= 0.0) return by.misfit <= core.misfit ? 1.0 : 0.0;
-  return std::clamp(1.0 - std::max(0.0, by.misfit) / core.misfit, 0.0, 1.0);
-}
-
 // Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
 // nothing. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
-  if (search.best.unrest < std::max(settings.visible_unrest, settings.nothing_left_share * search.core.unrest)) return search.best;
+  if (nothing_left(search, settings.search)) return search.best;
   for (const Round& round : search.rounds)
     if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
       return round.candidates.front().explanation;
@@ -293,7 +306,7 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
   if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end()) result.rivals = rivals->second;
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
-  result.confidence = (1.0 - result.chance) / others * (by.unrest < settings.visible_unrest ? 1.0 : diagnosis.explained_share);
+  result.confidence = (1.0 - result.chance) / others * (by.unrest < settings.search.visible_unrest ? 1.0 : diagnosis.explained_share);
   return result;
 }
 
@@ -393,15 +406,17 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   }
   result.held_out = scored.error;
+  result.agreement_before = agreement_of(core, before, data, numerics);
+  result.agreement_after = agreement_of(answer, after_fit, data, numerics);
   for (std::size_t c = 0; c < channel_count; ++c) {
     result.correlation.before[c] = autocorrelation(result.predictions, c, false);
     result.correlation.after[c] = autocorrelation(result.predictions, c, true);
   }
 
   if (effects.empty())
-    result.verdict = core.unrest > settings.visible_unrest ? Verdict::unexplained : Verdict::consistent;
+    result.verdict = core.unrest > settings.search.visible_unrest ? Verdict::unexplained : Verdict::consistent;
   else
-    result.verdict = (result.explained_share >= settings.least_explained_share || answer.unrest < settings.visible_unrest) &&
+    result.verdict = (result.explained_share >= settings.least_explained_share || answer.unrest < settings.search.visible_unrest) &&
                              std::all_of(effects.begin(), effects.end(), [&](std::size_t e) { return sensible(e, answer); })
                          ? Verdict::missing_physics
                          : Verdict::unexplained;

@@ -19,9 +19,6 @@ struct DiagnosisSettings {
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
-  // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
-  double nothing_left_share = 0.002;
-  double visible_unrest = 150.0;       // unrest of the core above this is missing physics, whether or not it has a name
 };
 
 enum class Verdict { consistent, missing_physics, unexplained };
@@ -65,6 +62,13 @@ struct Prediction {
   std::array<std::vector<double>, channel_count> measured, before, after;  // units of files; NaN where missing
 };
 
+// How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
+struct Agreement {
+  PerChannel rmse{};                 // over what was fitted, units of files
+  double pull = 0.0;                 // sum of squares of the core's parameters' distances from their priors, in deviations
+  std::size_t far = 0;               // of them, further than two deviations
+};
+
 struct ResidualCorrelation {
   std::array<std::vector<double>, channel_count> before, after;  // of kept-back residuals, at lags of 0.5 s
 };
@@ -85,6 +89,7 @@ struct Diagnosis {
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
   plant::Limb<double> repaired;
   std::vector<plant::Start> starts;      // of the training recordings, repaired
+  Agreement agreement_before, agreement_after;
   HeldOutError held_out;
   std::vector<Prediction> predictions;   // training recordings, then held-out ones
   ResidualCorrelation correlation;

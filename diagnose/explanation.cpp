@@ -142,6 +142,11 @@ Guess Explanation::as_guess() const {
   return guess;
 }
 
+double share_explained(const Explanation& core, const Explanation& by) {
+  if (core.misfit <= 0.0) return by.misfit <= core.misfit ? 1.0 : 0.0;
+  return std::clamp(1.0 - std::max(0.0, by.misfit) / core.misfit, 0.0, 1.0);
+}
+
 plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect) {
   plant::Limb<double> result = limb;
   result.on[effect] = true;

@@ -71,6 +71,9 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
 double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
                        ForcingSize* found = nullptr);
 
+// Share of the core's misfit that an explanation accounts for, 0 to 1.
+double share_explained(const Explanation& core, const Explanation& by);
+
 // The limb with one more effect on, at its null, its shape at what is typical.
 plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect);
 

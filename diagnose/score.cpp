@@ -57,6 +57,12 @@ std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
   return shapes;
 }
 
+// Whether physics allows the strength on both sides of its null.
+bool two_sided(const Score& score) {
+  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+  return declared.null_value && declared.range.lowest < *declared.null_value && declared.range.highest > *declared.null_value;
+}
+
 struct Job {
   plant::Limb<double> limb;
   std::vector<std::size_t> scores;  // indices into Scores::all, one a column
@@ -157,7 +163,10 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     score.column.resize(s.size() + coefficients.size());
     score.column << s, -coefficients;
     score.column /= std::sqrt(left);
-    if (!difference && declared.range.highest <= null) score.column = -score.column;  // the sense that is allowed
+    const double sense = !difference && declared.range.highest <= null ? -1.0 : 1.0;  // the one that is allowed
+    score.column *= sense;
+    score.root = -along / std::sqrt(left) * sense;
+    score.phi_of_root = scale / std::sqrt(left) * sense;
   };
   const auto run = [&](std::size_t j) {
     const Job& job = jobs[j];
@@ -220,6 +229,17 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   return result;
 }
 
+JointScore joint(const Score& score, const Score& other) {
+  const double cosine = score.column.dot(other.column), left = 1.0 - cosine * cosine;
+  if (left < 1e-6) return {};
+  JointScore result;
+  result.root = (score.root - cosine * other.root) / left;
+  result.other_root = (other.root - cosine * score.root) / left;
+  if ((result.root < 0.0 && !two_sided(score)) || (result.other_root < 0.0 && !two_sided(other))) return {};
+  result.statistic = result.root * score.root + result.other_root * other.root;
+  return result;
+}
+
 double family_wise_probability(const Scores& scores, double statistic, std::uint64_t seed, int draws) {
   std::vector<const Score*> seen;
   for (const Score& score : scores.all)
@@ -239,10 +259,7 @@ double family_wise_probability(const Scores& scores, double statistic, std::uint
     const Eigen::VectorXd drawn = root * normal;
     double largest = 0.0;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const auto& info = plant::effects()[seen[static_cast<std::size_t>(i)]->effect];
-      const auto& declared = plant::parameters()[info.strength].declaration;
-      const bool two_sided = declared.null_value && declared.range.lowest < *declared.null_value && declared.range.highest > *declared.null_value;
-      const double value = two_sided ? std::abs(drawn(i)) : std::max(0.0, drawn(i));
+      const double value = two_sided(*seen[static_cast<std::size_t>(i)]) ? std::abs(drawn(i)) : std::max(0.0, drawn(i));
       largest = std::max(largest, value * value);
     }
     reached += largest >= statistic;

@@ -17,6 +17,8 @@ struct Score {
   std::map<std::string, double> shape;  // of its parameters but the strength, by key, internal units
   double statistic = 0.0;               // S, 0 where the sign is one that physics forbids
   double strength = 0.0;                // null + phi, internal units
+  double root = 0.0;                    // of S with the sign of phi, in the sense of `column`
+  double phi_of_root = 0.0;             // phi, internal units, for a root of 1
   double visible_share = 0.0;           // s^T P s / s^T V^-1 s: what calibration cannot absorb, 0 to 1
   double smallest_seen = 0.0;           // |phi| at which S would be 25 on average, internal units
   bool blind = false;                   // at the null the shape does not matter to first order: only a fit can tell
@@ -30,6 +32,12 @@ struct Scores {
 
 // Scores of `candidates` (effects that are off) at an explanation. `threads` do not change the result.
 Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, int threads);
+
+// The largest statistic that two scores have together, each in a sense that physics allows, and their roots then.
+struct JointScore {
+  double statistic = 0.0, root = 0.0, other_root = 0.0;
+};
+JointScore joint(const Score& score, const Score& other);
 
 // Probability that the largest statistic among all of these would reach `statistic` if no effect were there, the
 // columns being as correlated as they are: Monte Carlo under the linearised null, by `draws` draws of a seeded stream;

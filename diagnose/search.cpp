@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
@@ -10,22 +11,27 @@
 namespace sinew::diagnose {
 namespace {
 
-// Where the fit of one more effect begins: all else as it is, the effect with the shape that scored best and the strength that
-// the score says, within reason.
-Guess guess_with(const Explanation& at, const Score& score) {
-  Guess guess = at.as_guess();
+// Where the fit of one more effect begins: with the shape that scored best and the strength that the score says, `phi` from its
+// null in internal units, within reason.
+void begin_with(Guess& guess, const Score& score, double phi) {
   if (!score.blind)
     for (const auto& [key, value] : score.shape) guess.values[key] = value;
   const std::size_t strength = plant::effects()[score.effect].strength;
   const auto& declared = plant::parameters()[strength].declaration;
-  if (declared.kind != plant::Kind::toggle) {
-    const double unit = declared.unit.internal_per_unit;
-    const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
-    double step = score.blind ? typical : score.strength - null;
-    const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
-    if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
-    guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
-  }
+  if (declared.kind == plant::Kind::toggle) return;
+  const double unit = declared.unit.internal_per_unit;
+  const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
+  const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
+  double step = score.blind ? typical : phi;
+  if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
+  guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
+}
+
+// All else as it is.
+Guess guess_with(const Explanation& at, const Score& score) {
+  Guess guess = at.as_guess();
+  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+  begin_with(guess, score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
   return guess;
 }
 
@@ -56,18 +62,14 @@ class Searcher {
     }
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
-    while (result.best.effects().size() < settings_.most_effects + base_count()) {
-      Round round = one_round(result.best, result.rounds.size(), result.rounds.empty() ? 0.0 : result.rounds.front().gain);
-      if (result.rounds.empty()) result.core = round.before;
-      const bool accepted = round.accepted;
-      result.best = accepted ? round.candidates.front().explanation : round.before;
-      result.rounds.push_back(std::move(round));
-      if (!accepted) break;
-      // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
-      if (result.rounds.size() >= 2 && left(result) > 0.5) break;
-    }
+    Round first = one_round(result.core, 0, 0.0);
+    result.core = first.before;
+    result.best = first.accepted ? first.candidates.front().explanation : first.before;
+    result.rounds.push_back(std::move(first));
+    if (result.rounds.front().accepted) go_on(result);
+    if (!nothing_left(result, settings_) && !result.rounds.empty() && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
-    if (result.best.unrest < 150.0 || left(result) < 0.1) weigh(result);
+    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);
     tell(1.0, "done");
     return result;
   }
@@ -77,9 +79,19 @@ class Searcher {
     if (settings_.progress) settings_.progress(share, doing);
   }
 
-  // Share of the core's misfit that the best explanation leaves.
-  static double left(const Search& result) {
-    return result.core.misfit > 0.0 ? std::max(0.0, result.best.misfit) / result.core.misfit : 0.0;
+  // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
+  static bool hopeless(const Search& result) {
+    return result.rounds.size() >= 2 && share_explained(result.core, result.best) < 0.5;
+  }
+
+  void go_on(Search& result) const {
+    while (result.best.effects().size() < settings_.most_effects + base_count() && !hopeless(result)) {
+      Round round = one_round(result.best, result.rounds.size(), result.rounds.front().gain);
+      const bool accepted = round.accepted;
+      result.best = accepted ? round.candidates.front().explanation : round.before;
+      result.rounds.push_back(std::move(round));
+      if (!accepted) break;
+    }
   }
 
   std::size_t base_count() const {
@@ -211,6 +223,95 @@ class Searcher {
     return round;
   }
 
+  // Pairs that promise most by their joint score, and the best alone with each effect that the score is blind for.
+  struct Pair {
+    const Score *one, *other;
+    double statistic, root, other_root;
+  };
+  std::vector<Pair> promising(const Round& first) const {
+    std::map<std::pair<std::size_t, std::size_t>, Pair> best;
+    const auto& all = first.scores.all;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      for (std::size_t j = i + 1; j < all.size(); ++j) {
+        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 || all[j].column.size() == 0) continue;
+        const JointScore found = joint(all[i], all[j]);
+        auto& kept = best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
+        if (found.statistic > kept.statistic) kept = {&all[i], &all[j], found.statistic, found.root, found.other_root};
+      }
+    std::vector<Pair> pairs;
+    for (const auto& [effects, pair] : best)
+      if (pair.statistic > 0.0) pairs.push_back(pair);
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
+    if (pairs.size() > settings_.pairs) pairs.resize(settings_.pairs);
+    for (const std::size_t s : first.scores.best) {
+      const Score& blind = first.scores.all[s];
+      if (!blind.blind) continue;
+      std::size_t partners = 0;
+      for (const Candidate& candidate : first.candidates)
+        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 3)
+          pairs.push_back({&candidate.score, &blind, 0.0, candidate.score.root, 0.0});
+    }
+    return pairs;
+  }
+
+  void try_pairs(Search& result) const {
+    const Round& first = result.rounds.front();
+    const std::vector<Pair> pairs = promising(first);
+    std::vector<Explanation> tried(pairs.size());
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.enough = 1.0;
+    std::atomic<std::size_t> done{0};
+    in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
+      Guess guess = result.core.as_guess();
+      begin_with(guess, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
+      begin_with(guess, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
+      tried[i] = explain(with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_, guess, shortly);
+      tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(pairs.size()), "trying pairs of effects");
+    });
+    std::vector<std::size_t> order(pairs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::erase_if(order, [&](std::size_t i) { return !tried[i].usable; });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
+    if (order.size() > 3) order.resize(3);
+    in_parallel(order.size(), settings_.threads, [&](std::size_t n) {
+      Explanation& explanation = tried[order[n]];
+      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
+      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
+    });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
+    if (order.empty() || tried[order.front()].log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain) return;
+    // Told as two rounds: the one of the two that does more alone, then both.
+    const Explanation both = tried[order.front()];
+    const Pair& pair = pairs[order.front()];
+    std::array<Explanation, 2> alone;
+    in_parallel(2, settings_.threads, [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
+    const std::size_t stronger = alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
+    if (!alone[stronger].usable) return;
+    const Score &leading = stronger == 0 ? *pair.one : *pair.other, &following = stronger == 0 ? *pair.other : *pair.one;
+    Search other;
+    other.core = result.core;
+    const auto accept = [&](const Explanation& before, const Score& score, const Explanation& with, const Scores& scores) {
+      Round round;
+      round.before = before;
+      round.scores = scores;
+      round.candidates.push_back({score.effect, score, with});
+      round.gain = 2.0 * (with.log_posterior - before.log_posterior);
+      round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
+      round.accepted = true;
+      other.rounds.push_back(std::move(round));
+    };
+    accept(result.core, leading, alone[stronger], first.scores);
+    for (const Candidate& candidate : first.candidates)
+      if (candidate.effect != leading.effect) other.rounds.front().candidates.push_back(candidate);
+    accept(alone[stronger], following, both, score(alone[stronger], candidates_at(alone[stronger]), settings_.threads));
+    for (const Round& round : other.rounds)
+      if (round.gain < settings_.least_gain || round.chance > settings_.most_chance) return;
+    other.best = both;
+    go_on(other);
+    result = std::move(other);
+  }
+
   Explanation reduced(const Explanation& from, std::size_t effect) const {
     plant::Limb<double> limb = from.problem->centres();
     limb.on[effect] = false;
@@ -265,6 +366,10 @@ class Searcher {
 };
 
 }  // namespace
+
+bool nothing_left(const Search& search, const SearchSettings& settings) {
+  return search.best.unrest < std::max(settings.visible_unrest, settings.nothing_left_share * search.core.unrest);
+}
 
 Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {
   return Searcher(nominal, data, settings).run();

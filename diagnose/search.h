@@ -3,7 +3,8 @@
 // Round by round: the score test ranks the catalogue at the best explanation so far; the best few are fitted with everything
 // else free; the fit without the effect is repeated from where the fit with it ended, so that a poor optimum does not
 // pass for a discovery; the effect with the highest evidence is accepted if its gain would hardly ever come by chance among so
-// many. Once two are in, each is taken out again, and exchanged for its rivals.
+// many. Where effects one by one leave something, pairs are fitted at once: of two that hide each other, neither need be the
+// best alone. Once two are in, each is taken out again, and exchanged for its rivals.
 #pragma once
 
 #include "diagnose/score.h"
@@ -23,8 +24,11 @@ struct SearchSettings {
   // A further effect must gain at least this share of what the first one did: beside a strong effect the linearised noise
   // model is off by as much.
   double least_share_of_first = 0.015;
-  // Unrest below this is nothing.
-  double settled_unrest = 40.0;
+  double settled_unrest = 40.0;   // unrest below this is nothing
+  double visible_unrest = 150.0;  // unrest of the core above this is missing physics, whether or not it has a name
+  // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
+  double nothing_left_share = 0.002;
+  std::size_t pairs = 12;         // fitted at once, where effects one by one leave something
   std::vector<std::size_t> without;  // effects that may not be named
   Guess guess;                       // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;
@@ -52,6 +56,9 @@ struct Search {
   // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
   std::map<std::size_t, std::vector<std::pair<std::size_t, double>>> rivals;
 };
+
+// Whether the best explanation leaves no more than noise.
+bool nothing_left(const Search& search, const SearchSettings& settings);
 
 Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings);
 
