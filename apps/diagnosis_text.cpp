@@ -49,12 +49,12 @@ std::string verdict_sentence(const Diagnosis& d) {
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
+      if (!d.effects.empty())
+        return "The plant leaves out that " + listed(found_words(d)) + "; that is certain, but not all: in the form that the catalogue has, it does not explain everything.";
       std::vector<std::string> places{place_words(d.located.place)};
       for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
-      std::string text = "Something is missing that I do not know: it seems to enter in " + either_words(places) +
-                         ", and no effect of the catalogue explains it";
-      if (!d.effects.empty()) return text + "; certain all the same: " + listed(found_words(d)) + ".";
-      return text + ".";
+      return "Something is missing that I do not know: it seems to enter in " + either_words(places) +
+             ", and no effect of the catalogue explains it.";
     }
   }
   return "";
@@ -205,6 +205,23 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   return text;
 }
 
+// Why what was found is not given as the answer.
+std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
+  const diagnose::Objections& against = d.objections;
+  std::vector<std::string> reasons;
+  if (!against.channels.empty()) {
+    std::vector<std::string> names;
+    for (const std::size_t c : against.channels) names.push_back("the prediction of " + std::string(diagnose::channels[c].words));
+    reasons.push_back("leaves " + listed(names) + " far off");
+  }
+  if (against.pushes_parameters) reasons.push_back("needs parameters of the core that are further from what is believed of them than without it");
+  if (against.at_a_bound) reasons.push_back("needs a value at the bound of what is allowed");
+  if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
+  const std::string rule = "A name is given only to what explains " + percent(settings.least_explained_share) + " and could not be chance";
+  if (reasons.empty()) return rule + ", so none is given.";
+  return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) + ", so none is given.";
+}
+
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
@@ -238,8 +255,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
-      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. A name is given only to what explains " +
-                     percent(inputs.settings.least_explained_share) + " and could not be chance, so none is given.");
+      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " + objection_words(d, inputs.settings));
     else if (!d.effects.empty())
       text.push_back("What can be named explains " + percent(d.explained_share) + " of what noise and moving air leave open; less than " +
                      percent(inputs.settings.least_explained_share) + " means that more is missing.");

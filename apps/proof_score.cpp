@@ -38,6 +38,12 @@ Json share_json(const std::string& what, const Count& count, const std::string& 
   return {{"what", what}, {"good", count.good}, {"of", count.all}, {"share", count.all ? Json(count.share()) : Json()},
           {"interval", {count.interval()[0], count.interval()[1]}}, {"goal", goal}, {"reached", count.all > 0 && reached}};
 }
+// What a simpler method made of the same cases (proof_baselines.h).
+struct Baseline {
+  Count right, form, alarms, misnamed, both;
+  std::vector<double> reductions;
+};
+
 Json number_json(const std::string& what, double value, std::size_t of, const std::string& goal, bool reached) {
   return {{"what", what}, {"value", value}, {"of", of}, {"goal", goal}, {"reached", of > 0 && reached}};
 }
@@ -61,6 +67,10 @@ Json score_proof(const Json& answers, const Json& results) {
   std::map<std::string, std::map<std::string, int>> confusion;
   Json misses = Json::array();
   int invisible = 0, cases = 0;
+  double largest_clean_gain = 0.0, largest_clean_unrest = 0.0;
+  std::map<std::string, int> programs;
+  std::map<std::string, Baseline> others;
+  Baseline ours;
   for (const auto& [id, answer] : answers.items()) {
     if (!results.contains(id)) continue;
     const Json& result = results[id];
@@ -77,7 +87,35 @@ Json score_proof(const Json& answers, const Json& results) {
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
+    ++programs[result.value("made_by", "")];
+    if (result.contains("baselines")) {
+      const Json& baselines = result["baselines"];
+      const auto reduction = [&](double after, Baseline& of) {
+        if (!result.contains("normalised_oracle")) return;
+        const double before = result["normalised_before"], oracle = result["normalised_oracle"];
+        if (before > 1.1 * oracle) of.reductions.push_back((before - after) / (before - oracle));
+      };
+      const auto names = [&](Baseline& of, const std::vector<std::string>& given) {
+        const std::string name = given.empty() ? "" : given[0];
+        if (family == "clean") of.alarms.add(!given.empty());
+        if (family == "catalogue" && !nothing_to_see) of.right.add(name == truth[0]);
+        if (family == "other_form" && !nothing_to_see) of.form.add(name == truth[0]);
+        if ((family == "outside" || family == "removed") && !nothing_to_see) of.misnamed.add(!given.empty());
+        if (family == "pair") of.both.add(contains(given, truth[0]) && contains(given, truth[1]));
+      };
+      names(ours, confidently ? named : std::vector<std::string>{});
+      names(others["BIC"], baselines["bic"]["effects"].get<std::vector<std::string>>());
+      int terms = 0;
+      for (const Json& count : baselines["sindy"]["terms"]) terms += count.get<int>();
+      if (family == "clean") others["SINDy"].alarms.add(terms > 0);
+      reduction(result["normalised_after"], ours);
+      reduction(baselines["bic"].value("normalised_after", result["normalised_before"].get<double>()), others["BIC"]);
+      reduction(baselines["sindy"]["normalised_after"], others["SINDy"]);
+      reduction(baselines["gaussian_process"]["normalised_after"], others["Gaussian process"]);
+    }
     if (family == "clean") {
+      for (const Json& round : result["rounds"]) largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
+      largest_clean_unrest = std::max(largest_clean_unrest, result["unrest"][0].get<double>());
       alarms.add(verdict != "consistent");
       if (verdict != "consistent") miss("false alarm");
       confusion["(nothing)"][first]++;
@@ -175,6 +213,23 @@ Json score_proof(const Json& answers, const Json& results) {
   for (const auto& [truth, given] : confusion)
     for (const auto& [answer, count] : given) score["confusion"][truth][answer] = count;
   score["misses"] = misses;
+  score["programs"] = programs;
+  score["clean"] = {{"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
+  score["baselines"] = Json::array();
+  if (!others.empty()) {
+    const auto row = [&](const std::string& what, auto&& of) {
+      Json one{{"what", what}, {"sinew", of(ours)}};
+      for (const auto& [method, baseline] : others) one[method] = of(baseline);
+      score["baselines"].push_back(one);
+    };
+    const auto share = [](const Count& count) { return count.all ? Json(count.share()) : Json(); };
+    row("one concealed effect: right name first", [&](const Baseline& b) { return share(b.right); });
+    row("same physics in another form: right name first", [&](const Baseline& b) { return share(b.form); });
+    row("nothing concealed: false alarms", [&](const Baseline& b) { return share(b.alarms); });
+    row("outside or taken out of the catalogue: misnamed", [&](const Baseline& b) { return share(b.misnamed); });
+    row("two effects: both named", [&](const Baseline& b) { return share(b.both); });
+    row("held-out error: median share of the reduction of one who knows", [&](const Baseline& b) { return b.reductions.empty() ? Json() : Json(median(b.reductions)); });
+  }
   return score;
 }
 
@@ -195,6 +250,24 @@ std::string proof_markdown(const Json& score, const std::string& command) {
     else
       text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
     text += " " + figure["goal"].get<std::string>() + " | " + (figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
+  }
+  text += "\nLargest gain that an effect had where nothing was concealed: " + report::significant(score["clean"]["largest_gain"], 3) +
+          "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". Made by";
+  for (const auto& [program, count] : score["programs"].items()) text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
+  text += ".\n";
+  if (!score["baselines"].empty()) {
+    text += "\n## Simpler methods on the same cases\n\nA name counts for Sinew where its confidence is a half or more. SINDy and the Gaussian "
+            "process correct the core's predictions and name no effect; what each does stands in apps/proof_baselines.h.\n\n|";
+    for (const auto& [column, value] : score["baselines"][0].items()) text += (column == "what" ? " figure" : " " + column) + std::string(" |");
+    text += "\n|";
+    for (std::size_t i = 0; i < score["baselines"][0].size(); ++i) text += "---|";
+    text += "\n";
+    for (const Json& row : score["baselines"]) {
+      text += "|";
+      for (const auto& [column, value] : row.items())
+        text += " " + (column == "what" ? value.get<std::string>() : value.is_null() ? "–" : percent(value)) + " |";
+      text += "\n";
+    }
   }
   text += "\n## By how visible the effect is\n\nd' is the distance, in standard deviations, of the recording from the nearest calibrated "
           "core with its sensors' noise and moving air. Right answers of all:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | over 100 |\n|---|---|---|---|---|\n";

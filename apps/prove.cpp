@@ -8,6 +8,7 @@
 
 #include "apps/app.h"
 #include "apps/proof.h"
+#include "apps/proof_baselines.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
 #include "report/number.h"
@@ -35,13 +36,6 @@ sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std
   sim::Recording recording{name, {}, {}, {}};
   for (const prove::Sample& s : samples) recording.samples.push_back({s.time_s, s.duty, s.temperature_degC, s.angle_deg});
   return recording;
-}
-
-// Root mean square of the three channels in units of their noise: one number for a held-out recording.
-double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& noise) {
-  double sum = 0.0;
-  for (std::size_t c = 0; c < diagnose::channel_count; ++c) sum += std::pow(rmse[c] / noise[c], 2);
-  return std::sqrt(sum / 3.0);
 }
 
 Json result_of(const diagnose::Diagnosis& diagnosis) {
@@ -113,7 +107,9 @@ Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
   settings.search.fit.should_stop = interrupted;
   if (one.removed)
     for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
-  Json result = result_of(diagnose::diagnose(nominal, training, held_out, settings));
+  const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
+  Json result = result_of(diagnosis);
+  result["baselines"] = baselines(diagnosis, settings);
   if (one.family() == "catalogue" || one.family() == "pair") result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
   return result;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "diagnose/calibrate.h"
+#include "diagnose/open_loop.h"
 #include "sim/random.h"
 #include "sim/simulation.h"
 
@@ -12,7 +13,6 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double settling_s = 5.0;          // of a held-out recording: tells how it begins, and is not scored
 constexpr double guard_s = 5.0;             // between what is fitted and what is kept back of one recording
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
@@ -48,98 +48,6 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
   return result;
 }
 
-// Model values at every sample, in the units of files. NaN from where the integration fails.
-std::array<std::vector<double>, channel_count> predict(const plant::Limb<double>& limb, const plant::Start& start,
-                                                       const sim::Recording& recording, const plant::NumericalSettings& numerics) {
-  std::array<std::vector<double>, channel_count> model;
-  for (auto& channel : model) channel.assign(recording.samples.size(), nan);
-  plant::Integrator integrator(limb, start, numerics);
-  static_cast<void>(sim::replay(integrator, recording.samples, [&](std::size_t k) {
-    for (std::size_t c = 0; c < channel_count; ++c) model[c][k] = shown(integrator.reading(), c);
-  }));
-  return model;
-}
-
-// How a held-out recording begins, from its first seconds.
-plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& recording, const PerChannel& noise,
-                      const DiagnosisSettings& settings) {
-  if (settings.start == StartPolicy::at_rest) return {};
-  ExplanationSettings fit = settings.search.fit;
-  fit.only_start = true;
-  fit.most_rounds = 1;
-  const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);
-  const Explanation begun = explain(limb, {{&recording, std::max<std::size_t>(count, 2), noise}}, {}, fit);
-  return begun.usable ? begun.start(0) : plant::Start{};
-}
-
-// A limb and how the training recordings begin.
-struct Fitted {
-  plant::Limb<double> limb;
-  std::vector<plant::Start> starts;
-};
-
-Fitted fitted(const Explanation& explanation) {
-  Fitted result{explanation.limb(), {}};
-  for (std::size_t r = 0; r < explanation.problem->data().size(); ++r) result.starts.push_back(explanation.start(r));
-  return result;
-}
-
-// How far a path is off the fitted samples of each channel, at least by the sensors' noise; and half the log likelihood lost by
-// that, up to a constant, if each channel's error has the size that it has.
-struct Spread {
-  std::vector<PerChannel> rmse;
-  double log_sum = 0.0;
-};
-
-Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
-  Spread spread;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const auto model = predict(fitted.limb, fitted.starts[r], *data[r].recording, numerics);
-    spread.rmse.push_back(data[r].deviation);
-    for (std::size_t c = 0; c < channel_count; ++c) {
-      double sum = 0.0, count = 0.0;
-      for (std::size_t k = 0; k < data[r].sample_count; ++k) {
-        const double target = measured(data[r].recording->samples[k], c);
-        if (std::isnan(target)) continue;
-        sum += std::pow(model[c][k] - target, 2);
-        ++count;
-      }
-      if (std::isnan(sum)) sum = 1e300;
-      if (count > 0.0) spread.rmse[r][c] = std::max(data[r].deviation[c], std::sqrt(sum / count));
-      spread.log_sum += count * std::log(spread.rmse[r][c]);
-    }
-  }
-  return spread;
-}
-
-// Where an explanation leaves more than noise, its forcings carry what it lacks and the path alone may be far off. Then
-// least squares on the path itself is tried as well, each channel weighted by how far off it is, and what predicts the fitted
-// samples better is taken.
-Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const DiagnosisSettings& settings) {
-  Fitted best = fitted(explanation);
-  if (explanation.unrest < settings.search.visible_unrest) return best;
-  ExplanationSettings least_squares = settings.search.fit;
-  least_squares.start = settings.start;
-  least_squares.least_squares = true;
-  least_squares.most_rounds = 1;
-  least_squares.iterations_per_round = 10;
-  Spread spread = spread_of(best, data, least_squares.numerics);
-  Guess guess = explanation.as_guess();
-  for (int pass = 0; pass < 3; ++pass) {
-    std::vector<FitData> weighted = data;
-    for (std::size_t r = 0; r < data.size(); ++r) weighted[r].deviation = spread.rmse[r];
-    const Explanation closest = explain(explanation.problem->centres(), weighted, guess, least_squares);
-    if (!closest.usable) break;
-    guess = closest.as_guess();
-    const Fitted tried = fitted(closest);
-    const Spread reached = spread_of(tried, data, least_squares.numerics);
-    if (reached.log_sum >= spread.log_sum) break;
-    best = tried;
-    spread = reached;
-  }
-  return best;
-}
-
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
                        const plant::NumericalSettings& numerics) {
   Agreement result;
@@ -158,6 +66,57 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   return result;
 }
 
+// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no heat loss,
+// friction without smoothing) is one.
+bool sensible(std::size_t effect, const Explanation& by) {
+  for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
+    const std::size_t p = by.problem->parameters()[u];
+    if (plant::parameters()[p].effect != effect || p == plant::effects()[effect].strength) continue;
+    const Unknown& unknown = by.problem->unknowns()[u];
+    const double margin = 1e-6 * (unknown.highest - unknown.lowest);
+    const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
+    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
+  }
+  return true;
+}
+
+// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
+// nothing; without the last where that has a value that no limb has. Otherwise what is left has a name for none of it but,
+// perhaps, the first: further ones only bend the fit.
+Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
+  if (nothing_left(search, settings.search)) {
+    const Round* last = nullptr;
+    for (const Round& round : search.rounds)
+      if (round.accepted) last = &round;
+    const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
+    const bool keep = !last || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
+    return keep ? search.best : last->before;
+  }
+  for (const Round& round : search.rounds)
+    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
+      return round.candidates.front().explanation;
+  return search.best;
+}
+
+Objections objections_to(const Explanation& answer, const std::vector<std::size_t>& effects, const Diagnosis& diagnosis,
+                         const DiagnosisSettings& settings, const PerChannel& noise) {
+  Objections result;
+  const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
+  result.leaves_too_much =
+      diagnosis.explained_share < settings.least_explained_share && answer.unrest >= settings.search.visible_unrest;
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    const double variance = noise[c] * noise[c];
+    if (after.rmse[c] > std::hypot(2.0 * noise[c], settings.as_little[c]) &&
+        std::pow(after.rmse[c], 2) - variance > settings.most_left_of_channel * (std::pow(before.rmse[c], 2) - variance))
+      result.channels.push_back(c);
+  }
+  result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
+  result.patchwork = effects.size() > 2 && answer.unrest >= std::max(settings.search.visible_unrest,
+                                                                    settings.search.nothing_left_share * diagnosis.search.core.unrest);
+  result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](std::size_t e) { return !sensible(e, answer); });
+  return result;
+}
+
 struct Stretch {  // squares of one channel over some seconds of what was kept back
   double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
   std::size_t count = 0;
@@ -165,11 +124,11 @@ struct Stretch {  // squares of one channel over some seconds of what was kept b
 
 struct Scored {
   HeldOutError error;
-  // Upper end of the 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise.
-  double highest_gain = 0.0;
+  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise.
+  double lowest_gain = 0.0, highest_gain = 0.0;
 };
 
-Scored score_kept_back(const std::vector<Prediction>& predictions, const std::vector<std::array<std::vector<double>, channel_count>>& nominal,
+Scored score_kept_back(const std::vector<Prediction>& predictions, const std::vector<Series>& nominal,
                        const std::vector<PerChannel>& noise, std::uint64_t seed) {
   Scored result;
   std::vector<double> total(bootstrap_draws, 0.0);
@@ -231,6 +190,7 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
     error.gain_highest[c] = gains[bootstrap_draws - 1 - bootstrap_draws / 40];
   }
   std::sort(total.begin(), total.end());
+  result.lowest_gain = total[bootstrap_draws / 40];
   result.highest_gain = total[bootstrap_draws - 1 - bootstrap_draws / 40];
   return result;
 }
@@ -260,30 +220,6 @@ std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb
   return effects;
 }
 
-// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
-// nothing. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
-Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
-  if (nothing_left(search, settings.search)) return search.best;
-  for (const Round& round : search.rounds)
-    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
-      return round.candidates.front().explanation;
-  return search.best;
-}
-
-// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no heat loss,
-// friction without smoothing) is one.
-bool sensible(std::size_t effect, const Explanation& by) {
-  for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
-    const std::size_t p = by.problem->parameters()[u];
-    if (plant::parameters()[p].effect != effect || p == plant::effects()[effect].strength) continue;
-    const Unknown& unknown = by.problem->unknowns()[u];
-    const double margin = 1e-6 * (unknown.highest - unknown.lowest);
-    const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
-    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
-  }
-  return true;
-}
-
 FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   for (const Round& round : diagnosis.search.rounds)
@@ -306,7 +242,8 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
   if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end()) result.rivals = rivals->second;
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
-  result.confidence = (1.0 - result.chance) / others * (by.unrest < settings.search.visible_unrest ? 1.0 : diagnosis.explained_share);
+  result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
+  if (!nothing_left(diagnosis.search, settings.search)) result.confidence *= 0.9 * diagnosis.explained_share;
   return result;
 }
 
@@ -351,11 +288,14 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
 
   // The data kept back: core and answer, each from the recording's duty alone.
   const auto& numerics = search_settings.fit.numerics;
-  std::vector<std::array<std::vector<double>, channel_count>> nominal_model;
+  std::vector<Series> nominal_model;
   std::vector<PerChannel> noise;
-  const Fitted before = polished(core, data, settings);
-  Fitted after_fit = answer.effects() == core.effects() ? before : polished(answer, data, settings);
-  const auto predictions_of = [&](const Fitted& after) {
+  const auto path_of = [&](const Explanation& explanation) {
+    return explanation.unrest < search_settings.visible_unrest ? fitted(explanation) : polished(explanation, data, search_settings.fit);
+  };
+  const Fitted before = path_of(core);
+  Fitted after_fit = answer.effects() == core.effects() ? before : path_of(answer);
+  const auto predictions_of = [&](const Fitted& first, const Fitted& second) {
     std::vector<Prediction> predictions;
     nominal_model.clear();
     noise.clear();
@@ -369,15 +309,15 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         prediction.time_s.push_back(sample.time_s);
         for (std::size_t c = 0; c < channel_count; ++c) prediction.measured[c].push_back(measured(sample, c));
       }
-      prediction.before = predict(before.limb, starts[1], clean, numerics);
-      prediction.after = predict(after.limb, starts[2], clean, numerics);
+      prediction.before = predict(first.limb, starts[1], clean, numerics);
+      prediction.after = predict(second.limb, starts[2], clean, numerics);
       nominal_model.push_back(predict(given, starts[0], clean, numerics));
       noise.push_back(sensor_noise);
       predictions.push_back(std::move(prediction));
     };
     for (std::size_t r = 0; r < training.size(); ++r) {
       // The nominal plant begins as the calibrated one does, but for states that it shares with it.
-      add(training[r], gated_training[r], splits[r].kept_back, true, {before.starts[r], before.starts[r], after.starts[r]}, result.gate[r].noise);
+      add(training[r], gated_training[r], splits[r].kept_back, true, {before.starts[r], first.starts[r], second.starts[r]}, result.gate[r].noise);
     }
     for (std::size_t r = 0; r < held_out.size(); ++r) {
       const PerChannel& sensors = result.gate[training.size() + r].noise;
@@ -386,43 +326,91 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
       for (std::size_t k = 0; k < kept_back.size(); ++k)
         kept_back[k] = settings.start == StartPolicy::at_rest || clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
       add(held_out[r], clean, kept_back, false,
-          {start_of(given, clean, sensors, settings), start_of(before.limb, clean, sensors, settings), start_of(after.limb, clean, sensors, settings)},
+          {start_of(given, clean, sensors, search_settings.fit), start_of(first.limb, clean, sensors, search_settings.fit), start_of(second.limb, clean, sensors, search_settings.fit)},
           sensors);
     }
     return predictions;
   };
-  result.predictions = predictions_of(after_fit);
+  result.predictions = predictions_of(before, after_fit);
   Scored scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
 
-  // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain that is
-  // beyond doubt where it was fitted, so worse must be worse beyond chance.
+  // Back to the core: what was found is not the answer.
   std::vector<std::size_t> effects = added(answer, given);
-  if (!effects.empty() && scored.highest_gain < 0.0) {
+  const auto drop = [&] {
     answer = core;
     after_fit = before;
     effects.clear();
-    result.explained_share = 0.0;
-    result.predictions = predictions_of(after_fit);
+    result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
-  }
-  result.held_out = scored.error;
+  };
+  // Where no explanation is one: what brings the whole path nearer, on the data kept back too and beyond chance. It is certain
+  // where it brings a channel most of the way without parameters that are hard to believe. More is missing even so.
+  const auto take_lead = [&] {
+    PathSearch paths{search_settings.without, search_settings.most_effects, search_settings.least_gain, search_settings.threads, {}};
+    paths.holds = [&](const Fitted& one, const Fitted& other) {
+      const auto predictions = predictions_of(one, other);
+      return score_kept_back(predictions, nominal_model, noise, settings.search.seed).lowest_gain > 0.0;
+    };
+    const Lead lead = follow_paths(before, data, paths, search_settings.fit);
+    if (lead.effects.empty()) return;
+    const Agreement was = agreement_of(before.of, before, data, numerics), is = agreement_of(lead.path.of, lead.path, data, numerics);
+    const PerChannel& sensors = result.gate.front().noise;
+    double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      if (was.rmse[c] <= std::hypot(2.0 * sensors[c], settings.as_little[c])) continue;
+      const double share = 1.0 - (std::pow(is.rmse[c], 2) - std::pow(sensors[c], 2)) / (std::pow(was.rmse[c], 2) - std::pow(sensors[c], 2));
+      largest_share = std::max(largest_share, share);
+      sum += std::max(0.0, share);
+      ++channels_off;
+    }
+    const bool believable = is.pull <= settings.most_growth_of_pull * was.pull &&
+                            std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
+    if (largest_share < settings.certain_share || !believable) return;
+    answer = lead.path.of;
+    after_fit = lead.path;
+    effects = lead.effects;
+    result.predictions = predictions_of(before, after_fit);
+    scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+    result.explained_share = sum / channels_off;
+    result.agreement_before = was;
+    result.agreement_after = is;
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+      FoundEffect one = found(effects[i], answer, result, settings);
+      one.gain = lead.gains[i];
+      one.chance = std::erfc(std::sqrt(0.5 * one.gain));
+      one.confidence = 0.9 * result.explained_share * one.gain / (one.gain + settings.doubtful_gain);
+      result.effects.push_back(one);
+    }
+  };
   result.agreement_before = agreement_of(core, before, data, numerics);
   result.agreement_after = agreement_of(answer, after_fit, data, numerics);
+  // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain that is
+  // beyond doubt where it was fitted, so worse must be worse beyond chance.
+  if (!effects.empty() && scored.highest_gain < 0.0) {
+    drop();
+    result.objections.worse_on_kept_back = true;
+  }
+  if (effects.empty()) {
+    result.verdict = core.unrest > settings.search.visible_unrest ? Verdict::unexplained : Verdict::consistent;
+  } else {
+    result.objections = objections_to(answer, effects, result, settings, result.gate.front().noise);
+    result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
+    // What was accepted on the way to an explanation that explains little is not certain.
+    Objections rest = result.objections;
+    rest.leaves_too_much = result.explained_share < settings.certain_share;
+    if (rest.none())
+      for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
+    else
+      drop();
+  }
+  if (result.verdict == Verdict::unexplained && result.effects.empty()) take_lead();
+  if (answer.effects() == core.effects()) result.explained_share = 0.0;
+  result.held_out = scored.error;
   for (std::size_t c = 0; c < channel_count; ++c) {
     result.correlation.before[c] = autocorrelation(result.predictions, c, false);
     result.correlation.after[c] = autocorrelation(result.predictions, c, true);
   }
 
-  if (effects.empty())
-    result.verdict = core.unrest > settings.search.visible_unrest ? Verdict::unexplained : Verdict::consistent;
-  else
-    result.verdict = (result.explained_share >= settings.least_explained_share || answer.unrest < settings.search.visible_unrest) &&
-                             std::all_of(effects.begin(), effects.end(), [&](std::size_t e) { return sensible(e, answer); })
-                         ? Verdict::missing_physics
-                         : Verdict::unexplained;
-  // What was accepted on the way to an explanation that explains little is not certain.
-  if (result.verdict == Verdict::missing_physics)
-    for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
   std::stable_sort(result.effects.begin(), result.effects.end(), [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
   for (const FoundEffect& effect : result.effects)
     for (const auto& [rival, loss] : effect.rivals)
@@ -432,7 +420,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         result.ambiguous_with.push_back(rival);
 
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
-  if (result.verdict == Verdict::missing_physics) {
+  if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
   } else if (result.verdict == Verdict::unexplained) {
     const Forcing forcing = result.located.shares.front().forcing;

@@ -19,6 +19,28 @@ struct DiagnosisSettings {
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
+  // Of what a channel's path was off before, squared, at most this may be left after, unless it is as little as moving air does.
+  double most_left_of_channel = 0.3;
+  PerChannel as_little{0.6, 0.6, 0.5};  // units of files, beside twice the sensor's noise
+  // A right effect lets the core's parameters come back to what is believed of them. One that pushes them away, by more than
+  // this in the sum of their squared distances, is bought with them.
+  double most_rise_of_pull = 6.0;
+  // What explains so much, in every channel, without a rise of pull is certain even where something is left.
+  double certain_share = 0.75;
+  // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
+  double most_growth_of_pull = 1.5;
+  double doubtful_gain = 50.0;  // confidence in a gain of this size is a half
+};
+
+// Why an explanation that was found is not the answer. Empty where it is.
+struct Objections {
+  bool leaves_too_much = false;      // of the misfit
+  std::vector<std::size_t> channels; // whose path it leaves nearly as far off as before
+  bool pushes_parameters = false;    // away from what is believed
+  bool at_a_bound = false;           // a shape of an effect
+  bool worse_on_kept_back = false;   // beyond chance
+  bool patchwork = false;            // three effects, and something is left
+  bool none() const { return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork; }
 };
 
 enum class Verdict { consistent, missing_physics, unexplained };
@@ -64,9 +86,9 @@ struct Prediction {
 
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
-  PerChannel rmse{};                 // over what was fitted, units of files
-  double pull = 0.0;                 // sum of squares of the core's parameters' distances from their priors, in deviations
-  std::size_t far = 0;               // of them, further than two deviations
+  PerChannel rmse{};     // over what was fitted, units of files
+  double pull = 0.0;     // sum of squares of the core's parameters' distances from their priors, in deviations
+  std::size_t far = 0;   // of them, further than two deviations
 };
 
 struct ResidualCorrelation {
@@ -90,6 +112,7 @@ struct Diagnosis {
   plant::Limb<double> repaired;
   std::vector<plant::Start> starts;      // of the training recordings, repaired
   Agreement agreement_before, agreement_after;
+  Objections objections;
   HeldOutError held_out;
   std::vector<Prediction> predictions;   // training recordings, then held-out ones
   ResidualCorrelation correlation;

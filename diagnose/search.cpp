@@ -27,14 +27,6 @@ void begin_with(Guess& guess, const Score& score, double phi) {
   guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
 }
 
-// All else as it is.
-Guess guess_with(const Explanation& at, const Score& score) {
-  Guess guess = at.as_guess();
-  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
-  begin_with(guess, score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
-  return guess;
-}
-
 Explanation with_added(const Explanation& at, const Score& score, const Guess& guess, const ExplanationSettings& settings) {
   return explain(with_effect(at.problem->centres(), score.effect), at.problem->data(), guess, settings);
 }
@@ -150,7 +142,7 @@ class Searcher {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if ((score.blind && at.unrest > settings_.settled_unrest) || (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())))
+      if (score.blind || (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())))
         candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
@@ -366,6 +358,13 @@ class Searcher {
 };
 
 }  // namespace
+
+Guess guess_with(const Explanation& at, const Score& score) {
+  Guess guess = at.as_guess();
+  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+  begin_with(guess, score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
+  return guess;
+}
 
 bool nothing_left(const Search& search, const SearchSettings& settings) {
   return search.best.unrest < std::max(settings.visible_unrest, settings.nothing_left_share * search.core.unrest);

@@ -57,6 +57,9 @@ struct Search {
   std::map<std::size_t, std::vector<std::pair<std::size_t, double>>> rivals;
 };
 
+// Where a fit of one more effect begins: all else as it is, the effect as the score says.
+Guess guess_with(const Explanation& at, const Score& score);
+
 // Whether the best explanation leaves no more than noise.
 bool nothing_left(const Search& search, const SearchSettings& settings);
 

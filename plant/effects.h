@@ -21,6 +21,7 @@
 #include "plant/effects/input_delay.h"
 #include "plant/effects/latent_heat.h"
 #include "plant/effects/minor_loops.h"
+#include "plant/effects/outer_turns.h"
 #include "plant/effects/r_phase.h"
 #include "plant/effects/resistance_change.h"
 #include "plant/effects/sheath_heat_storage.h"
@@ -34,7 +35,7 @@ namespace sinew::plant {
 
 template <class S>
 using Effects =
-    std::tuple<ThermocoupleLag<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>,
+    std::tuple<ThermocoupleLag<S>, OuterTurns<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>,
                LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>,
                ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>,
                ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>,

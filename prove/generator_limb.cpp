@@ -21,6 +21,8 @@ constexpr std::size_t battery = 23;
 constexpr std::size_t driver = 24;      // 2, duty that follows
 constexpr std::size_t memory = 26;      // 2, of the switch
 constexpr std::size_t stabilised = 28;  // 2
+constexpr std::size_t sheath = 30;      // 2
+constexpr std::size_t outer = 32;       // 2, how much warmer the turns outside are
 constexpr std::array series_factor{0.125, 1.0, 8.0};
 
 constexpr double stiff_step_s = 0.5e-3;
@@ -158,6 +160,7 @@ Shown Run::shown() const {
     double t = y_[temperature + j];
     if (p_.lag_s > 0.0) t = y_[bead + 3 * j];
     if (p_.diffusive_lag_s > 0.0) t = y_[bead + 3 * j + 2];
+    t += y_[outer + j];
     t = ambient + p_.sink_gain * (t - ambient);
     const double x = (t - 25.0) / 80.0;
     shown.temperature_degC[j] = t + 4.0 * p_.bow_K * x * (1.0 - x);
@@ -237,6 +240,7 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
   for (std::size_t i = 0; i < 3; ++i) y_[body + i] = ambient;
   for (std::size_t j = 0; j < 2; ++j) {
     y_[temperature + j] = warm_degC[j];
+    y_[sheath + j] = ambient;
     y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
     for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
   }
@@ -285,7 +289,12 @@ Run::State Run::rates(double time_s, const State& y) const {
     double h = loss_[j] * air_factor * (1.0 + p_.convection_slope_1_K * rise) *
                (1.0 + p_.bend_cooling_1_rad * side_[j] * theta);
     if (p_.convection_exponent != 0.0) h *= std::pow(std::abs(rise) / 30.0, p_.convection_exponent);
-    double heat = u[j] * volt * volt / ohm[j] - h * rise;
+    const double joule = u[j] * volt * volt / ohm[j];
+    dy[outer + j] = (p_.outer_loss * (p_.outer_power_share * joule - h * rise) - (1.0 + p_.outer_loss) * h * y[outer + j]) / capacity_[j];
+    double heat = joule - h * rise;
+    const double into_sheath = p_.sheath_conductance_W_K * (t - y[sheath + j]);
+    heat -= into_sheath;
+    dy[sheath + j] = (into_sheath - p_.sheath_loss_W_K * (y[sheath + j] - ambient)) / p_.sheath_capacity_J_K;
     heat -= p_.cross_conductance_W_K * (t - y[temperature + 1 - j]);
     const double into_body = (p_.body_conductance_W_K + p_.ladder_conductance_W_K) * (t - y[body]);
     heat -= into_body;

@@ -30,12 +30,14 @@ struct Physics {
   double diffusive_lag_s =
       0.0;                 // three equal nodes in a row behind the wire, read at the last; the sum of their delays
   double sink_gain = 1.0;  // T_m = T_inf + g (T - T_inf)
+  double outer_loss = 0.0, outer_power_share = 1.0;  // turns outside lose (1 + b) h and are heated (1 + q b) P
   double bow_K = 0.0;      // T_m + 4 bow x (1 - x), x from 25 degC over 80 K
 
   // thermal
   double body_conductance_W_K = 0.0, body_capacity_J_K = 1.0, body_loss_W_K = 0.0;
   // The same heat in three nodes, each a third of the capacity; wires touch the first, the last loses to the air.
   double ladder_conductance_W_K = 0.0, ladder_capacity_J_K = 1.0, ladder_loss_W_K = 0.0, ladder_inner_W_K = 0.0;
+  double sheath_conductance_W_K = 0.0, sheath_capacity_J_K = 1.0, sheath_loss_W_K = 0.0;
   double cross_conductance_W_K = 0.0;
   double latent_heat_J = 0.0;
   double latent_heating_J = 0.0, latent_cooling_J = 0.0;  // absorbed while xi falls, freed while it rises
@@ -136,7 +138,7 @@ class Run {
   static double balance_deg(const Physics& physics, const std::array<double, 2>& temperature_degC);
 
  private:
-  static constexpr std::size_t states = 30;
+  static constexpr std::size_t states = 34;
   using State = std::array<double, states>;
   struct Command {
     double arrives_s;

@@ -82,6 +82,7 @@ EFFECTS = {
     "thermocouple_lag": {"time_constant_s": 1.5},
     "thermocouple_heat_sink": {"gain": 0.85},
     "body_heat_storage": {"conductance_W_K": 0.015, "heat_capacity_J_K": 3.0, "heat_loss_W_K": 0.02},
+    "outer_turns": {"relative_heat_loss": 0.4, "power_share": 0.6},
     "sheath_heat_storage": {"conductance_W_K": 0.04, "heat_capacity_J_K": 1.5, "heat_loss_W_K": 0.025},
     "cross_heating": {"conductance_W_K": 0.008},
     "latent_heat": {"latent_heat_J": 8.0},
@@ -160,7 +161,7 @@ def schedule():
 # ---------------------------------------------------------------------------------------------------------------
 # The equations
 
-TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB = range(15)
+TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB, DA, DB = range(17)
 
 
 def sigmoid_down(z):
@@ -196,6 +197,8 @@ class Plant:
         self.G_s = value("sheath_heat_storage", "conductance_W_K", 0.0)
         self.C_s = value("sheath_heat_storage", "heat_capacity_J_K", 1.0)
         self.h_s = value("sheath_heat_storage", "heat_loss_W_K", 0.0)
+        self.b_o = value("outer_turns", "relative_heat_loss", 0.0)
+        self.q_o = value("outer_turns", "power_share", 1.0)
         self.G_AB = value("cross_heating", "conductance_W_K", 0.0)
         self.L = value("latent_heat", "latent_heat_J", 0.0)
         self.beta = value("convection_nonlinearity", "slope_1_K", 0.0)
@@ -274,7 +277,7 @@ class Plant:
         n = (y[NA], y[NB])
         theta, omega = y[TH], y[OM]
         T_inf = self.ambient(t)
-        out = [0.0] * 15
+        out = [0.0] * 17
 
         # CHOICE order in the actuation: delay, dead band, resistance, and the sag with the currents of all these.
         v = [max(0.0, x - self.u_0) for x in u]
@@ -288,7 +291,11 @@ class Plant:
             h = self.h[j] * (1 + self.beta * (T[j] - T_inf))
             if windy:
                 h *= 1 + self.alpha
-            heat_in = v[j] * V * V / R[j] - h * (T[j] - T_inf)
+            power = v[j] * V * V / R[j]
+            heat_in = power - h * (T[j] - T_inf)
+            # Turns outside: C T_o' = (1 + q b) P - (1 + b) h (T_o - T_inf), less C T' = P - h (T - T_inf), with D = T_o - T.
+            D = y[DA + j]
+            out[DA + j] = (self.q_o * self.b_o * power - self.b_o * h * (T[j] - T_inf) - (1 + self.b_o) * h * D) / self.C[j]
             heat_in -= self.G_b * (T[j] - y[TBODY])
             into_sheath = self.G_s * (T[j] - y[SA + j])
             heat_in -= into_sheath
@@ -342,17 +349,17 @@ class Plant:
 
         z, info, flag, message = fsolve(residual, [0.0, 0.99, 0.99], xtol=1e-14, full_output=True)
         assert max(abs(r) for r in residual(z)) < 1e-12, message
-        y = [0.0] * 15
+        y = [0.0] * 17
         y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = y[SA] = y[SB] = T
         y[TH] = y[TV] = y[TM] = z[0]
         y[XA], y[XB] = z[1], z[2]
         return y
 
     def reported(self, t, y):
-        # CHOICE the lag first, then the heat sink; the lag first, then the drift; the offset last.
+        # CHOICE the lag first, then the turns outside, then the heat sink; the lag first, then the drift; the offset last.
         T_inf = self.ambient(t)
         bead = (y[MA], y[MB]) if self.tau_s != 0 else (y[TA], y[TB])
-        T = [T_inf + self.g * (x - T_inf) for x in bead]
+        T = [T_inf + self.g * (x + D - T_inf) for x, D in zip(bead, (y[DA], y[DB]))]
         theta = (y[TM] if self.tau_th != 0 else y[TH]) + self.d_th * t
         return T[0], T[1], math.degrees(theta) + self.p["angle_offset_deg"]
 
@@ -361,8 +368,8 @@ class Plant:
         breaks = {k / 10 + self.d for k in range(len(duty))} | {0.0, float(self.t_e)} | set(times)
         breaks = sorted(b for b in breaks if 0 <= b <= times[-1])
         starts = [k / 10 + self.d for k in range(len(duty))]
-        tolerance = numpy.full(15, 1e-11)
-        tolerance[[TA, TB, TBODY, MA, MB, SA, SB]] = 1e-9
+        tolerance = numpy.full(17, 1e-11)
+        tolerance[[TA, TB, TBODY, MA, MB, SA, SB, DA, DB]] = 1e-9
         y = self.start()
         states = {0.0: list(y)}
         k = -1

@@ -1,0 +1,168 @@
+#include "diagnose/open_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "diagnose/compare.h"
+#include "diagnose/search.h"
+#include "plant/integrator.h"
+#include "sim/simulation.h"
+
+namespace sinew::diagnose {
+
+Series predict(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+               const plant::NumericalSettings& numerics) {
+  Series model;
+  for (auto& channel : model) channel.assign(recording.samples.size(), std::numeric_limits<double>::quiet_NaN());
+  plant::Integrator integrator(limb, start, numerics);
+  static_cast<void>(sim::replay(integrator, recording.samples, [&](std::size_t k) {
+    for (std::size_t c = 0; c < channel_count; ++c) model[c][k] = shown(integrator.reading(), c);
+  }));
+  return model;
+}
+
+plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& recording, const PerChannel& noise,
+                      const ExplanationSettings& settings) {
+  if (settings.start == StartPolicy::at_rest) return {};
+  ExplanationSettings fit = settings;
+  fit.only_start = true;
+  fit.most_rounds = 1;
+  const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);
+  const Explanation begun = explain(limb, {{&recording, std::max<std::size_t>(count, 2), noise}}, {}, fit);
+  return begun.usable ? begun.start(0) : plant::Start{};
+}
+
+Fitted fitted(const Explanation& explanation) {
+  Fitted result{explanation, explanation.limb(), {}};
+  for (std::size_t r = 0; r < explanation.problem->data().size(); ++r) result.starts.push_back(explanation.start(r));
+  return result;
+}
+
+Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  Spread spread;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const auto model = predict(fitted.limb, fitted.starts[r], *data[r].recording, numerics);
+    spread.rmse.push_back(data[r].deviation);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      double sum = 0.0, count = 0.0;
+      for (std::size_t k = 0; k < data[r].sample_count; ++k) {
+        const double target = measured(data[r].recording->samples[k], c);
+        if (std::isnan(target)) continue;
+        sum += std::pow(model[c][k] - target, 2);
+        ++count;
+      }
+      if (std::isnan(sum)) sum = 1e300;
+      if (count > 0.0) spread.rmse[r][c] = std::max(data[r].deviation[c], std::sqrt(sum / count));
+      spread.log_sum += count * std::log(spread.rmse[r][c]);
+    }
+  }
+  return spread;
+}
+
+Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings) {
+  Fitted best = fitted(explanation);
+  ExplanationSettings least_squares = settings;
+  least_squares.least_squares = true;
+  least_squares.most_rounds = 1;
+  least_squares.iterations_per_round = 10;
+  Spread spread = spread_of(best, data, least_squares.numerics);
+  Guess guess = explanation.as_guess();
+  for (int pass = 0; pass < 3; ++pass) {
+    std::vector<FitData> weighted = data;
+    for (std::size_t r = 0; r < data.size(); ++r) weighted[r].deviation = spread.rmse[r];
+    const Explanation closest = explain(explanation.problem->centres(), weighted, guess, least_squares);
+    if (!closest.usable) break;
+    guess = closest.as_guess();
+    const Fitted tried = fitted(closest);
+    const Spread reached = spread_of(tried, data, least_squares.numerics);
+    if (reached.log_sum >= spread.log_sum) break;
+    best = tried;
+    spread = reached;
+  }
+  return best;
+}
+
+namespace {
+
+// Samples over which each channel's error is correlated.
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  PerChannel longest{};
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Series model = predict(path.limb, path.starts[r], *data[r].recording, numerics);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      std::vector<double> residual(data[r].sample_count);
+      for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
+      longest[c] = std::max(longest[c], correlation_samples(residual));
+    }
+  }
+  return longest;
+}
+
+// Log posterior of a path, up to a constant, each channel's error having the size that it has.
+double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, const PerChannel& correlation,
+                        const plant::NumericalSettings& numerics) {
+  const Spread spread = spread_of(path, data, numerics);
+  double sum = -0.5 * path.of.z.squaredNorm();
+  for (std::size_t r = 0; r < data.size(); ++r)
+    for (std::size_t c = 0; c < channel_count; ++c)
+      sum -= static_cast<double>(data[r].sample_count) / correlation[c] * std::log(spread.rmse[r][c]);
+  return sum;
+}
+
+}  // namespace
+
+Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings) {
+  constexpr std::size_t most_fits = 6, most_tries = 3;
+  ExplanationSettings least_squares = settings;
+  least_squares.least_squares = true;
+  least_squares.most_rounds = 1;
+  least_squares.iterations_per_round = 15;
+  Lead lead{core, {}, {}};
+  while (lead.effects.size() < search.most_effects) {
+    const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);
+    const Spread spread = spread_of(lead.path, data, settings.numerics);
+    std::vector<FitData> weighted = data;
+    for (std::size_t r = 0; r < data.size(); ++r)
+      for (std::size_t c = 0; c < channel_count; ++c) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+    const Explanation here = explain(lead.path.of.problem->centres(), weighted, lead.path.of.as_guess(), least_squares);
+    if (!here.usable) break;
+    const Fitted without_more = fitted(here);
+    const double before = std::max(log_posterior_of(lead.path, data, correlation, settings.numerics),
+                                   log_posterior_of(without_more, data, correlation, settings.numerics));
+    std::vector<std::size_t> candidates;
+    for (std::size_t e = 0; e < plant::effect_count; ++e)
+      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end()) candidates.push_back(e);
+    const Scores scores = score(here, candidates, search.threads);
+    std::vector<const Score*> tried;
+    for (const std::size_t s : scores.best)
+      if (scores.all[s].blind || tried.size() < most_fits) tried.push_back(&scores.all[s]);
+    std::vector<Fitted> paths(tried.size());
+    std::vector<double> reached(tried.size(), -1e300);
+    in_parallel(tried.size(), search.threads, [&](std::size_t i) {
+      const Explanation with =
+          explain(with_effect(here.problem->centres(), tried[i]->effect), weighted, guess_with(here, *tried[i]), least_squares);
+      if (!with.usable) return;
+      paths[i] = fitted(with);
+      reached[i] = log_posterior_of(paths[i], data, correlation, settings.numerics);
+    });
+    std::vector<std::size_t> order(tried.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return reached[a] > reached[b]; });
+    const double enough = lead.effects.empty() ? search.least_gain : 0.5 * search.least_gain;
+    const std::size_t already = lead.effects.size();
+    for (std::size_t n = 0; n < std::min(order.size(), most_tries) && lead.effects.size() == already; ++n) {
+      const double gain = 2.0 * (reached[order[n]] - before);
+      if (gain < enough) break;
+      if (!search.holds(lead.path, paths[order[n]])) continue;
+      lead.path = paths[order[n]];
+      lead.effects.push_back(tried[order[n]]->effect);
+      lead.gains.push_back(gain);
+    }
+    if (lead.effects.size() == already) break;
+  }
+  return lead;
+}
+
+}  // namespace sinew::diagnose
