@@ -49,8 +49,12 @@ std::string verdict_sentence(const Diagnosis& d) {
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
-      if (!d.effects.empty())
-        return "The plant leaves out that " + listed(found_words(d)) + "; that is certain, but not all: in the form that the catalogue has, it does not explain everything.";
+      if (!d.effects.empty()) {
+        std::vector<std::string> named;
+        for (const auto& found : d.effects)
+          named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " + probability_words(found.confidence));
+        return "More is missing than I know, but part of it has a name: " + listed(named) + ".";
+      }
       std::vector<std::string> places{place_words(d.located.place)};
       for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
       return "Something is missing that I do not know: it seems to enter in " + either_words(places) +
@@ -196,7 +200,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                      std::string(info.equation);
   const std::string sizes = parameters_words(found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
-  if (alone)
+  if (alone && !d.by_paths)
     text += "Why: it explains " + percent(d.explained_share) + " of what noise and moving air leave open, and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
@@ -216,6 +220,7 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
   }
   if (against.pushes_parameters) reasons.push_back("needs parameters of the core that are further from what is believed of them than without it");
   if (against.at_a_bound) reasons.push_back("needs a value at the bound of what is allowed");
+  if (against.patchwork) reasons.push_back("takes three effects, and one that is not known is likelier than that");
   if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
   const std::string rule = "A name is given only to what explains " + percent(settings.least_explained_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
@@ -238,7 +243,14 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     }
     return {tested};
   }
-  if (d.verdict == Verdict::unexplained) {
+  if (d.verdict == Verdict::unexplained && d.by_paths) {
+    text.push_back("No effects of the catalogue explain the recording to within noise. These were found by looking at whole paths: effects were "
+                   "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held on the data kept "
+                   "back. Together they take away " + percent(d.explained_share) + " of the squared error beyond noise.");
+  } else if (d.verdict == Verdict::unexplained && !d.effects.empty()) {
+    text.push_back("What can be named explains " + percent(d.explained_share) + " of what noise and moving air leave open. What is left is more than "
+                   "noise: the effect acts in another form than the catalogue's, or is not alone.");
+  } else if (d.verdict == Verdict::unexplained) {
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
     if (!left.variable.empty())
@@ -248,7 +260,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                                                   percent(left.explained_share) + " of it.");
     text.push_back(start);
     std::vector<std::string> near;
-    if (!d.search.rounds.empty() && d.effects.empty())
+    if (!d.search.rounds.empty())
       for (const auto& candidate : d.search.rounds.front().candidates) {
         if (!candidate.explanation.usable || near.size() == 3) continue;
         near.push_back(std::string(effect_name(candidate.effect)) + " explains " +
@@ -256,14 +268,11 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       }
     if (!near.empty())
       text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " + objection_words(d, inputs.settings));
-    else if (!d.effects.empty())
-      text.push_back("What can be named explains " + percent(d.explained_share) + " of what noise and moving air leave open; less than " +
-                     percent(inputs.settings.least_explained_share) + " means that more is missing.");
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
-  if (!alone && !d.effects.empty())
+  if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
-  if (!d.effects.empty()) {
+  if (!d.effects.empty() && !d.by_paths) {
     if (d.ambiguous_with.empty()) {
       text.back() += " Nothing else in the catalogue does as well.";
     } else {

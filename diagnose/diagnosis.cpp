@@ -17,6 +17,7 @@ constexpr double guard_s = 5.0;             // between what is fitted and what i
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
 constexpr double two_sided_95 = 1.959964;
+constexpr double nearly_all = 0.98;         // of the misfit
 
 // Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold out.
 constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
@@ -81,7 +82,7 @@ bool sensible(std::size_t effect, const Explanation& by) {
 }
 
 // Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
-// nothing; without the last where that has a value that no limb has. Otherwise what is left has a name for none of it but,
+// nothing; without the last where that has a value that no limb has, or is a third and the two explain nearly all. Otherwise what is left has a name for none of it but,
 // perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   if (nothing_left(search, settings.search)) {
@@ -89,7 +90,8 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
     for (const Round& round : search.rounds)
       if (round.accepted) last = &round;
     const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
-    const bool keep = !last || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
+    const bool third = last && search.rounds.size() > 2 && last == &search.rounds[2] && share_explained(search.core, last->before) >= nearly_all;
+    const bool keep = !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
     return keep ? search.best : last->before;
   }
   for (const Round& round : search.rounds)
@@ -111,8 +113,7 @@ Objections objections_to(const Explanation& answer, const std::vector<std::size_
       result.channels.push_back(c);
   }
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
-  result.patchwork = effects.size() > 2 && answer.unrest >= std::max(settings.search.visible_unrest,
-                                                                    settings.search.nothing_left_share * diagnosis.search.core.unrest);
+  result.patchwork = effects.size() > 2;
   result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](std::size_t e) { return !sensible(e, answer); });
   return result;
 }
@@ -372,13 +373,14 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
     result.explained_share = sum / channels_off;
+    result.by_paths = true;
     result.agreement_before = was;
     result.agreement_after = is;
     for (std::size_t i = 0; i < effects.size(); ++i) {
       FoundEffect one = found(effects[i], answer, result, settings);
       one.gain = lead.gains[i];
       one.chance = std::erfc(std::sqrt(0.5 * one.gain));
-      one.confidence = 0.9 * result.explained_share * one.gain / (one.gain + settings.doubtful_gain);
+      one.confidence = 0.9 * one.gain / (one.gain + settings.doubtful_gain);
       result.effects.push_back(one);
     }
   };
@@ -420,11 +422,11 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         result.ambiguous_with.push_back(rival);
 
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
+  const Forcing forcing = result.located.shares.front().forcing;
+  if (result.verdict == Verdict::unexplained) result.left_over = left_over(effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
   if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
   } else if (result.verdict == Verdict::unexplained) {
-    const Forcing forcing = result.located.shares.front().forcing;
-    result.left_over = left_over(core, forcing, search_settings.fit.most_air_K);
     const std::vector<std::string> places = places_of(forcing);
     // Heat that depends on the duty comes from the supply's side.
     const bool actuation = forcing == Forcing::heat && result.left_over.variable.starts_with("duty");

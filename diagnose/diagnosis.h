@@ -39,7 +39,7 @@ struct Objections {
   bool pushes_parameters = false;    // away from what is believed
   bool at_a_bound = false;           // a shape of an effect
   bool worse_on_kept_back = false;   // beyond chance
-  bool patchwork = false;            // three effects, and something is left
+  bool patchwork = false;            // more than two effects: one that is not known is likelier than three that are
   bool none() const { return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork; }
 };
 
@@ -102,7 +102,8 @@ struct Diagnosis {
   Located located;
   std::vector<FoundEffect> effects;      // accepted, strongest first
   std::vector<std::size_t> ambiguous_with;
-  double explained_share = 0.0;          // of the core's misfit, by the effects
+  double explained_share = 0.0;          // of the core's misfit, by the effects; of whole paths, where `by_paths`
+  bool by_paths = false;                 // the effects were found by following whole paths (open_loop.h)
   double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;        // effects that were not found
   LeftOver left_over;
