@@ -399,7 +399,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result.objections;
-    rest.leaves_too_much = result.explained_share < settings.certain_share;
+    rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.certain_share;
     if (rest.none())
       for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
     else

@@ -43,8 +43,9 @@ class Differentiator {
     return all;
   }
 
-  // rates: [n x columns], reading: [3 x columns]; null where not wanted.
-  void at(const plant::Situation& given, const std::vector<double>& y, Eigen::MatrixXd* rates, Eigen::MatrixXd* reading) {
+  // rates: [n x columns], reading: [3 x columns]; null where not wanted. `value`: of the rates themselves.
+  void at(const plant::Situation& given, const std::vector<double>& y, Eigen::MatrixXd* rates, Eigen::MatrixXd* reading,
+          std::vector<double>* value = nullptr) {
     for (std::size_t e = 0; e < equations_.size(); ++e) {
       const std::size_t first = e * width;
       for (std::size_t i = 0; i < n_; ++i) {
@@ -54,6 +55,8 @@ class Differentiator {
       equations_[e].evaluate(given, state_.data(), now_, rate_.data());
       const auto begin = static_cast<Eigen::Index>(first);
       const auto count = static_cast<Eigen::Index>(std::min(width, columns() - first));
+      if (value)
+        for (std::size_t i = 0; i < n_; ++i) (*value)[i] = rate_[i].a;
       if (rates)
         for (std::size_t i = 0; i < n_; ++i)
           rates->row(static_cast<Eigen::Index>(i)).segment(begin, count) = rate_[i].v.head(count);
@@ -150,8 +153,8 @@ struct Follower {
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
     Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start), at_end(at_start);
     Eigen::MatrixXd seen(3, at_start.cols());
-    std::vector<double> y_start, y_middle, y(static_cast<std::size_t>(n));
-    differentiator.at(integrator.instant().given, integrator.state(), &at_end, &seen);
+    std::vector<double> y_start, y(static_cast<std::size_t>(n)), rate_start(y), rate_end(y);
+    differentiator.at(integrator.instant().given, integrator.state(), &at_end, &seen, &rate_end);
     if (points) points->resize(data.sample_count);
 
     const auto delay = differentiator.command_delay();
@@ -225,31 +228,27 @@ struct Follower {
         if (step_s > 1e-9) {
           given = integrator.instant().given;
           y_start = integrator.state();
-          if (jumped)
-            differentiator.at(given, y_start, &at_start, nullptr);
-          else
-            at_start = at_end;
-          if (integrator.advance_to(time_s + 0.5 * step_s)) return false;
-          y_middle = integrator.state();
-          given.time_s = time_s + 0.5 * step_s;
-          differentiator.at(given, y_middle, &in_middle, nullptr);
-          if (integrator.advance_to(stop_s)) return false;
-          given.time_s = stop_s;
-          differentiator.at(given, integrator.state(), &at_end, &seen);
-          jumped = false;
-          if (!has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s)) {
-            cross(in_middle, step_s);
+          if (jumped) {
+            differentiator.at(given, y_start, &at_start, nullptr, &rate_start);
           } else {
-            // The parabola through the three states is good enough to say where on the corner they are.
-            const std::vector<double>& y_end = integrator.state();
-            for (int part = 0; part < corner_parts; ++part) {
-              const double x = (part + 0.5) / corner_parts;
-              for (std::size_t i = 0; i < y.size(); ++i)
-                y[i] = y_start[i] * (1.0 - x) * (1.0 - 2.0 * x) + y_middle[i] * 4.0 * x * (1.0 - x) + y_end[i] * x * (2.0 * x - 1.0);
-              given.time_s = time_s + x * step_s;
-              differentiator.at(given, y, &in_middle, nullptr);
-              cross(in_middle, step_s / corner_parts);
-            }
+            at_start.swap(at_end);
+            rate_start.swap(rate_end);
+          }
+          if (integrator.advance_to(stop_s)) return false;
+          const std::vector<double>& y_end = integrator.state();
+          given.time_s = stop_s;
+          differentiator.at(given, y_end, &at_end, &seen, &rate_end);
+          jumped = false;
+          // In between the states follow the cubic through both ends and their rates.
+          const int parts = has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s) ? corner_parts : 1;
+          for (int part = 0; part < parts; ++part) {
+            const double x = (part + 0.5) / parts;
+            for (std::size_t i = 0; i < y.size(); ++i)
+              y[i] = y_start[i] + x * x * (3.0 - 2.0 * x) * (y_end[i] - y_start[i]) +
+                     step_s * x * (1.0 - x) * ((1.0 - x) * rate_start[i] - x * rate_end[i]);
+            given.time_s = time_s + x * step_s;
+            differentiator.at(given, y, &in_middle, nullptr);
+            cross(in_middle, step_s / parts);
           }
         }
         if (event != events.end()) {

@@ -206,6 +206,8 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   };
   in_parallel(jobs.size(), threads, run);
 
+  // Of a column that calibration absorbs all but this share of, what is left is rounding, and its direction says nothing.
+  constexpr double absorbed_share = 1e-4;
   // At the null of some effects (a body that stores heat, and is given none) the shape does not matter to first order:
   // what is seen there is not what the effect would do, and only a fit can tell.
   for (const std::size_t e : candidates) {
@@ -213,7 +215,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effect == e && result.all[i].column.size() > 0) mine.push_back(i);
     const bool same = mine.size() > 1 && std::all_of(mine.begin(), mine.end(), [&](std::size_t i) {
-      return std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
+      return result.all[i].visible_share < absorbed_share || std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
     });
     for (const std::size_t i : mine) result.all[i].blind = same;
   }

@@ -50,24 +50,31 @@ namespace fast {
 std::size_t length(N_Vector v) { return static_cast<std::size_t>(NV_LENGTH_S(v)); }
 
 // One block of the sum: in registers where the width is known to the compiler.
-template <std::size_t width>
-void combine_block(int count, const realtype* factors, N_Vector* vectors, double* to, std::size_t begin) {
-  std::array<double, width> sum{};
-  for (int k = 0; k < count; ++k) {
-    const double factor = factors[k];
-    const double* from = NV_DATA_S(vectors[k]) + begin;
-    for (std::size_t i = 0; i < width; ++i) sum[i] += factor * from[i];
-  }
-  std::copy(sum.begin(), sum.end(), to + begin);
+template <int width>
+Eigen::Array<double, width, 1> block_of(int count, const realtype* factors, N_Vector* vectors, std::size_t begin) {
+  using Block = Eigen::Array<double, width, 1>;
+  Block sum = Block::Zero();
+  for (int k = 0; k < count; ++k) sum += factors[k] * Eigen::Map<const Block>(NV_DATA_S(vectors[k]) + begin);
+  return sum;
+}
+template <int width>
+void put(const Eigen::Array<double, width, 1>& block, double* to) {
+  Eigen::Map<Eigen::Array<double, width, 1>>{to} = block;
 }
 
 int linear_combination(int count, realtype* factors, N_Vector* vectors, N_Vector result) {
   const std::size_t n = length(result);
   double* to = NV_DATA_S(result);
+  if (n < 4) {
+    for (std::size_t i = 0; i < n; ++i) put<1>(block_of<1>(count, factors, vectors, i), to + i);
+    return 0;
+  }
+  // The last block may overlap the one before, so it is made before anything is overwritten.
+  const auto last = block_of<4>(count, factors, vectors, n - 4);
   std::size_t begin = 0;
-  for (; begin + 32 <= n; begin += 32) combine_block<32>(count, factors, vectors, to, begin);
-  for (; begin + 4 <= n; begin += 4) combine_block<4>(count, factors, vectors, to, begin);
-  for (; begin < n; ++begin) combine_block<1>(count, factors, vectors, to, begin);
+  for (; begin + 32 <= n; begin += 32) put<32>(block_of<32>(count, factors, vectors, begin), to + begin);
+  for (; begin + 4 <= n; begin += 4) put<4>(block_of<4>(count, factors, vectors, begin), to + begin);
+  put<4>(last, to + n - 4);
   return 0;
 }
 
