@@ -144,7 +144,7 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     std::size_t tried = 0, added = 0;
     for (const std::size_t s : scores.best) {
       const diagnose::Score& score = scores.all[s];
-      if (!score.blind && tried++ >= 6) continue;
+      if (!score.blind && tried++ >= 3) continue;
       const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect), data,
                                                            diagnose::guess_with(best, score), least_squares);
       if (!with.usable || (better.usable && bic(with) >= bic(better))) continue;

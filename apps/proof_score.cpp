@@ -80,7 +80,9 @@ Json score_proof(const Json& answers, const Json& results) {
     std::vector<std::string> set = named;
     for (const Json& name : result["ambiguous_with"]) set.push_back(name);
     const double seen = result["visibility"];
-    const bool nothing_to_see = family != "clean" && seen < invisible_below;
+    // Nothing to see, or an effect that calibration absorbs and the answer lists by name as one that this recording cannot show.
+    const bool said_by_name = verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
+    const bool nothing_to_see = family != "clean" && (seen < invisible_below || said_by_name);
     const std::string first = named.empty() ? (verdict == "consistent" ? "(nothing)" : "(unknown)") : named[0];
     const bool confidently = !named.empty() && result["effects"][0]["confidence"].get<double>() >= confident;
     const std::string stratum = seen < invisible_below ? "d' < 5" : seen < 20 ? "5 to 20" : seen < 100 ? "20 to 100" : "over 100";
@@ -237,8 +239,9 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   const auto percent = [](double share) { return report::fixed(100.0 * share, 1) + " %"; };
   std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " + std::to_string(score["cases"].get<int>()) +
                      " cases. Thresholds were chosen on seeds " + std::to_string(first_development_seed) + " on, these are seeds " +
-                     std::to_string(first_reported_seed) + " on. In " + std::to_string(score["invisible"].get<int>()) +
-                     " of them the calibrated core leaves nothing to be seen (d' below 5), and the answer said that nothing is.\n\n"
+                     std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " + std::to_string(score["invisible"].get<int>()) +
+                     " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the effect and the answer lists it by "
+                     "name as one that the recording cannot show, and the answer said that nothing is missing.\n\n"
                      "| figure | measured | 95 % interval | goal | reached |\n|---|---|---|---|---|\n";
   for (const Json& figure : score["figures"]) {
     text += "| " + figure["what"].get<std::string>() + " | ";

@@ -54,6 +54,9 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   }
   result["ambiguous_with"] = Json::array();
   for (const std::size_t e : diagnosis.ambiguous_with) result["ambiguous_with"].push_back(plant::effects()[e].name);
+  result["cannot_be_seen"] = Json::array();
+  for (const auto& other : diagnosis.others)
+    if (!other.can_be_seen) result["cannot_be_seen"].push_back(plant::effects()[other.effect].name);
   result["located"] = {{"place", diagnosis.located.place}, {"or", diagnosis.located.cannot_be_told_from},
                        {"channel", diagnose::channels[diagnosis.located.channel].column}};
   result["visibility"] = diagnosis.visibility;
@@ -150,7 +153,8 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(), seal.c_str());
   std::fflush(stdout);
 
-  // What is there already from the same program and the same answers is not done again.
+  // What is there already of the same answers is not done again; README.md says which programs made the cases.
+  const auto seal_of = [&](const ProofCase& one) { return sim::sha256(answers[one.id()].dump()); };
   const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
   Json results;
   std::vector<std::size_t> open;
@@ -158,7 +162,8 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     const fs::path file = out / "cases" / (cases[i].id() + ".json");
     if (fs::exists(file)) {
       Json kept = Json::parse(sim::read_file(file), nullptr, false);
-      if (!kept.is_discarded() && kept.value("seconds", Json()) == Json({arguments.training_s, arguments.held_out_s})) {
+      if (kept.is_object() && kept.value("seconds", Json()) == Json({arguments.training_s, arguments.held_out_s}) &&
+          kept.value("answer", "") == seal_of(cases[i])) {
         results[cases[i].id()] = kept;
         continue;
       }
@@ -180,10 +185,11 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
           return;
         } catch (const std::exception& e) {
           result = {{"verdict", "failed"}, {"why", e.what()}, {"effects", Json::array()}, {"ambiguous_with", Json::array()},
-                    {"located", {{"place", ""}}}, {"visibility", 1e3}, {"normalised_before", 0.0}, {"normalised_after", 0.0}};
+                    {"cannot_be_seen", Json::array()}, {"located", {{"place", ""}}}, {"visibility", 1e3}, {"normalised_before", 0.0}, {"normalised_after", 0.0}};
         }
         result["seconds"] = {arguments.training_s, arguments.held_out_s};
         result["made_by"] = mark;
+        result["answer"] = seal_of(one);
         sim::write_file_whole(out / "cases" / (one.id() + ".json"), result.dump(1) + "\n");
         const std::scoped_lock lock(keeping);
         results[one.id()] = result;
@@ -199,12 +205,15 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     exit_code = interrupted_exit_code;
     return;
   }
-  const Json score = score_proof(answers, results);
+  Json score = score_proof(answers, results);
+  score["first_seed"] = cases.front().seed;
   std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) + " --training " +
                         sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
-  std::string families;
-  for (const std::string& family : arguments.families) families += (families.empty() ? " --families " : ",") + family;
-  command += families;
+  const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
+    for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
+  };
+  add_list("--families", arguments.families);
+  add_list("--kinds", arguments.kinds);
   if (arguments.few) command = "sinew prove --few --out " + arguments.out;
   sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
   sim::write_file_whole(out / "README.md", proof_markdown(score, command));

@@ -380,7 +380,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
       FoundEffect one = found(effects[i], answer, result, settings);
       one.gain = lead.gains[i];
       one.chance = std::erfc(std::sqrt(0.5 * one.gain));
-      one.confidence = 0.9 * one.gain / (one.gain + settings.doubtful_gain);
+      one.confidence = settings.most_confidence_in_a_lead * one.gain / (one.gain + settings.doubtful_gain);
       result.effects.push_back(one);
     }
   };

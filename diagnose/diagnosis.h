@@ -29,6 +29,7 @@ struct DiagnosisSettings {
   double certain_share = 0.75;
   // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
   double most_growth_of_pull = 1.5;
+  double most_confidence_in_a_lead = 0.5;  // on development, what paths alone suggest was a look-alike as often as not
   double doubtful_gain = 50.0;  // confidence in a gain of this size is a half
 };
 

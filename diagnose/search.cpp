@@ -240,7 +240,7 @@ class Searcher {
       if (!blind.blind) continue;
       std::size_t partners = 0;
       for (const Candidate& candidate : first.candidates)
-        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 3)
+        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 2)
           pairs.push_back({&candidate.score, &blind, 0.0, candidate.score.root, 0.0});
     }
     return pairs;

@@ -28,7 +28,7 @@ struct SearchSettings {
   double visible_unrest = 150.0;  // unrest of the core above this is missing physics, whether or not it has a name
   // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
   double nothing_left_share = 0.002;
-  std::size_t pairs = 12;         // fitted at once, where effects one by one leave something
+  std::size_t pairs = 8;          // fitted at once, where effects one by one leave something
   std::vector<std::size_t> without;  // effects that may not be named
   Guess guess;                       // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;

@@ -1,9 +1,9 @@
 // The thermocouples sit on turns of the coils that lie outside the body. They carry the same current as the turns that bend
 // the limb, but nothing covers them as the body covers those, so they warm and cool at another rate.
 //
-//   C_j dD_j/dt = b (q P_j - h_j (T_j - T_inf)) - (1 + b) h_j D_j,   reading: T_j + D_j
+//   C_j dE_j/dt = q P_j - h_j (T_j - T_inf) - (1 + b) h_j E_j,   reading: T_j + b E_j
 //
-// with P_j the wire's Joule heat. It is the balance of a turn that loses (1 + b) and gains (1 + q b) times as much heat for its heat
+// with P_j the wire's Joule heat. b E is the balance of a turn that loses (1 + b) and gains (1 + q b) times as much heat for its heat
 // capacity as the turns inside, less the balance of these; q = 1: it has less around it, and both go faster.
 //
 // Source: lumped heat balance; Incropera et al., 6th ed. (2007), section 5.1. Asked for by the physical limb, whose
@@ -20,7 +20,7 @@ struct OuterTurns {
   static constexpr std::string_view name = "outer_turns";
   static constexpr Place place = Place::sensor_temperature;
   static constexpr std::string_view equation =
-      "C_j dD_j/dt = b (q P_j - h_j (T_j - T_inf)) - (1 + b) h_j D_j, T_m,j = T_j + D_j";
+      "C_j dE_j/dt = q P_j - h_j (T_j - T_inf) - (1 + b) h_j E_j, T_m,j = T_j + b E_j";
   static constexpr std::string_view words = "the thermocouple sits on turns outside the body, which warm and cool unlike those inside";
   static constexpr std::array states{StateDeclaration{"excess_A_K", units::K, 20.0}, StateDeclaration{"excess_B_K", units::K, 20.0}};
 
@@ -46,13 +46,12 @@ struct OuterTurns {
   }
   void rates(const Instant<S>& now, const S* own, S* rate) const {
     for (const std::size_t j : coils)
-      rate[j] = (relative_heat_loss * (power_share * now.joule_heat_W[j] -
-                                       now.heat_loss_W_K[j] * (now.temperature_degC[j] - now.ambient_temperature_degC)) -
-                 (1.0 + relative_heat_loss) * now.heat_loss_W_K[j] * own[j]) /
+      rate[j] = (power_share * now.joule_heat_W[j] -
+                 now.heat_loss_W_K[j] * (now.temperature_degC[j] - now.ambient_temperature_degC + (1.0 + relative_heat_loss) * own[j])) /
                 now.core->heat_capacity_J_K[j];
   }
   void reading(const Instant<S>&, const S* own, Reading<S>& shown) const {
-    for (const std::size_t j : coils) shown.temperature_degC[j] = shown.temperature_degC[j] + own[j];
+    for (const std::size_t j : coils) shown.temperature_degC[j] = shown.temperature_degC[j] + relative_heat_loss * own[j];
   }
 };
 

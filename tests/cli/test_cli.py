@@ -435,6 +435,28 @@ def test_diagnose():
     refused("diagnose --out that is a file", [*made, "--out", "a_file"], r"^--out = a_file\n  is a file")
 
 
+def test_prove():
+    made = ["prove", "--kinds", "core", "--set", "development", "--seeds", "1", "--training", "60", "--held-out", "60", "--out", "proof"]
+    result = sinew(*made)
+    answers = json.loads(content("proof/answers.json")) if result.returncode == 0 else {}
+    check("prove: seals the answers and prints their hash before anything is diagnosed",
+          re.match(rf"8 cases; sha256 of the sealed answers: {hashlib.sha256(content('proof/answers.json')).hexdigest()}", result.stdout), said(result))
+    check("prove: writes answers, a case each, score and table", files_in("proof") == sorted(
+        ["README.md", "answers.json", "cases", "confusion.svg", "score.json", *(f"cases/{case}.json" for case in answers)]), said(result))
+    score = json.loads(content("proof/score.json"))
+    check("prove: scores what it diagnosed", score["cases"] == 8 and score["first_seed"] == 101 and score["baselines"], score)
+    # A case that is damaged, or answers something else, is done again; the others are not.
+    case = sorted(files_in("proof/cases"))[0]
+    before = content(f"proof/cases/{case}").decode()
+    for what, text in (("damaged", before[:100]), ("no object", "[1, 2]\n"), ("of other answers", before.replace(json.loads(before)["answer"], "0" * 64))):
+        write(f"proof/cases/{case}", text)
+        again = sinew(*made)
+        check(f"prove: a case that is {what} is done again, to the same bytes", again.returncode == 0 and "7 of them are there already" in again.stdout
+              and content(f"proof/cases/{case}").decode() == before, said(again))
+    refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds.*no case is left", )
+    refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
+
+
 def interrupt_after(arguments, seconds):
     """Exit code, seconds it took to end after the interrupt, and standard error."""
     process = subprocess.Popen([program, *map(str, arguments)], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -494,7 +516,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="sinew_cli_") as name:
         folder = Path(name)
         for test in (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects, test_convert,
-                     test_calibrate, test_compare, test_diagnose, test_interrupts):
+                     test_calibrate, test_compare, test_diagnose, test_prove, test_interrupts):
             try:
                 test()
             except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
