@@ -366,12 +366,15 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     }
     const bool believable = is.pull <= settings.most_growth_of_pull * was.pull &&
                             std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
-    if (largest_share < settings.certain_share || !believable) return;
+    const bool certain = largest_share >= settings.certain_share && believable;
+    // As a stand-in it must do better than the one there is.
+    if (!certain && !effects.empty() && !paths.holds(after_fit, lead.path)) return;
     answer = lead.path.of;
     after_fit = lead.path;
     effects = lead.effects;
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+    if (!certain) return;
     result.explained_share = sum / channels_off;
     result.by_paths = true;
     result.agreement_before = was;
@@ -402,7 +405,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.certain_share;
     if (rest.none())
       for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
-    else
+    else if (scored.lowest_gain <= 0.0)  // what predicts better even so stays as a stand-in, without a name
       drop();
   }
   if (result.verdict == Verdict::unexplained && result.effects.empty()) take_lead();
@@ -423,7 +426,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
 
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
   const Forcing forcing = result.located.shares.front().forcing;
-  if (result.verdict == Verdict::unexplained) result.left_over = left_over(effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
+  if (result.verdict == Verdict::unexplained) result.left_over = left_over(result.effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
   if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
   } else if (result.verdict == Verdict::unexplained) {
@@ -445,6 +448,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
 
   for (const std::size_t s : result.search.rounds.back().scores.best) {
     const Score& score = result.search.rounds.back().scores.all[s];
+    if (answer.limb().on[score.effect]) continue;
     const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
     const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
     Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic, false};
