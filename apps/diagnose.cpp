@@ -1,4 +1,5 @@
-// sinew diagnose: where a plant and recordings differ, which physics is missing, the plant with it, and how much better that is.
+// sinew diagnose: where a plant and recordings differ, which physics is missing, the plant with it, and how much better
+// that is.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -40,7 +41,8 @@ std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
     if (std::find(all.begin(), all.end(), name) == all.end()) {
       std::string advice = "no such effect";
       if (const std::string near = sim::nearest(name, all); !near.empty()) advice += "; did you mean " + near + "?";
-      throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
+      throw sim::InputError(
+          {.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
     }
     chosen.push_back(plant::effect_index(name));
   }
@@ -53,7 +55,8 @@ void check_apart(const DiagnoseArguments& arguments) {
   const auto check = [&](const std::string& key, const std::string& path) {
     const std::filesystem::path file = std::filesystem::weakly_canonical(path);
     if (std::find(seen.begin(), seen.end(), file) != seen.end())
-      throw sim::InputError({.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
+      throw sim::InputError(
+          {.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
     seen.push_back(file);
   };
   for (const std::string& path : arguments.training) check("--train", path);
@@ -63,7 +66,9 @@ void check_apart(const DiagnoseArguments& arguments) {
 sim::Recording read_checked(const std::string& path, double fit_until_s, bool training) {
   sim::Recording recording = sim::read_recording(path);
   if (training && diagnose::samples_until(recording, fit_until_s) < 20)
-    throw sim::InputError({.file = path, .key = "--fit-until", .value = sim::shortest(fit_until_s),
+    throw sim::InputError({.file = path,
+                           .key = "--fit-until",
+                           .value = sim::shortest(fit_until_s),
                            .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
                                      sim::shortest(recording.samples.front().time_s) + " s"});
   return recording;
@@ -71,7 +76,8 @@ sim::Recording read_checked(const std::string& path, double fit_until_s, bool tr
 
 void print_wrapped(const std::string& text, std::size_t indent) {
   std::string lines = report::wrap(text, report::terminal_columns, indent);
-  for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;) lines.replace(at, std::string(no_break).size(), " ");
+  for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;)
+    lines.replace(at, std::string(no_break).size(), " ");
   std::printf("%s\n", lines.c_str());
 }
 
@@ -92,7 +98,8 @@ void print_words(const DiagnosisWords& words) {
 int diagnose_command(const DiagnoseArguments& arguments) {
   const std::filesystem::path out = arguments.out;
   if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
-    throw sim::InputError({.file = "", .key = "--out", .value = arguments.out, .advice = "is a file; a folder is needed"});
+    throw sim::InputError(
+        {.file = "", .key = "--out", .value = arguments.out, .advice = "is a file; a folder is needed"});
   check_apart(arguments);
 
   DiagnosisInputs inputs;
@@ -113,8 +120,10 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   }
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
   std::vector<sim::Recording> training, held_out;
-  for (const std::string& path : arguments.training) training.push_back(read_checked(path, arguments.fit_until_s, true));
-  for (const std::string& path : arguments.held_out) held_out.push_back(read_checked(path, arguments.fit_until_s, false));
+  for (const std::string& path : arguments.training)
+    training.push_back(read_checked(path, arguments.fit_until_s, true));
+  for (const std::string& path : arguments.held_out)
+    held_out.push_back(read_checked(path, arguments.fit_until_s, false));
   InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
   for (const auto* paths : {&arguments.training, &arguments.held_out})
     for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));
@@ -132,10 +141,11 @@ int diagnose_command(const DiagnoseArguments& arguments) {
 
   const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, hashes);
   std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
-                                                 {"heldout_prediction.csv", prediction_csv(diagnosis)},
-                                                 {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
-                                                 {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
-  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
+                                           {"heldout_prediction.csv", prediction_csv(diagnosis)},
+                                           {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
+                                           {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
+  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0)
+    files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(inputs, hashes, files);
   if (interrupted()) throw diagnose::Stopped{};
   std::filesystem::create_directories(out);
@@ -149,10 +159,12 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   for (const auto* recordings : {&training, &held_out})
     for (const sim::Recording& recording : *recordings) {
       const std::string oddities = recording.notes.summary();
-      if (!oddities.empty()) std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
+      if (!oddities.empty())
+        std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
     }
   print_words(diagnosis_words(diagnosis, inputs));
-  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
+  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(),
+              (out / "report.html").string().c_str());
   return 0;
 }
 
@@ -160,32 +172,47 @@ int diagnose_command(const DiagnoseArguments& arguments) {
 
 void add_diagnose(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<DiagnoseArguments>();
-  CLI::App* command = program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
-  command->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")->required()->expected(1, 1000);
-  command->add_option("--heldout", arguments->held_out,
-                      "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
+  CLI::App* command =
+      program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
+  command
+      ->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")
+      ->required()
+      ->expected(1, 1000);
+  command
+      ->add_option(
+          "--heldout", arguments->held_out,
+          "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
       ->expected(1, 1000);
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
-  command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
+  command
+      ->add_option("--out", arguments->out,
+                   "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
       ->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is kept back");
-  command->add_option("--noise", arguments->noise,
-                      "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
-                      "otherwise estimated from each recording")
+  command->add_option("--fit-until", arguments->fit_until_s,
+                      "learn up to this time [s] of each training recording; the rest is kept back");
+  command
+      ->add_option("--noise", arguments->noise,
+                   "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
+                   "otherwise estimated from each recording")
       ->delimiter(',')
       ->expected(3)
       ->check(CLI::PositiveNumber);
-  command->add_option("--without", arguments->without, "effects that may not be named")->delimiter(',')->expected(1, 1000);
+  command->add_option("--without", arguments->without, "effects that may not be named")
+      ->delimiter(',')
+      ->expected(1, 1000);
   command->add_option("--seed", arguments->seed, "of the draws that intervals and chances come from")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
   command->add_flag("--at-rest", arguments->at_rest, "the recordings begin cold and at rest");
   command->add_flag("--json", arguments->json, "print diagnosis.json instead of sentences");
-  command->footer("Examples:\n"
-                  "  sinew diagnose --train scenarios/demo/recording.csv --plant plant/limbs/paper_limb.yaml --out results/diagnosis\n"
-                  "  sinew diagnose --train a.csv b.csv --heldout c.csv --plant mine.yaml --out results/mine --seed 7\n"
-                  "  sinew diagnose --train a.csv --fit-until 130 --plant mine.yaml --out results/mine --without input_delay fatigue");
+  command->footer(
+      "Examples:\n"
+      "  sinew diagnose --train scenarios/demo/recording.csv --plant plant/limbs/paper_limb.yaml --out "
+      "results/diagnosis\n"
+      "  sinew diagnose --train a.csv b.csv --heldout c.csv --plant mine.yaml --out results/mine --seed 7\n"
+      "  sinew diagnose --train a.csv --fit-until 130 --plant mine.yaml --out results/mine --without input_delay "
+      "fatigue");
   command->callback([arguments, &exit_code] { exit_code = diagnose_command(*arguments); });
 }
 

@@ -56,7 +56,8 @@ ordered_json effect_json(const diagnose::FoundEffect& found) {
   json["gain"] = found.gain;
   json["chance"] = found.chance;
   json["rivals"] = ordered_json::array();
-  for (const auto& [effect, loss] : found.rivals) json["rivals"].push_back({{"name", name_of(effect)}, {"loss_of_log_evidence", loss}});
+  for (const auto& [effect, loss] : found.rivals)
+    json["rivals"].push_back({{"name", name_of(effect)}, {"loss_of_log_evidence", loss}});
   return json;
 }
 
@@ -69,7 +70,9 @@ ordered_json round_json(const diagnose::Round& round, const diagnose::Explanatio
   json["unrest_before"] = round.before.unrest;
   json["candidates"] = ordered_json::array();
   for (const auto& candidate : round.candidates) {
-    ordered_json one{{"name", name_of(candidate.effect)}, {"score", candidate.score.statistic}, {"fitted", candidate.explanation.usable}};
+    ordered_json one{{"name", name_of(candidate.effect)},
+                     {"score", candidate.score.statistic},
+                     {"fitted", candidate.explanation.usable}};
     if (candidate.explanation.usable) {
       one["gain"] = 2.0 * (candidate.explanation.log_posterior - round.before.log_posterior);
       one["log_evidence"] = candidate.explanation.log_evidence;
@@ -78,7 +81,8 @@ ordered_json round_json(const diagnose::Round& round, const diagnose::Explanatio
     json["candidates"].push_back(one);
   }
   json["scores"] = ordered_json::object();
-  for (const std::size_t s : round.scores.best) json["scores"][name_of(round.scores.all[s].effect)] = round.scores.all[s].statistic;
+  for (const std::size_t s : round.scores.best)
+    json["scores"][name_of(round.scores.all[s].effect)] = round.scores.all[s].statistic;
   return json;
 }
 
@@ -102,8 +106,10 @@ ordered_json fitted_json(const diagnose::Explanation& answer) {
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
     if (unknown.parameter == plant::no_effect) continue;
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = 1.959964 * answer.deviation(u) / unit;
-    json[unknown.name] = {{"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
+                 error = 1.959964 * answer.deviation(u) / unit;
+    json[unknown.name] = {
+        {"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
   }
   return json;
 }
@@ -128,20 +134,24 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   for (const auto& found : d.effects) json["effects"].push_back(effect_json(found));
   json["ambiguous_with"] = names_of(d.ambiguous_with);
   if (d.experiment)
-    json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name}, {"rival", plant::effects()[d.experiment->rival].name},
-                          {"words", d.experiment->words}, {"duration_s", d.experiment->duration_s},
-                          {"largest_duty_fraction", d.experiment->largest_duty_fraction}, {"hottest_degC", d.experiment->hottest_degC},
+    json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name},
+                          {"rival", plant::effects()[d.experiment->rival].name},
+                          {"words", d.experiment->words},
+                          {"duration_s", d.experiment->duration_s},
+                          {"largest_duty_fraction", d.experiment->largest_duty_fraction},
+                          {"hottest_degC", d.experiment->hottest_degC},
                           {"separation", d.experiment->separation}};
-  json["located"] = {{"channel", channels[d.located.channel].column},
-                     {"place", d.located.place},
-                     {"windows_s", windows_json(d.located.worst)},
-                     {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
-                     {"share_of_time", d.located.worst.share_of_time},
-                     {"share_of_error", d.located.worst.share_of_error},
-                     {"while", d.located.while_words},
-                     {"cannot_be_told_from", d.located.cannot_be_told_from},
-                     {"calibrated", per_channel(d.located.rmse)},
-                     {"noise", per_channel(d.located.noise)}};
+  json["located"] = {
+      {"channel", channels[d.located.channel].column},
+      {"place", d.located.place},
+      {"windows_s", windows_json(d.located.worst)},
+      {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
+      {"share_of_time", d.located.worst.share_of_time},
+      {"share_of_error", d.located.worst.share_of_error},
+      {"while", d.located.while_words},
+      {"cannot_be_told_from", d.located.cannot_be_told_from},
+      {"calibrated", per_channel(d.located.rmse)},
+      {"noise", per_channel(d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)
     shares.push_back({{"place", diagnose::forcings[static_cast<std::size_t>(share.forcing)].name},
@@ -153,14 +163,19 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   const auto& held = d.held_out;
   ordered_json gain;
   for (std::size_t c = 0; c < channel_count; ++c)
-    gain[std::string(channels[c].column)] = {{"value", held.gain[c]}, {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
-  json["fit"]["heldout"] = {{"before", per_channel(held.before)},   {"after", per_channel(held.after)},
-                            {"noise", per_channel(held.noise)},     {"nominal", per_channel(held.nominal)},
-                            {"gain", gain},                         {"samples", counts(held.samples)},
+    gain[std::string(channels[c].column)] = {{"value", held.gain[c]},
+                                             {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
+  json["fit"]["heldout"] = {{"before", per_channel(held.before)},
+                            {"after", per_channel(held.after)},
+                            {"noise", per_channel(held.noise)},
+                            {"nominal", per_channel(held.nominal)},
+                            {"gain", gain},
+                            {"samples", counts(held.samples)},
                             {"kept_back", kept_back_words(d)}};
   json["fit"]["residual_correlation"]["lag_s"] = 0.5;
   for (std::size_t c = 0; c < channel_count; ++c)
-    json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]}, {"after", d.correlation.after[c]}};
+    json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]},
+                                                                            {"after", d.correlation.after[c]}};
 
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
@@ -187,8 +202,14 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     json["left_over"] = nullptr;
   } else {
     const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
-    json["left_over"] = {{"place", forcing.name}, {"unit", forcing.unit}, {"variable", left.variable}, {"variable_unit", left.unit},
-                         {"explained_share", left.explained_share}, {"at", left.centre}, {"mean", left.mean}, {"deviation", left.deviation}};
+    json["left_over"] = {{"place", forcing.name},
+                         {"unit", forcing.unit},
+                         {"variable", left.variable},
+                         {"variable_unit", left.unit},
+                         {"explained_share", left.explained_share},
+                         {"at", left.centre},
+                         {"mean", left.mean},
+                         {"deviation", left.deviation}};
     if (forcing.entries == 2) json["left_over"]["coil"] = left.coil == 0 ? "A" : "B";
   }
   json["rounds"] = ordered_json::array();
@@ -213,8 +234,8 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   for (std::size_t c = 0; c < channel_count; ++c)
     if (d.held_out.samples[c] > 0)
       text += "#   " + std::string(channels[c].words) + ": " + report::significant(d.held_out.after[c], 3) + " " +
-              std::string(channels[c].unit) + " (core alone " + report::significant(d.held_out.before[c], 3) + ", noise " +
-              report::significant(d.held_out.noise[c], 2) + ")\n";
+              std::string(channels[c].unit) + " (core alone " + report::significant(d.held_out.before[c], 3) +
+              ", noise " + report::significant(d.held_out.noise[c], 2) + ")\n";
   text += "# 95 % intervals of what was fitted:\n";
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
@@ -232,7 +253,8 @@ std::string prediction_csv(const diagnose::Diagnosis& d) {
     if (!prediction.training && chosen == nullptr) chosen = &prediction;
   const bool held_out = chosen != nullptr;
   for (const auto& prediction : d.predictions)
-    if (chosen == nullptr && std::find(prediction.kept_back.begin(), prediction.kept_back.end(), true) != prediction.kept_back.end())
+    if (chosen == nullptr &&
+        std::find(prediction.kept_back.begin(), prediction.kept_back.end(), true) != prediction.kept_back.end())
       chosen = &prediction;
   sim::Recording predicted;
   if (chosen == nullptr) {
@@ -241,8 +263,11 @@ std::string prediction_csv(const diagnose::Diagnosis& d) {
   }
   const std::string name = file_name(chosen->recording->name);
   predicted.name = "prediction of " + name;
-  predicted.comments = {"What the repaired plant predicts for " + name + ", open loop, from its recorded duty alone (sinew diagnose)."};
-  if (!held_out) predicted.comments.push_back("No recording was held out: these are the samples of the training recording that were kept back from the fit.");
+  predicted.comments = {"What the repaired plant predicts for " + name +
+                        ", open loop, from its recorded duty alone (sinew diagnose)."};
+  if (!held_out)
+    predicted.comments.push_back(
+        "No recording was held out: these are the samples of the training recording that were kept back from the fit.");
   for (std::size_t k = 0; k < chosen->time_s.size(); ++k) {
     if (!held_out && !chosen->kept_back[k]) continue;
     sim::Sample sample = chosen->recording->samples[k];
@@ -253,7 +278,8 @@ std::string prediction_csv(const diagnose::Diagnosis& d) {
   return sim::to_csv(predicted);
 }
 
-std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes, const std::map<std::string, std::string>& files) {
+std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes,
+                               const std::map<std::string, std::string>& files) {
   const sim::Build build = sim::this_build();
   ordered_json json;
   json["program"] = "sinew " + build.version;

@@ -23,7 +23,9 @@ constexpr double two_sided_95 = 1.959964;
 
 std::string effect_name(std::size_t effect) { return std::string(plant::effects()[effect].name); }
 std::string effect_words(std::size_t effect) { return std::string(plant::effects()[effect].words); }
-std::string with_channel_unit(std::size_t c) { return std::string(channels[c].words) + " / " + std::string(channels[c].unit); }
+std::string with_channel_unit(std::size_t c) {
+  return std::string(channels[c].words) + " / " + std::string(channels[c].unit);
+}
 
 report::Section section(std::string heading, int depth = 1) {
   report::Section one;
@@ -55,7 +57,8 @@ std::vector<report::Band> kept_back_bands(const Prediction& prediction) {
   if (!prediction.training) return bands;
   for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
     if (!prediction.kept_back[k]) continue;
-    if (k == 0 || !prediction.kept_back[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
+    if (k == 0 || !prediction.kept_back[k - 1])
+      bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
     bands.back().to_s = prediction.time_s[k];
   }
   return bands;
@@ -67,8 +70,8 @@ std::vector<report::Band> worst_bands(const diagnose::WorstTime& worst) {
   return bands;
 }
 
-report::TimePlot time_plot(const Prediction& prediction, std::string title, std::string label, std::vector<report::Series> series,
-                           std::vector<report::Band> bands, int height_px) {
+report::TimePlot time_plot(const Prediction& prediction, std::string title, std::string label,
+                           std::vector<report::Series> series, std::vector<report::Band> bands, int height_px) {
   report::TimePlot plot;
   plot.title = std::move(title);
   plot.y_label = std::move(label);
@@ -98,7 +101,8 @@ report::TimePlot duty_plot(const Prediction& prediction) {
   return time_plot(prediction, "Duty", "duty", std::move(series), {}, 100);
 }
 
-// --- Where -------------------------------------------------------------------------------------------------------------
+// --- Where
+// -------------------------------------------------------------------------------------------------------------
 
 report::Table place_table(const Diagnosis& d) {
   report::Table table;
@@ -107,7 +111,8 @@ report::Table place_table(const Diagnosis& d) {
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
-    row.cells = {std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words), report::fixed(share.share, 2),
+    row.cells = {std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words),
+                 report::fixed(share.share, 2),
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
     row.emphasis = place_words(d.located.place) == row.cells[0];
@@ -115,8 +120,10 @@ report::Table place_table(const Diagnosis& d) {
   }
   table.align = {report::Align::left, report::Align::right, report::Align::right, report::Align::left};
   table.caption =
-      "An unknown push was allowed into each equation of the calibrated plant, beside air that moves. Share: how much of the mismatch "
-      "the pushes into this equation make, when all are allowed at once. Last column: how well a push into this equation alone would "
+      "An unknown push was allowed into each equation of the calibrated plant, beside air that moves. Share: how much "
+      "of the mismatch "
+      "the pushes into this equation make, when all are allowed at once. Last column: how well a push into this "
+      "equation alone would "
       "account for everything.";
   return table;
 }
@@ -128,29 +135,32 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
     const Prediction& prediction = d.predictions[d.located.worst_recording];
     const std::size_t c = d.located.channel;
     const auto bands = d.verdict == Verdict::consistent ? std::vector<report::Band>{} : worst_bands(d.located.worst);
-    blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant", with_channel_unit(c),
+    blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant",
+                               with_channel_unit(c),
                                {line("recording", prediction.measured[c], colors::black),
                                 line("calibrated, nothing added", prediction.before[c], colors::vermillion)},
                                bands, 200));
     for (std::size_t i = 0; i < channel_count; ++i) {
       const std::size_t channel = (c + i) % channel_count;
-      blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channel),
-                                 "error / " + std::string(channels[channel].unit),
-                                 {noise_band(prediction, d.located.noise[channel]),
-                                  line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
-                                       colors::vermillion)},
-                                 i == 0 ? bands : std::vector<report::Band>{}, 120));
+      blocks.push_back(time_plot(
+          prediction, "What is left of " + channel_words(channel), "error / " + std::string(channels[channel].unit),
+          {noise_band(prediction, d.located.noise[channel]),
+           line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
+                colors::vermillion)},
+          i == 0 ? bands : std::vector<report::Band>{}, 120));
     }
     blocks.push_back(duty_plot(prediction));
   }
   if (d.verdict != Verdict::consistent) blocks.push_back(place_table(d));
 }
 
-// --- What --------------------------------------------------------------------------------------------------------------
+// --- What
+// --------------------------------------------------------------------------------------------------------------
 
 report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, std::size_t number) {
   report::Table table;
-  table.title = number == 0 ? "Effects that were put into the plant, one at a time" : "Effects that were put in as well, one at a time";
+  table.title = number == 0 ? "Effects that were put into the plant, one at a time"
+                            : "Effects that were put in as well, one at a time";
   table.header = {"effect", "in words", "explains", "against the best", "found"};
   double best = 0.0;
   bool any = false;
@@ -161,18 +171,24 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     }
   for (const auto& candidate : round.candidates) {
     const bool usable = candidate.explanation.usable;
-    const bool found = std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
+    const bool found =
+        std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
     report::Row row;
     row.cells = {effect_name(candidate.effect), effect_words(candidate.effect),
                  usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
-                 !usable ? "–" : candidate.explanation.log_evidence == best ? "the best" : odds_words(best - candidate.explanation.log_evidence),
+                 !usable                                      ? "–"
+                 : candidate.explanation.log_evidence == best ? "the best"
+                                                              : odds_words(best - candidate.explanation.log_evidence),
                  found ? "yes" : "no"};
     row.emphasis = found;
     table.rows.push_back(row);
   }
-  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left, report::Align::left};
-  table.caption = "Each was fitted together with all other parameters. Explains: how much it takes away of what sensor noise and moving air "
-                  "leave open. Effects that a first look ruled out are in the table of all effects at the end.";
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left,
+                 report::Align::left};
+  table.caption =
+      "Each was fitted together with all other parameters. Explains: how much it takes away of what sensor noise and "
+      "moving air "
+      "leave open. Effects that a first look ruled out are in the table of all effects at the end.";
   return table;
 }
 
@@ -201,7 +217,8 @@ void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWor
       if (!found.rivals.empty()) blocks.push_back(rival_table(d, found));
 }
 
-// --- Modelled ----------------------------------------------------------------------------------------------------------
+// --- Modelled
+// ----------------------------------------------------------------------------------------------------------
 
 report::Table parameter_table(const Diagnosis& d) {
   report::Table table;
@@ -215,13 +232,16 @@ report::Table parameter_table(const Diagnosis& d) {
     const auto& unknown = unknowns[u];
     if (unknown.parameter == plant::no_effect) continue;
     const auto& info = plant::parameters()[unknown.parameter];
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = two_sided_95 * answer.deviation(u) / unit;
-    const double low = std::max(value - error, info.declaration.range.lowest), high = std::min(value + error, info.declaration.range.highest);
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
+                 error = two_sided_95 * answer.deviation(u) / unit;
+    const double low = std::max(value - error, info.declaration.range.lowest),
+                 high = std::min(value + error, info.declaration.range.highest);
     const bool new_here = std::find(added.begin(), added.end(), info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
-                 rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit, (unknown.centre + unknown.deviation) / unit) + " ± " +
-                     report::significant(unknown.deviation / unit, 2),
+                 rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit,
+                         (unknown.centre + unknown.deviation) / unit) +
+                     " ± " + report::significant(unknown.deviation / unit, 2),
                  with_unit(rounded(value, low, high), info.declaration.unit.text),
                  "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
     row.emphasis = new_here;
@@ -235,7 +255,8 @@ report::Table parameter_table(const Diagnosis& d) {
   for (const std::size_t e : added)
     for (const std::size_t p : plant::effects()[e].parameters) {
       const auto& info = plant::parameters()[p];
-      const bool fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
+      const bool fitted =
+          std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
       report::Row row;
       row.cells = {info.key(), std::string(info.declaration.meaning), "–",
@@ -244,8 +265,11 @@ report::Table parameter_table(const Diagnosis& d) {
       table.rows.push_back(row);
     }
   table.rows.insert(table.rows.end(), core.begin(), core.end());
-  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right};
-  table.caption = "Believed before: the given plant's value (for an added effect: a typical one), and one standard deviation. Bold: what was added.";
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right,
+                 report::Align::right};
+  table.caption =
+      "Believed before: the given plant's value (for an added effect: a typical one), and one standard deviation. "
+      "Bold: what was added.";
   return table;
 }
 
@@ -259,15 +283,16 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     for (const std::size_t p : plant::effects()[e].parameters) {
       const auto& declared = plant::parameters()[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
-                   with_unit(report::significant(plant::get_in_file_units(d.repaired, p), 4), declared.unit.text) + "   " +
-                   std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
+                   with_unit(report::significant(plant::get_in_file_units(d.repaired, p), 4), declared.unit.text) +
+                   "   " + std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
     }
     blocks.push_back(code);
   }
   blocks.push_back(parameter_table(d));
 }
 
-// --- Better ------------------------------------------------------------------------------------------------------------
+// --- Better
+// ------------------------------------------------------------------------------------------------------------
 
 report::Table error_table(const Diagnosis& d) {
   const bool repaired = !added_effects(d).empty();
@@ -275,8 +300,10 @@ report::Table error_table(const Diagnosis& d) {
   report::Table table;
   table.title = "Error on data kept back (RMSE)";
   table.header = {"channel", "samples", "as given", "calibrated"};
-  if (repaired) table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
-  else table.header.push_back("noise alone");
+  if (repaired)
+    table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
+  else
+    table.header.push_back("noise alone");
   for (std::size_t c = 0; c < channel_count; ++c) {
     if (held.samples[c] == 0) continue;
     report::Row row;
@@ -286,7 +313,8 @@ report::Table error_table(const Diagnosis& d) {
       row.cells.push_back(report::significant(held.after[c], 3));
       row.cells.push_back(report::significant(held.noise[c], 2));
       row.cells.push_back(percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]));
-      if (!(held.gain_lowest[c] > 0.0) && std::abs(held.gain[c]) > 0.01) row.note = "whether this channel is predicted better cannot be told from chance";
+      if (!(held.gain_lowest[c] > 0.0) && std::abs(held.gain[c]) > 0.01)
+        row.note = "whether this channel is predicted better cannot be told from chance";
     } else {
       row.cells.push_back(report::significant(held.noise[c], 2));
     }
@@ -294,9 +322,10 @@ report::Table error_table(const Diagnosis& d) {
   }
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = report::Align::left;
-  table.caption = "Open loop: the plant is given the recorded duty and nothing else. As given: the plant file. Calibrated: its "
-                  "parameters fitted, nothing added." +
-                  std::string(repaired ? " Repaired: with what was added." : "");
+  table.caption =
+      "Open loop: the plant is given the recorded duty and nothing else. As given: the plant file. Calibrated: its "
+      "parameters fitted, nothing added." +
+      std::string(repaired ? " Repaired: with what was added." : "");
   return table;
 }
 
@@ -310,10 +339,14 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     } else {
       series.push_back(line("calibrated", prediction.after[c], colors::green));
     }
-    blocks.push_back(time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
+    blocks.push_back(
+        time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
     std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
-    if (repaired) left.push_back(line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
-    left.push_back(line(repaired ? "after − recording" : "calibrated − recording", difference(prediction.after[c], prediction.measured[c]), colors::green));
+    if (repaired)
+      left.push_back(
+          line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
+    left.push_back(line(repaired ? "after − recording" : "calibrated − recording",
+                        difference(prediction.after[c], prediction.measured[c]), colors::green));
     blocks.push_back(time_plot(prediction, "What is left of " + channel_words(c),
                                "error / " + std::string(channels[c].unit), std::move(left), bands, 110));
   }
@@ -351,34 +384,42 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
   const bool repaired = !added_effects(d).empty();
   blocks.push_back(section(repaired ? "How much better it predicts" : "How well it predicts"));
   std::vector<std::string> lines, rest;
-  for (const std::string& text : words.better) (text.starts_with("– ") ? lines : rest).push_back(text.starts_with("– ") ? text.substr(std::string("– ").size()) : text);
+  for (const std::string& text : words.better)
+    (text.starts_with("– ") ? lines : rest)
+        .push_back(text.starts_with("– ") ? text.substr(std::string("– ").size()) : text);
   if (!rest.empty()) blocks.push_back(Paragraph{.text = rest.front()});
   if (!lines.empty()) {
     blocks.push_back(report::List{.items = lines});
     for (std::size_t i = 1; i < rest.size(); ++i) blocks.push_back(Paragraph{.text = rest[i]});
     blocks.push_back(error_table(d));
   }
-  const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
+  const bool held_out =
+      std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
   std::size_t shown = 0;
   for (const Prediction& prediction : d.predictions) {
     if (prediction.training == held_out || shown == 3) continue;
     ++shown;
     report::Section part = section(file_name(prediction.recording->name), 2);
-    part.text = prediction.training ? "The plants saw this recording in part: what is shaded was kept back."
-                                    : "The plants never saw this recording; how it begins was found from its first five seconds.";
+    part.text = prediction.training
+                    ? "The plants saw this recording in part: what is shaded was kept back."
+                    : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);
     add_prediction(blocks, d, prediction, repaired);
   }
   if (lines.empty()) return;
   report::Section alike = section("Is what is left pure noise?", 2);
-  alike.text = "Errors of pure noise know nothing of each other: the curve falls to zero at once. A curve that stays up means that "
-               "something lasting is missing, or that the air moves.";
+  alike.text =
+      "Errors of pure noise know nothing of each other: the curve falls to zero at once. A curve that stays up means "
+      "that "
+      "something lasting is missing, or that the air moves.";
   blocks.push_back(alike);
   for (const std::size_t c : {std::size_t{2}, std::size_t{0}, std::size_t{1}})
-    if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty()) blocks.push_back(correlation_plot(d, c, repaired));
+    if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty())
+      blocks.push_back(correlation_plot(d, c, repaired));
 }
 
-// --- What next ---------------------------------------------------------------------------------------------------------
+// --- What next
+// ---------------------------------------------------------------------------------------------------------
 
 report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
   const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
@@ -387,12 +428,14 @@ report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
   report::ScatterPlot plot;
   plot.title = "What is missing, against " + left.variable;
   plot.x_label = left.variable + (left.unit.empty() ? "" : " / " + left.unit);
-  plot.y_label = "missing in " + std::string(forcing.words) + " / " + (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
+  plot.y_label = "missing in " + std::string(forcing.words) + " / " +
+                 (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
   const auto add = [&](std::string name, double deviations, report::ScatterSeries::Style style, std::string color) {
     report::ScatterSeries series;
     series.name = std::move(name);
     series.x = left.centre;
-    for (std::size_t b = 0; b < left.mean.size(); ++b) series.y.push_back(scale * (left.mean[b] + deviations * left.deviation[b]));
+    for (std::size_t b = 0; b < left.mean.size(); ++b)
+      series.y.push_back(scale * (left.mean[b] + deviations * left.deviation[b]));
     series.style = style;
     series.color = std::move(color);
     plot.series.push_back(std::move(series));
@@ -400,12 +443,15 @@ report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
   add("mean", 0.0, report::ScatterSeries::Style::path, colors::vermillion);
   add("one deviation more", 1.0, report::ScatterSeries::Style::dashed, colors::orange);
   add("one deviation less", -1.0, report::ScatterSeries::Style::dashed, colors::orange);
-  plot.caption = "What would have to be added to the equation, on average, in eight parts of the recording sorted by this quantity. It accounts for " +
-                 percent(left.explained_share) + " of what is missing there (judged on times from which the curve was not made).";
+  plot.caption =
+      "What would have to be added to the equation, on average, in eight parts of the recording sorted by this "
+      "quantity. It accounts for " +
+      percent(left.explained_share) + " of what is missing there (judged on times from which the curve was not made).";
   return plot;
 }
 
-// --- Details -----------------------------------------------------------------------------------------------------------
+// --- Details
+// -----------------------------------------------------------------------------------------------------------
 
 report::Table gate_table(const Diagnosis& d) {
   report::Table table;
@@ -413,18 +459,25 @@ report::Table gate_table(const Diagnosis& d) {
   for (const auto& gate : d.gate)
     for (std::size_t c = 0; c < channel_count; ++c) {
       report::Row row;
-      row.cells = {c == 0 ? file_name(gate.recording) : "", with_channel_unit(c), std::to_string(gate.samples), report::significant(gate.noise[c], 2),
-                   report::significant(gate.step[c], 2), std::to_string(gate.missing[c]), std::to_string(gate.outliers[c])};
+      row.cells = {c == 0 ? file_name(gate.recording) : "",
+                   with_channel_unit(c),
+                   std::to_string(gate.samples),
+                   report::significant(gate.noise[c], 2),
+                   report::significant(gate.step[c], 2),
+                   std::to_string(gate.missing[c]),
+                   std::to_string(gate.outliers[c])};
       if (c + 1 == channel_count) {
-        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) + " s, duty up to " +
-                   report::fixed(gate.largest_duty_fraction, 2);
+        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) +
+                   " s, duty up to " + report::fixed(gate.largest_duty_fraction, 2);
         for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);
     }
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = table.align[1] = report::Align::left;
-  table.caption = "Noise: standard deviation of the sensor. Outliers: single samples far from their neighbours; they were passed over.";
+  table.caption =
+      "Noise: standard deviation of the sensor. Outliers: single samples far from their neighbours; they were passed "
+      "over.";
   return table;
 }
 
@@ -460,15 +513,23 @@ report::Table effect_table(const Diagnosis& d) {
       answer = "cannot be told from what was found";
       row.emphasis = true;
     } else if (other != others.end()) {
-      answer = other->can_be_seen ? "not found" : is_imitated(*other) ? "cannot be seen: imitated by fitting the others" : "cannot be seen: too faint here";
+      answer = other->can_be_seen    ? "not found"
+               : is_imitated(*other) ? "cannot be seen: imitated by fitting the others"
+                                     : "cannot be seen: too faint here";
       if (other->can_be_seen && !toggle) seen = size(other->smallest_seen);
     }
-    row.cells = {std::string(info.name), std::string(info.words), place_words(text_of(info.place)), answer, seen,
+    row.cells = {std::string(info.name),
+                 std::string(info.words),
+                 place_words(text_of(info.place)),
+                 answer,
+                 seen,
                  toggle ? "there or not" : size(std::abs(strength.typical - *strength.null_value))};
     table.rows.push_back(row);
   }
   table.align.assign(table.header.size(), report::Align::left);
-  table.caption = "Too faint here: an effect of usual size would not be seen in this data, beside its noise and whatever is still unexplained.";
+  table.caption =
+      "Too faint here: an effect of usual size would not be seen in this data, beside its noise and whatever is still "
+      "unexplained.";
   return table;
 }
 
@@ -482,11 +543,15 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   page.title = "Diagnosis of " + listed(names);
   page.lead = words.verdict;
   auto& blocks = page.blocks;
-  blocks.push_back(Paragraph{.text = "A simulated limb (" + file_name(inputs.plant) +
-                                     ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
-                                     "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
-                                     "well the repaired simulation predicts data that it has not seen, and what could be done next."});
-  if (!words.summary.empty()) blocks.push_back(Paragraph{.text = words.summary, .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
+  blocks.push_back(Paragraph{
+      .text = "A simulated limb (" + file_name(inputs.plant) +
+              ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
+              "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
+              "well the repaired simulation predicts data that it has not seen, and what could be done next."});
+  if (!words.summary.empty())
+    blocks.push_back(
+        Paragraph{.text = words.summary,
+                  .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);
@@ -500,15 +565,18 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   blocks.push_back(data);
   blocks.push_back(gate_table(d));
   report::Section all = section("All effects of the catalogue");
-  all.text = "An effect that is not found is either not there, or smaller than what this data could have shown, or of a kind that this "
-             "data cannot show at all.";
+  all.text =
+      "An effect that is not found is either not there, or smaller than what this data could have shown, or of a kind "
+      "that this "
+      "data cannot show at all.";
   blocks.push_back(all);
   blocks.push_back(effect_table(d));
 
   for (const std::string& path : inputs.training) page.footer.push_back("fitted: " + path);
   for (const std::string& path : inputs.held_out) page.footer.push_back("held out: " + path);
   page.footer.push_back("nominal plant: " + inputs.plant);
-  page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
+  page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" +
+                        sim::this_build().commit + ")");
   return page;
 }
 

@@ -28,7 +28,8 @@ std::vector<std::string> found_words(const Diagnosis& d) {
 
 std::string either_words(const std::vector<std::string>& parts) {
   std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
   return text;
 }
 
@@ -36,7 +37,8 @@ std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
-             std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
+             std::string(d.gate.size() > 1 ? "the recordings" : "the recording") +
+             " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
       std::string text = "The plant leaves out that " + listed(found_words(d));
       if (!d.ambiguous_with.empty()) {
@@ -52,7 +54,8 @@ std::string verdict_sentence(const Diagnosis& d) {
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
-          named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " + probability_words(found.confidence));
+          named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
+                          probability_words(found.confidence));
         return "More is missing than I know, but part of it has a name: " + listed(named) + ".";
       }
       std::vector<std::string> places{place_words(d.located.place)};
@@ -79,8 +82,9 @@ diagnose::Forcing forcing_of_place(std::string_view place, bool& known) {
 }
 
 std::string share_of_mismatch(const diagnose::PlaceShare& share) {
-  return std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words) + " (share " + report::fixed(share.share, 2) +
-         " [" + report::fixed(share.lowest, 2) + "," + no_break + report::fixed(share.highest, 2) + "])";
+  return std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words) + " (share " +
+         report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + "," + no_break +
+         report::fixed(share.highest, 2) + "])";
 }
 
 // Where the pushes go that the calibrated plant would need, without any effect in mind.
@@ -119,9 +123,10 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   };
   std::vector<std::string> others;
   for (std::size_t c = 0; c < channel_count; ++c)
-    if (c != located.channel && std::isfinite(rmse[c])) others.push_back(std::string(channels[c].words) + " is " + off(c));
-  std::string first = "With its parameters fitted and nothing added, the plant's " + std::string(channels[located.channel].words) +
-                      " is " + off(located.channel);
+    if (c != located.channel && std::isfinite(rmse[c]))
+      others.push_back(std::string(channels[c].words) + " is " + off(c));
+  std::string first = "With its parameters fitted and nothing added, the plant's " +
+                      std::string(channels[located.channel].words) + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
   if (d.verdict == Verdict::consistent)
@@ -138,7 +143,9 @@ std::vector<std::string> where_words(const Diagnosis& d) {
 
   std::string place = shares_words(d);
   if (!d.effects.empty() && !leads(d, located.place))
-    place += (place.empty() ? "" : " ") + std::string(d.effects.size() == 1 ? "The effect that explains it, below," : "Of the effects that explain it, below, the strongest") +
+    place += (place.empty() ? "" : " ") +
+             std::string(d.effects.size() == 1 ? "The effect that explains it, below,"
+                                               : "Of the effects that explain it, below, the strongest") +
              " acts in " + place_words(located.place) + ": what it does looks, from outside, much like the former.";
   if (d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
@@ -160,7 +167,8 @@ std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
   const auto& declared = plant::parameters()[parameter.parameter].declaration;
   std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
   if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
-  if (parameter.known) return text + with_unit(report::significant(parameter.value, 3), declared.unit.text) + " (assumed)";
+  if (parameter.known)
+    return text + with_unit(report::significant(parameter.value, 3), declared.unit.text) + " (assumed)";
   return text + interval_words(parameter.value, parameter.lowest, parameter.highest, declared.unit.text);
 }
 
@@ -182,7 +190,8 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
   std::string text;
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
-    text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" + std::string(effect_name(effect)) + "): ";
+    text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" +
+           std::string(effect_name(effect)) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
       text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
@@ -195,13 +204,14 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = plant::effects()[found.effect];
-  std::string text = "Left out: " + std::string(info.words) + ". In the catalogue it is " + std::string(info.name) + ", which acts in " +
-                     place_words(text_of(info.place)) + "; " + probability_words(found.confidence) + ". The equation becomes " +
-                     std::string(info.equation);
+  std::string text = "Left out: " + std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
+                     ", which acts in " + place_words(text_of(info.place)) + "; " +
+                     probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
-    text += "Why: it explains " + percent(d.explained_share) + " of what noise and moving air leave open, and chance would bring such a gain " +
+    text += "Why: it explains " + percent(d.explained_share) +
+            " of what noise and moving air leave open, and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
@@ -215,16 +225,20 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
   std::vector<std::string> reasons;
   if (!against.channels.empty()) {
     std::vector<std::string> names;
-    for (const std::size_t c : against.channels) names.push_back("the prediction of " + std::string(diagnose::channels[c].words));
+    for (const std::size_t c : against.channels)
+      names.push_back("the prediction of " + std::string(diagnose::channels[c].words));
     reasons.push_back("leaves " + listed(names) + " far off");
   }
-  if (against.pushes_parameters) reasons.push_back("needs parameters of the core that are further from what is believed of them than without it");
+  if (against.pushes_parameters)
+    reasons.push_back("needs parameters of the core that are further from what is believed of them than without it");
   if (against.at_a_bound) reasons.push_back("needs a value at the bound of what is allowed");
   if (against.patchwork) reasons.push_back("takes three effects, and one that is not known is likelier than that");
   if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
-  const std::string rule = "A name is given only to what explains " + percent(settings.least_explained_share) + " and could not be chance";
+  const std::string rule =
+      "A name is given only to what explains " + percent(settings.least_explained_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
-  return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) + ", so none is given.";
+  return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) +
+         ", so none is given.";
 }
 
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
@@ -234,30 +248,40 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())
-      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(plant::effect_count) + " effects were tried.";
+      tested =
+          std::to_string(tried) + " of the catalogue's " + std::to_string(plant::effect_count) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
+      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+                                                        : round.candidates.front().effect;
       tested += " The one that would help most is that " + std::string(plant::effects()[best].words) + " (" +
                 std::string(effect_name(best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
     return {tested};
   }
   if (d.verdict == Verdict::unexplained && d.by_paths) {
-    text.push_back("No effects of the catalogue explain the recording to within noise. These were found by looking at whole paths: effects were "
-                   "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held on the data kept "
-                   "back. Together they take away " + percent(d.explained_share) + " of the squared error beyond noise.");
+    text.push_back(
+        "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
+        "paths: effects were "
+        "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held on "
+        "the data kept "
+        "back. Together they take away " +
+        percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty()) {
-    text.push_back("What can be named explains " + percent(d.explained_share) + " of what noise and moving air leave open. What is left is more than "
+    text.push_back("What can be named explains " + percent(d.explained_share) +
+                   " of what noise and moving air leave open. What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, or is not alone.");
   } else if (d.verdict == Verdict::unexplained) {
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
     if (!left.variable.empty())
-      start += " What the plant would need in " + std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
-               (left.explained_share >= goes_with_share ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
-                                            : " follows no single quantity: the nearest, " + left.variable + ", accounts for only " +
-                                                  percent(left.explained_share) + " of it.");
+      start +=
+          " What the plant would need in " +
+          std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+          (left.explained_share >= goes_with_share
+               ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
+               : " follows no single quantity: the nearest, " + left.variable + ", accounts for only " +
+                     percent(left.explained_share) + " of it.");
     text.push_back(start);
     std::vector<std::string> near;
     if (!d.search.rounds.empty())
@@ -267,7 +291,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
-      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " + objection_words(d, inputs.settings));
+      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " +
+                     objection_words(d, inputs.settings));
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
@@ -277,8 +302,10 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       text.back() += " Nothing else in the catalogue does as well.";
     } else {
       std::vector<std::string> names;
-      for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
-      text.push_back("It cannot be told from this: that " + listed(names) + ". Either explains the recording about as well.");
+      for (const std::size_t e : d.ambiguous_with)
+        names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
+      text.push_back("It cannot be told from this: that " + listed(names) +
+                     ". Either explains the recording about as well.");
     }
   }
   return text;
@@ -290,7 +317,8 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect || plant::parameters()[unknown.parameter].effect != plant::no_effect) continue;
+    if (unknown.parameter == plant::no_effect || plant::parameters()[unknown.parameter].effect != plant::no_effect)
+      continue;
     if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
   }
   return moved;
@@ -311,7 +339,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it.";
   else if (d.effects.empty())
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
-           " switched on as a stand-in: " + (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
+           " switched on as a stand-in: " +
+           (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
            " that is not what the limb does.";
   else
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
@@ -339,33 +368,40 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   for (std::size_t c = 0; c < channel_count; ++c) {
     if (held.samples[c] == 0) continue;
     std::string line = std::string(channels[c].words) + ": " + channel_value(c, held.before[c]) + " off before, " +
-                       channel_value(c, held.after[c]) + " after; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+                       channel_value(c, held.after[c]) + " after; noise alone would give " +
+                       channel_value(c, held.noise[c]) + ".";
     if (added_effects(d).empty())
-      line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " + channel_value(c, held.after[c]) +
-             " fitted; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+      line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " +
+             channel_value(c, held.after[c]) + " fitted; noise alone would give " + channel_value(c, held.noise[c]) +
+             ".";
     else if (!(std::abs(held.gain[c]) > 0.01))
       line += " Nothing changes.";
     else if (held.gain_lowest[c] > 0.0)
       line += " The error falls by " + percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]) + ".";
     else if (held.gain_highest[c] < 0.0)
-      line += " The error GROWS by " + percent_interval(-held.gain[c], -held.gain_highest[c], -held.gain_lowest[c]) + ".";
+      line +=
+          " The error GROWS by " + percent_interval(-held.gain[c], -held.gain_highest[c], -held.gain_lowest[c]) + ".";
     else
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
-    if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c]) rough.push_back(channel_words(c));
+    if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c])
+      rough.push_back(channel_words(c));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
   const std::size_t c = d.located.channel;
-  const auto before = correlation_after_1_s(d.correlation.before[c]), after = correlation_after_1_s(d.correlation.after[c]);
+  const auto before = correlation_after_1_s(d.correlation.before[c]),
+             after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
     closing = "Errors of " + channel_words(c) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
   if (!rough.empty() && d.verdict == Verdict::consistent)
-    closing = "The prediction of " + listed(rough) + " is off by much more than noise, although what was fitted is explained: what was kept "
+    closing = "The prediction of " + listed(rough) +
+              " is off by much more than noise, although what was fitted is explained: what was kept "
               "back may contain something that the rest does not. Give it to --train to find out.";
   else if (!rough.empty())
-    closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
+    closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) +
+               " is still off by more than noise.";
   if (!closing.empty()) text.push_back(closing);
   return text;
 }
@@ -375,7 +411,8 @@ std::string smallest_words(const diagnose::Visibility& visibility) {
   const auto& info = plant::effects()[visibility.effect];
   const auto& declared = plant::parameters()[info.strength].declaration;
   if (declared.kind == plant::Kind::toggle) return std::string(info.name);
-  return std::string(info.name) + " from " + with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
+  return std::string(info.name) + " from " +
+         with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
 }
 
 std::vector<std::string> next_words(const Diagnosis& d) {
@@ -391,31 +428,40 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
-      text.push_back("To tell " + std::string(effect_name(e.effect)) + " from " + std::string(effect_name(e.rival)) + ", run experiment.yaml on the limb: " +
-                     e.words + ", " + report::fixed(e.duration_s / 60.0, 0) + " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) +
-                     ", wires up to " + report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
-                     " standard deviations, whatever the other parameters are" +
-                     (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
-                     " Give both recordings to --train.");
+      text.push_back(
+          "To tell " + std::string(effect_name(e.effect)) + " from " + std::string(effect_name(e.rival)) +
+          ", run experiment.yaml on the limb: " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
+          " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) + ", wires up to " +
+          report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
+          " standard deviations, whatever the other parameters are" +
+          (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
+          " Give both recordings to --train.");
     } else {
-      text.push_back("To tell " + listed(names) + " apart, record the limb once more with a different drive (other amplitudes, longer holds "
+      text.push_back("To tell " + listed(names) +
+                     " apart, record the limb once more with a different drive (other amplitudes, longer holds "
                      "and rests) and give both recordings to --train.");
     }
   }
   if (d.verdict == Verdict::unexplained) {
     const auto& left = d.left_over;
     if (!left.variable.empty() && left.explained_share >= goes_with_share)
-      text.push_back("Look at the curve of what is left against " + left.variable + " in the report: which assumption of the plant's equation for " +
-                     std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) + " could break like this?");
+      text.push_back("Look at the curve of what is left against " + left.variable +
+                     " in the report: which assumption of the plant's equation for " +
+                     std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+                     " could break like this?");
     else
-      text.push_back("What is left follows no single quantity that is measured. A recording with long holds and slow ramps would show "
-                     "on what it depends.");
+      text.push_back(
+          "What is left follows no single quantity that is measured. A recording with long holds and slow ramps would "
+          "show "
+          "on what it depends.");
   } else if (d.verdict == Verdict::missing_physics && d.ambiguous_with.empty()) {
     std::string more = "Nothing further is found.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
-      more += " The next best effect, " + std::string(effect_name(best)) + ", gains what chance alone brings " + chance_words(round.chance) + ".";
+      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+                                                        : round.candidates.front().effect;
+      more += " The next best effect, " + std::string(effect_name(best)) + ", gains what chance alone brings " +
+              chance_words(round.chance) + ".";
     }
     text.push_back(more);
   }
@@ -426,10 +472,11 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     hidden = "This data cannot show " + listed(imitated) + ", unless large: fitting the other parameters imitates " +
              (imitated.size() == 1 ? "it." : "them.");
   if (!too_small.empty() && d.verdict == Verdict::unexplained)
-    hidden += std::string(hidden.empty() ? "" : " ") + "As long as this much is unexplained, nothing can be said about " + listed(too_small) + ".";
+    hidden += std::string(hidden.empty() ? "" : " ") +
+              "As long as this much is unexplained, nothing can be said about " + listed(too_small) + ".";
   else if (!too_small.empty())
-    hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) + " would hardly touch this data, so nothing is known of " +
-              (too_small.size() == 1 ? "it." : "them.");
+    hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) +
+              " would hardly touch this data, so nothing is known of " + (too_small.size() == 1 ? "it." : "them.");
   if (!hidden.empty()) text.push_back(hidden);
   std::vector<std::string> warnings;
   for (const auto& gate : d.gate)
@@ -447,7 +494,9 @@ std::string capitalised(std::string_view text) {
   return copy;
 }
 
-std::string channel_words(std::size_t channel) { return (channel < 2 ? "" : "the ") + std::string(channels[channel].words); }
+std::string channel_words(std::size_t channel) {
+  return (channel < 2 ? "" : "the ") + std::string(channels[channel].words);
+}
 
 std::string channel_value(std::size_t channel, double value, int digits) {
   return report::significant(value, digits) + (channel < 2 ? no_break : "") + std::string(channels[channel].unit);
@@ -456,13 +505,20 @@ std::string channel_value(std::size_t channel, double value, int digits) {
 std::string unit_words(std::string_view unit) {
   std::string text;
   for (std::size_t i = 0; i < unit.size(); ++i) {
-    if (unit.substr(i).starts_with("degC")) text += "°C", i += 3;
-    else if (unit.substr(i).starts_with("deg")) text += "°", i += 2;
-    else if (unit.substr(i).starts_with("Ohm")) text += "Ω", i += 2;
-    else if (unit.substr(i).starts_with("^2")) text += "²", ++i;
-    else if (unit.substr(i).starts_with("^3")) text += "³", ++i;
-    else if (unit[i] == '*') text += "·";
-    else text += unit[i];
+    if (unit.substr(i).starts_with("degC"))
+      text += "°C", i += 3;
+    else if (unit.substr(i).starts_with("deg"))
+      text += "°", i += 2;
+    else if (unit.substr(i).starts_with("Ohm"))
+      text += "Ω", i += 2;
+    else if (unit.substr(i).starts_with("^2"))
+      text += "²", ++i;
+    else if (unit.substr(i).starts_with("^3"))
+      text += "³", ++i;
+    else if (unit[i] == '*')
+      text += "·";
+    else
+      text += unit[i];
   }
   return text;
 }
@@ -477,12 +533,14 @@ std::string rounded(double value, double lowest, double highest) {
   const double width = 0.5 * (highest - lowest);
   if (!(width > 0.0) || !std::isfinite(width)) return report::significant(value, 3);
   const double largest = std::max({std::abs(value), std::abs(lowest), std::abs(highest)});
-  if (largest < 1e-3) return report::significant(value, std::clamp(2 + static_cast<int>(std::floor(std::log10(largest / width))), 2, 6));
+  if (largest < 1e-3)
+    return report::significant(value, std::clamp(2 + static_cast<int>(std::floor(std::log10(largest / width))), 2, 6));
   return report::fixed(value, std::clamp(1 - static_cast<int>(std::floor(std::log10(width))), 0, 9));
 }
 
 std::string interval_words(double value, double lowest, double highest, std::string_view unit) {
-  return with_unit(rounded(value, lowest, highest), unit) + " [" + rounded(lowest, lowest, highest) + "," + no_break + rounded(highest, lowest, highest) + "]";
+  return with_unit(rounded(value, lowest, highest), unit) + " [" + rounded(lowest, lowest, highest) + "," + no_break +
+         rounded(highest, lowest, highest) + "]";
 }
 
 std::string percent_number(double share) {
@@ -501,12 +559,13 @@ std::string percent_interval(double share, double lowest, double highest) {
 }
 
 std::string probability_words(double probability) {
-  const char* words = probability >= 0.99 ? "practically certain"
+  const char* words = probability >= 0.99   ? "practically certain"
                       : probability >= 0.95 ? "very likely"
                       : probability >= 0.8  ? "likely"
                       : probability >= 0.5  ? "more likely than not"
                                             : "possible";
-  const std::string number = probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
+  const std::string number =
+      probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
   return std::string(words) + " (probability " + number + ")";
 }
 
@@ -533,7 +592,9 @@ std::string place_words(std::string_view place) {
   if (place == text_of(plant::Place::actuation)) return "the heating of the wires by their current";
   bool known = false;
   const diagnose::Forcing forcing = forcing_of_place(place, known);
-  return known ? std::string(diagnose::forcings[static_cast<std::size_t>(forcing)].words) : place.empty() ? "no single equation" : std::string(place);
+  return known           ? std::string(diagnose::forcings[static_cast<std::size_t>(forcing)].words)
+         : place.empty() ? "no single equation"
+                         : std::string(place);
 }
 
 std::string name_and_words(std::size_t effect) {
@@ -543,26 +604,31 @@ std::string name_and_words(std::size_t effect) {
 std::string file_name(const std::string& path) {
   const std::filesystem::path file(path);
   // `run` calls all its recordings alike; their folders tell them apart.
-  if (file.filename() == "recording.csv" && file.has_parent_path()) return (file.parent_path().filename() / file.filename()).string();
+  if (file.filename() == "recording.csv" && file.has_parent_path())
+    return (file.parent_path().filename() / file.filename()).string();
   return file.filename().string();
 }
 
 std::string listed(const std::vector<std::string>& parts) {
   std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
   return text;
 }
 
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
   std::vector<std::string> windows;
   for (std::size_t i = 0; i < worst.windows_s.size() && i < most; ++i)
-    windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) + " s");
-  if (worst.windows_s.size() > most) windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
+    windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) +
+                      " s");
+  if (worst.windows_s.size() > most)
+    windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
   return listed(windows);
 }
 
-
-bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
+bool is_imitated(const diagnose::Visibility& visibility) {
+  return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0;
+}
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   diagnose::PerChannel rmse{};
@@ -600,7 +666,8 @@ std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
   const std::vector<std::size_t> added = added_effects(d);
-  std::erase_if(all, [&](const auto& other) { return std::find(added.begin(), added.end(), other.effect) != added.end(); });
+  std::erase_if(all,
+                [&](const auto& other) { return std::find(added.begin(), added.end(), other.effect) != added.end(); });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.effect < b.effect; });
   return all;
 }
@@ -627,7 +694,8 @@ std::string kept_back_words(const diagnose::Diagnosis& d) {
     if (blocks == 1 && prediction.kept_back.back())
       parts.push_back("the last " + report::fixed(seconds, 0) + " s of " + name);
     else
-      parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") + report::fixed(seconds, 0) + " s, of " + name);
+      parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") +
+                      report::fixed(seconds, 0) + " s, of " + name);
   }
   return listed(parts);
 }
@@ -643,15 +711,20 @@ std::string summary_sentence(const Diagnosis& d) {
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())
-    return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) + "; noise alone would give " +
-           channel_value(c, held.noise[c]) + ".";
-  return "With " + std::string(d.effects.empty() ? "a stand-in" : d.effects.size() == 1 ? "it" : "them") + " put in, the error of " +
-         channel_words(c) + " on data kept back goes from " + channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) +
-         "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) +
+           "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+  return "With " +
+         std::string(d.effects.empty()       ? "a stand-in"
+                     : d.effects.size() == 1 ? "it"
+                                             : "them") +
+         " put in, the error of " + channel_words(c) + " on data kept back goes from " +
+         channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) + "; noise alone would give " +
+         channel_value(c, held.noise[c]) + ".";
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
-  return {verdict_sentence(d), summary_sentence(d), where_words(d), what_words(d, inputs), modelled_words(d), better_words(d, inputs), next_words(d)};
+  return {verdict_sentence(d), summary_sentence(d),     where_words(d), what_words(d, inputs),
+          modelled_words(d),   better_words(d, inputs), next_words(d)};
 }
 
 }  // namespace sinew::apps

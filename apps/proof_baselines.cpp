@@ -17,7 +17,8 @@ using diagnose::Prediction;
 
 constexpr Eigen::Index feature_count = 5;
 
-// What the core says at every sample, and what it leaves: [samples x 5] features in units of their spread, [samples] residuals.
+// What the core says at every sample, and what it leaves: [samples x 5] features in units of their spread, [samples]
+// residuals.
 struct Residual {
   Eigen::MatrixXd features;
   std::array<Eigen::VectorXd, channel_count> left;  // measured - core; NaN where it is not to be used
@@ -31,7 +32,8 @@ Residual residual_of(const Prediction& prediction, bool held_out) {
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const auto& core = prediction.before;
-    result.features.row(k) << samples[i].duty_fraction[0], samples[i].duty_fraction[1], core[0][i] / 50.0, core[1][i] / 50.0, core[2][i] / 20.0;
+    result.features.row(k) << samples[i].duty_fraction[0], samples[i].duty_fraction[1], core[0][i] / 50.0,
+        core[1][i] / 50.0, core[2][i] / 20.0;
     for (std::size_t c = 0; c < channel_count; ++c)
       if (prediction.kept_back[i] == held_out) result.left[c](k) = prediction.measured[c][i] - core[c][i];
   }
@@ -80,12 +82,14 @@ Sparse sparse_fit(const Eigen::MatrixXd& terms, const Eigen::VectorXd& left) {
       coefficients = terms(Eigen::all, kept).colPivHouseholderQr().solve(left);
       std::vector<Eigen::Index> next;
       for (std::size_t i = 0; i < kept.size(); ++i)  // a term counts by what it contributes, whatever its unit
-        if (std::abs(coefficients(static_cast<Eigen::Index>(i))) * terms.col(kept[i]).norm() >= threshold * whole) next.push_back(kept[i]);
+        if (std::abs(coefficients(static_cast<Eigen::Index>(i))) * terms.col(kept[i]).norm() >= threshold * whole)
+          next.push_back(kept[i]);
       changed = next.size() < kept.size();
       kept = next;
     }
     if (kept.empty()) continue;
-    const double bic = n * std::log((left - terms(Eigen::all, kept) * coefficients).squaredNorm() / n) + static_cast<double>(kept.size()) * std::log(n);
+    const double bic = n * std::log((left - terms(Eigen::all, kept) * coefficients).squaredNorm() / n) +
+                       static_cast<double>(kept.size()) * std::log(n);
     if (bic >= best_bic) continue;
     best_bic = bic;
     best.coefficients.setZero();
@@ -129,15 +133,17 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
   least_squares.iterations_per_round = 8;
   const std::vector<diagnose::FitData>& data = diagnosis.search.core.problem->data();
   const auto bic = [](const diagnose::Explanation& explanation) {
-    return -2.0 * explanation.log_likelihood +
-           static_cast<double>(explanation.problem->parameters().size()) * std::log(static_cast<double>(explanation.blocks->rows().size()));
+    return -2.0 * explanation.log_likelihood + static_cast<double>(explanation.problem->parameters().size()) *
+                                                   std::log(static_cast<double>(explanation.blocks->rows().size()));
   };
-  diagnose::Explanation best = diagnose::explain(diagnosis.search.core.problem->centres(), data, diagnosis.search.core.as_guess(), least_squares);
+  diagnose::Explanation best = diagnose::explain(diagnosis.search.core.problem->centres(), data,
+                                                 diagnosis.search.core.as_guess(), least_squares);
   std::vector<std::string_view> names;
   while (best.usable && names.size() < settings.search.most_effects) {
     std::vector<std::size_t> candidates;
     for (std::size_t e = 0; e < plant::effect_count; ++e)
-      if (!best.limb().on[e] && std::find(settings.search.without.begin(), settings.search.without.end(), e) == settings.search.without.end())
+      if (!best.limb().on[e] &&
+          std::find(settings.search.without.begin(), settings.search.without.end(), e) == settings.search.without.end())
         candidates.push_back(e);
     const diagnose::Scores scores = diagnose::score(best, candidates, 1);
     diagnose::Explanation better;
@@ -145,8 +151,8 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     for (const std::size_t s : scores.best) {
       const diagnose::Score& score = scores.all[s];
       if (!score.blind && tried++ >= 3) continue;
-      const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect), data,
-                                                           diagnose::guess_with(best, score), least_squares);
+      const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect),
+                                                           data, diagnose::guess_with(best, score), least_squares);
       if (!with.usable || (better.usable && bic(with) >= bic(better))) continue;
       better = with;
       added = score.effect;
@@ -159,13 +165,15 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
   for (const Prediction& prediction : diagnosis.predictions) {
     if (prediction.training || !best.usable) continue;
     const auto& numerics = settings.search.fit.numerics;
-    const diagnose::Series model =
-        diagnose::predict(best.limb(), diagnose::start_of(best.limb(), *prediction.recording, data.front().deviation, least_squares), *prediction.recording, numerics);
+    const diagnose::Series model = diagnose::predict(
+        best.limb(), diagnose::start_of(best.limb(), *prediction.recording, data.front().deviation, least_squares),
+        *prediction.recording, numerics);
     diagnose::PerChannel rmse{};
     for (std::size_t c = 0; c < channel_count; ++c) {
       double sum = 0.0, count = 0.0;
       for (std::size_t k = 0; k < model[c].size(); ++k)
-        if (prediction.kept_back[k] && !std::isnan(prediction.measured[c][k])) sum += std::pow(model[c][k] - prediction.measured[c][k], 2), ++count;
+        if (prediction.kept_back[k] && !std::isnan(prediction.measured[c][k]))
+          sum += std::pow(model[c][k] - prediction.measured[c][k], 2), ++count;
       rmse[c] = std::sqrt(sum / count);
     }
     result["normalised_after"] = normalised(rmse, diagnosis.held_out.noise);
@@ -184,7 +192,8 @@ double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& 
 Json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings) {
   Json result;
   result["bic"] = select_by_bic(diagnosis, settings);
-  const Residual training = residual_of(diagnosis.predictions.front(), false), held_out = residual_of(diagnosis.predictions.back(), true);
+  const Residual training = residual_of(diagnosis.predictions.front(), false),
+                 held_out = residual_of(diagnosis.predictions.back(), true);
   const Eigen::MatrixXd terms = library(training.features), terms_there = library(held_out.features);
   diagnose::PerChannel by_terms{}, by_process{};
   constexpr std::size_t points = 300;
@@ -195,7 +204,8 @@ Json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSe
     by_terms[c] = rms_after(held_out, c, terms_there * found.coefficients);
     std::vector<Eigen::Index> some;
     for (std::size_t i = 0; i < points; ++i) some.push_back(rows[i * rows.size() / points]);
-    by_process[c] = rms_after(held_out, c, process_fit(training.features(some, Eigen::all), training.left[c](some), held_out.features));
+    by_process[c] = rms_after(
+        held_out, c, process_fit(training.features(some, Eigen::all), training.left[c](some), held_out.features));
   }
   result["sindy"]["normalised_after"] = normalised(by_terms, diagnosis.held_out.noise);
   result["gaussian_process"]["normalised_after"] = normalised(by_process, diagnosis.held_out.noise);

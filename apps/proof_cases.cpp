@@ -53,18 +53,24 @@ std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double t
           break;
         }
         case prove::Family::other_form:
-        case prove::Family::outside: add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false); break;
-        case prove::Family::pair: add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false); break;
+        case prove::Family::outside:
+          add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
+          break;
+        case prove::Family::pair:
+          add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
+          break;
       }
     }
   return cases;
 }
 
 std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
-  const std::vector<std::string> wanted{"clean-core-plain", "clean-core-gaps", "clean-core-outliers", "catalogue-thermocouple_lag-",
-                                        "catalogue-latent_heat-", "catalogue-viscoelastic_creep-", "catalogue-dry_friction-",
-                                        "catalogue-supply_sag-", "catalogue-fatigue-", "other_form-viscoelastic_creep",
-                                        "outside-bend_cooling", "outside-motion_cooling"};
+  const std::vector<std::string> wanted{"clean-core-plain",        "clean-core-gaps",
+                                        "clean-core-outliers",     "catalogue-thermocouple_lag-",
+                                        "catalogue-latent_heat-",  "catalogue-viscoelastic_creep-",
+                                        "catalogue-dry_friction-", "catalogue-supply_sag-",
+                                        "catalogue-fatigue-",      "other_form-viscoelastic_creep",
+                                        "outside-bend_cooling",    "outside-motion_cooling"};
   std::vector<ProofCase> few;
   for (const std::string& prefix : wanted)
     for (const ProofCase& one : proof_cases(first_development_seed, 1, training_s, held_out_s))
@@ -84,8 +90,12 @@ nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& c
   answer["seed"] = one.seed;
   answer["effects"] = nlohmann::ordered_json::array();
   for (const prove::TruthEffect& effect : concealed.effects)
-    answer["effects"].push_back({{"name", effect.name}, {"form", effect.form}, {"place", effect.place}, {"in_catalogue", effect.in_catalogue},
-                                 {"parameters", effect.parameters}, {"words", effect.words}});
+    answer["effects"].push_back({{"name", effect.name},
+                                 {"form", effect.form},
+                                 {"place", effect.place},
+                                 {"in_catalogue", effect.in_catalogue},
+                                 {"parameters", effect.parameters},
+                                 {"words", effect.words}});
   answer["core"] = concealed.core_parameters;
   return answer;
 }

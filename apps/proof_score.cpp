@@ -23,7 +23,8 @@ struct Count {
   std::array<double, 2> interval() const {
     if (all == 0) return {std::nan(""), std::nan("")};
     constexpr double z = 1.959964;
-    const double n = all, p = share(), middle = p + z * z / (2 * n), half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+    const double n = all, p = share(), middle = p + z * z / (2 * n),
+                 half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
     return {(middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)};
   }
 };
@@ -35,8 +36,13 @@ double median(std::vector<double> values) {
 }
 
 Json share_json(const std::string& what, const Count& count, const std::string& goal, bool reached) {
-  return {{"what", what}, {"good", count.good}, {"of", count.all}, {"share", count.all ? Json(count.share()) : Json()},
-          {"interval", {count.interval()[0], count.interval()[1]}}, {"goal", goal}, {"reached", count.all > 0 && reached}};
+  return {{"what", what},
+          {"good", count.good},
+          {"of", count.all},
+          {"share", count.all ? Json(count.share()) : Json()},
+          {"interval", {count.interval()[0], count.interval()[1]}},
+          {"goal", goal},
+          {"reached", count.all > 0 && reached}};
 }
 // What a simpler method made of the same cases (proof_baselines.h).
 struct Baseline {
@@ -60,7 +66,8 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 Json score_proof(const Json& answers, const Json& results) {
-  Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place, covered, worse;
+  Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place,
+      covered, worse;
   std::map<std::string, Count> right_by_effect;
   std::vector<double> sizes, errors, reductions;
   std::map<std::string, std::map<std::string, Count>> strata;
@@ -80,12 +87,17 @@ Json score_proof(const Json& answers, const Json& results) {
     std::vector<std::string> set = named;
     for (const Json& name : result["ambiguous_with"]) set.push_back(name);
     const double seen = result["visibility"];
-    // Nothing to see, or an effect that calibration absorbs and the answer lists by name as one that this recording cannot show.
-    const bool said_by_name = verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
+    // Nothing to see, or an effect that calibration absorbs and the answer lists by name as one that this recording
+    // cannot show.
+    const bool said_by_name =
+        verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
     const bool nothing_to_see = family != "clean" && (seen < invisible_below || said_by_name);
     const std::string first = named.empty() ? (verdict == "consistent" ? "(nothing)" : "(unknown)") : named[0];
     const bool confidently = !named.empty() && result["effects"][0]["confidence"].get<double>() >= confident;
-    const std::string stratum = seen < invisible_below ? "d' < 5" : seen < 20 ? "5 to 20" : seen < 100 ? "20 to 100" : "over 100";
+    const std::string stratum = seen < invisible_below ? "d' < 5"
+                                : seen < 20            ? "5 to 20"
+                                : seen < 100           ? "20 to 100"
+                                                       : "over 100";
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
@@ -116,7 +128,8 @@ Json score_proof(const Json& answers, const Json& results) {
       reduction(baselines["gaussian_process"]["normalised_after"], others["Gaussian process"]);
     }
     if (family == "clean") {
-      for (const Json& round : result["rounds"]) largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
+      for (const Json& round : result["rounds"])
+        largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
       largest_clean_unrest = std::max(largest_clean_unrest, result["unrest"][0].get<double>());
       alarms.add(verdict != "consistent");
       if (verdict != "consistent") miss("false alarm");
@@ -149,13 +162,16 @@ Json score_proof(const Json& answers, const Json& results) {
         // The equation, or one of a group of which the answer says that they cannot be told apart.
         bool right_place = result["located"]["place"] == answer["effects"][0]["place"];
         if (result["located"].contains("or"))
-          for (const Json& other : result["located"]["or"]) right_place = right_place || other == answer["effects"][0]["place"];
+          for (const Json& other : result["located"]["or"])
+            right_place = right_place || other == answer["effects"][0]["place"];
         (family == "outside" ? unknown : removed_unknown).add(verdict == "unexplained" || right_place);
         (family == "outside" ? misnamed : removed_misnamed).add(confidently);
         strata[family][stratum].add(!confidently);
         place.add(right_place);
-        if (confidently) miss("confidently misnamed " + first);
-        else if (verdict != "unexplained" && !right_place) miss("neither unknown nor in the right place: " + first);
+        if (confidently)
+          miss("confidently misnamed " + first);
+        else if (verdict != "unexplained" && !right_place)
+          miss("neither unknown nor in the right place: " + first);
       }
       confusion[(family == "outside" ? "outside: " : "removed: ") + truth[0]][first]++;
     }
@@ -169,19 +185,24 @@ Json score_proof(const Json& answers, const Json& results) {
             if (!effect["parameters"].contains(name) || effect["parameters"][name]["known"].get<bool>()) continue;
             const Json& estimate = effect["parameters"][name];
             const double truth_value = value, estimated = estimate["value"];
-            covered.add(truth_value >= estimate["ci95"][0].get<double>() && truth_value <= estimate["ci95"][1].get<double>());
+            covered.add(truth_value >= estimate["ci95"][0].get<double>() &&
+                        truth_value <= estimate["ci95"][1].get<double>());
             const double null = effect["null"];
-            if (name == strength && truth_value != null) errors.push_back(std::abs(estimated - truth_value) / std::abs(truth_value - null));
+            if (name == strength && truth_value != null)
+              errors.push_back(std::abs(estimated - truth_value) / std::abs(truth_value - null));
           }
         }
     if (!named.empty()) {
       worse.add(result["normalised_after"].get<double>() > result["normalised_before"].get<double>());
       if (result.contains("normalised_oracle")) {
-        const double before = result["normalised_before"], after = result["normalised_after"], oracle = result["normalised_oracle"];
+        const double before = result["normalised_before"], after = result["normalised_after"],
+                     oracle = result["normalised_oracle"];
         if (before > oracle) reductions.push_back((before - after) / (before - oracle));
       }
     }
-    if (!good) misses.push_back({{"id", id}, {"why", why}, {"visibility", seen}, {"verdict", verdict}, {"truth", truth}, {"named", named}});
+    if (!good)
+      misses.push_back(
+          {{"id", id}, {"why", why}, {"visibility", seen}, {"verdict", verdict}, {"truth", truth}, {"named", named}});
   }
   std::string worst_effect;
   double worst_share = 2.0;
@@ -192,22 +213,36 @@ Json score_proof(const Json& answers, const Json& results) {
   score["invisible"] = invisible;
   for (const char* part : {"by_effect", "strata", "confusion"}) score[part] = Json::object();
   Json& figures = score["figures"];
-  figures.push_back(share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
-  figures.push_back(number_json("the effect that is recognised least: " + worst_effect, worst_share > 1.0 ? std::nan("") : worst_share, right_by_effect.size(), "at least 80 %", worst_share >= 0.8));
-  figures.push_back(share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
+  figures.push_back(
+      share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
+  figures.push_back(number_json("the effect that is recognised least: " + worst_effect,
+                                worst_share > 1.0 ? std::nan("") : worst_share, right_by_effect.size(), "at least 80 %",
+                                worst_share >= 0.8));
+  figures.push_back(
+      share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
   figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));
-  figures.push_back(share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %", unknown.share() >= 0.9));
-  figures.push_back(share_json("outside the catalogue: confidently misnamed", misnamed, "at most 5 %", misnamed.share() <= 0.05));
-  figures.push_back(share_json("taken out of the catalogue: said to be unknown, or right equation", removed_unknown, "at least 90 %", removed_unknown.share() >= 0.9));
-  figures.push_back(share_json("taken out of the catalogue: confidently misnamed", removed_misnamed, "at most 5 %", removed_misnamed.share() <= 0.05));
+  figures.push_back(share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %",
+                               unknown.share() >= 0.9));
+  figures.push_back(
+      share_json("outside the catalogue: confidently misnamed", misnamed, "at most 5 %", misnamed.share() <= 0.05));
+  figures.push_back(share_json("taken out of the catalogue: said to be unknown, or right equation", removed_unknown,
+                               "at least 90 %", removed_unknown.share() >= 0.9));
+  figures.push_back(share_json("taken out of the catalogue: confidently misnamed", removed_misnamed, "at most 5 %",
+                               removed_misnamed.share() <= 0.05));
   figures.push_back(share_json("two effects: both named", both, "at least 80 %", both.share() >= 0.8));
-  figures.push_back(share_json("two effects: one or both named", one_of_two, "at least 97 %", one_of_two.share() >= 0.97));
-  figures.push_back(share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
-  figures.push_back(number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
+  figures.push_back(
+      share_json("two effects: one or both named", one_of_two, "at least 97 %", one_of_two.share() >= 0.97));
+  figures.push_back(
+      share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
+  figures.push_back(
+      number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
   figures.push_back(share_json("equation right", place, "at least 97 %", place.share() >= 0.97));
-  figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %", median(errors) < 0.1));
-  figures.push_back(share_json("95 % intervals that cover the truth", covered, "92 to 98 %", covered.share() >= 0.92 && covered.share() <= 0.98));
-  figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect", median(reductions), reductions.size(), "at least 95 %", median(reductions) >= 0.95));
+  figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %",
+                                median(errors) < 0.1));
+  figures.push_back(share_json("95 % intervals that cover the truth", covered, "92 to 98 %",
+                               covered.share() >= 0.92 && covered.share() <= 0.98));
+  figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect",
+                                median(reductions), reductions.size(), "at least 95 %", median(reductions) >= 0.95));
   figures.push_back(share_json("held-out error worse than before", worse, "at most 1 %", worse.share() <= 0.01));
   for (const auto& [effect, count] : right_by_effect) score["by_effect"][effect] = {count.good, count.all};
   for (const auto& [family, levels] : strata)
@@ -230,17 +265,21 @@ Json score_proof(const Json& answers, const Json& results) {
     row("nothing concealed: false alarms", [&](const Baseline& b) { return share(b.alarms); });
     row("outside or taken out of the catalogue: misnamed", [&](const Baseline& b) { return share(b.misnamed); });
     row("two effects: both named", [&](const Baseline& b) { return share(b.both); });
-    row("held-out error: median share of the reduction of one who knows", [&](const Baseline& b) { return b.reductions.empty() ? Json() : Json(median(b.reductions)); });
+    row("held-out error: median share of the reduction of one who knows",
+        [&](const Baseline& b) { return b.reductions.empty() ? Json() : Json(median(b.reductions)); });
   }
   return score;
 }
 
 std::string proof_markdown(const Json& score, const std::string& command) {
   const auto percent = [](double share) { return report::fixed(100.0 * share, 1) + " %"; };
-  std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " + std::to_string(score["cases"].get<int>()) +
-                     " cases. Thresholds were chosen on seeds " + std::to_string(first_development_seed) + " on, these are seeds " +
-                     std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " + std::to_string(score["invisible"].get<int>()) +
-                     " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the effect and the answer lists it by "
+  std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " +
+                     std::to_string(score["cases"].get<int>()) + " cases. Thresholds were chosen on seeds " +
+                     std::to_string(first_development_seed) + " on, these are seeds " +
+                     std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " +
+                     std::to_string(score["invisible"].get<int>()) +
+                     " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the "
+                     "effect and the answer lists it by "
                      "name as one that the recording cannot show, and the answer said that nothing is missing.\n\n"
                      "| figure | measured | 95 % interval | goal | reached |\n|---|---|---|---|---|\n";
   for (const Json& figure : score["figures"]) {
@@ -248,20 +287,28 @@ std::string proof_markdown(const Json& score, const std::string& command) {
     if (figure["of"].get<double>() == 0)
       text += "no case | |";
     else if (figure.contains("share"))
-      text += percent(figure["share"]) + " (" + std::to_string(figure["good"].get<int>()) + " of " + std::to_string(figure["of"].get<int>()) + ") | " +
-              percent(figure["interval"][0]) + " to " + percent(figure["interval"][1]) + " |";
+      text += percent(figure["share"]) + " (" + std::to_string(figure["good"].get<int>()) + " of " +
+              std::to_string(figure["of"].get<int>()) + ") | " + percent(figure["interval"][0]) + " to " +
+              percent(figure["interval"][1]) + " |";
     else
       text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
-    text += " " + figure["goal"].get<std::string>() + " | " + (figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
+    text +=
+        " " + figure["goal"].get<std::string>() + " | " + (figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
   }
-  text += "\nLargest gain that an effect had where nothing was concealed: " + report::significant(score["clean"]["largest_gain"], 3) +
+  text += "\nLargest gain that an effect had where nothing was concealed: " +
+          report::significant(score["clean"]["largest_gain"], 3) +
           "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". Made by";
-  for (const auto& [program, count] : score["programs"].items()) text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
+  for (const auto& [program, count] : score["programs"].items())
+    text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
   text += ".\n";
   if (!score["baselines"].empty()) {
-    text += "\n## Simpler methods on the same cases\n\nA name counts for Sinew where its confidence is a half or more. SINDy and the Gaussian "
-            "process correct the core's predictions and name no effect; what each does stands in apps/proof_baselines.h.\n\n|";
-    for (const auto& [column, value] : score["baselines"][0].items()) text += (column == "what" ? " figure" : " " + column) + std::string(" |");
+    text +=
+        "\n## Simpler methods on the same cases\n\nA name counts for Sinew where its confidence is a half or more. "
+        "SINDy and the Gaussian "
+        "process correct the core's predictions and name no effect; what each does stands in "
+        "apps/proof_baselines.h.\n\n|";
+    for (const auto& [column, value] : score["baselines"][0].items())
+      text += (column == "what" ? " figure" : " " + column) + std::string(" |");
     text += "\n|";
     for (std::size_t i = 0; i < score["baselines"][0].size(); ++i) text += "---|";
     text += "\n";
@@ -272,20 +319,27 @@ std::string proof_markdown(const Json& score, const std::string& command) {
       text += "\n";
     }
   }
-  text += "\n## By how visible the effect is\n\nd' is the distance, in standard deviations, of the recording from the nearest calibrated "
-          "core with its sensors' noise and moving air. Right answers of all:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | over 100 |\n|---|---|---|---|---|\n";
+  text +=
+      "\n## By how visible the effect is\n\nd' is the distance, in standard deviations, of the recording from the "
+      "nearest calibrated "
+      "core with its sensors' noise and moving air. Right answers of all:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | "
+      "over 100 |\n|---|---|---|---|---|\n";
   for (const auto& [family, levels] : score["strata"].items()) {
     text += "| " + family + " |";
     for (const char* level : {"d' < 5", "5 to 20", "20 to 100", "over 100"})
-      text += levels.contains(level) ? " " + std::to_string(levels[level][0].get<int>()) + " of " + std::to_string(levels[level][1].get<int>()) + " |" : " – |";
+      text += levels.contains(level) ? " " + std::to_string(levels[level][0].get<int>()) + " of " +
+                                           std::to_string(levels[level][1].get<int>()) + " |"
+                                     : " – |";
     text += "\n";
   }
   text += "\n## Each effect of the catalogue\n\n| effect | right name first |\n|---|---|\n";
   for (const auto& [effect, count] : score["by_effect"].items())
-    text += "| " + effect + " | " + std::to_string(count[0].get<int>()) + " of " + std::to_string(count[1].get<int>()) + " |\n";
+    text += "| " + effect + " | " + std::to_string(count[0].get<int>()) + " of " + std::to_string(count[1].get<int>()) +
+            " |\n";
   text += "\n## Every miss\n\n| case | what it said | d' |\n|---|---|---|\n";
   for (const Json& miss : score["misses"])
-    text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " + report::significant(miss["visibility"], 3) + " |\n";
+    text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " +
+            report::significant(miss["visibility"], 3) + " |\n";
   return text;
 }
 
@@ -298,17 +352,22 @@ std::string confusion_svg(const Json& score) {
   }
   std::sort(columns.begin(), columns.end());
   constexpr int cell = 18, left = 250, top = 190;
-  const int width = left + cell * static_cast<int>(columns.size()) + 20, height = top + cell * static_cast<int>(rows.size()) + 20;
-  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) +
-                    "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-                    "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n";
+  const int width = left + cell * static_cast<int>(columns.size()) + 20,
+            height = top + cell * static_cast<int>(rows.size()) + 20;
+  std::string svg =
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" +
+      std::to_string(height) +
+      "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+      "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n";
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const std::string x = std::to_string(left + cell * static_cast<int>(c) + 12);
-    svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] + "</text>\n";
+    svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] +
+           "</text>\n";
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const int y = top + cell * static_cast<int>(r);
-    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + 13) + "\" text-anchor=\"end\">" + rows[r] + "</text>\n";
+    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + 13) + "\" text-anchor=\"end\">" +
+           rows[r] + "</text>\n";
     int all = 0;
     for (const auto& [answer, count] : score["confusion"][rows[r]].items()) all += count.get<int>();
     for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -316,11 +375,12 @@ std::string confusion_svg(const Json& score) {
       const int count = given.contains(columns[c]) ? given[columns[c]].get<int>() : 0;
       const std::string x = std::to_string(left + cell * static_cast<int>(c));
       const std::string shade = report::fixed(static_cast<double>(count) / all, 3);
-      svg += "<rect x=\"" + x + "\" y=\"" + std::to_string(y) + "\" width=\"" + std::to_string(cell) + "\" height=\"" + std::to_string(cell) +
-             "\" fill=\"#1f5fa8\" fill-opacity=\"" + shade + "\" stroke=\"#ddd\"/>\n";
+      svg += "<rect x=\"" + x + "\" y=\"" + std::to_string(y) + "\" width=\"" + std::to_string(cell) + "\" height=\"" +
+             std::to_string(cell) + "\" fill=\"#1f5fa8\" fill-opacity=\"" + shade + "\" stroke=\"#ddd\"/>\n";
       if (count > 0)
-        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + 9) + "\" y=\"" + std::to_string(y + 13) +
-               "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") + "\">" + std::to_string(count) + "</text>\n";
+        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + 9) + "\" y=\"" +
+               std::to_string(y + 13) + "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") +
+               "\">" + std::to_string(count) + "</text>\n";
     }
   }
   return svg + "</svg>\n";

@@ -34,7 +34,8 @@ struct ProveArguments {
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
   sim::Recording recording{name, {}, {}, {}};
-  for (const prove::Sample& s : samples) recording.samples.push_back({s.time_s, s.duty, s.temperature_degC, s.angle_deg});
+  for (const prove::Sample& s : samples)
+    recording.samples.push_back({s.time_s, s.duty, s.temperature_degC, s.angle_deg});
   return recording;
 }
 
@@ -45,8 +46,9 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   for (const auto& found : diagnosis.effects) {
     const auto& info = plant::effects()[found.effect];
     const auto& strength = plant::parameters()[info.strength].declaration;
-    Json effect{{"name", info.name}, {"place", plant::text_of(info.place)}, {"confidence", found.confidence}, {"gain", found.gain},
-                {"strength", strength.name}, {"null", strength.null_value.value_or(0.0)}};
+    Json effect{
+        {"name", info.name},  {"place", plant::text_of(info.place)}, {"confidence", found.confidence},
+        {"gain", found.gain}, {"strength", strength.name},           {"null", strength.null_value.value_or(0.0)}};
     for (const auto& p : found.parameters)
       effect["parameters"][std::string(plant::parameters()[p.parameter].declaration.name)] = {
           {"value", p.value}, {"ci95", {p.lowest, p.highest}}, {"known", p.known}};
@@ -57,21 +59,30 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   result["cannot_be_seen"] = Json::array();
   for (const auto& other : diagnosis.others)
     if (!other.can_be_seen) result["cannot_be_seen"].push_back(plant::effects()[other.effect].name);
-  result["located"] = {{"place", diagnosis.located.place}, {"or", diagnosis.located.cannot_be_told_from},
+  result["located"] = {{"place", diagnosis.located.place},
+                       {"or", diagnosis.located.cannot_be_told_from},
                        {"channel", diagnose::channels[diagnosis.located.channel].column}};
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
   for (const auto& round : diagnosis.search.rounds)
-    result["rounds"].push_back({{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
-                                {"gain", round.gain}, {"chance", round.chance}, {"accepted", round.accepted}});
+    result["rounds"].push_back(
+        {{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
+         {"gain", round.gain},
+         {"chance", round.chance},
+         {"accepted", round.accepted}});
   for (std::size_t r = 0; r < diagnosis.search.rounds.size(); ++r)
     for (const auto& candidate : diagnosis.search.rounds[r].candidates)
       if (candidate.explanation.usable)
-        result["rounds"][r]["candidates"].push_back({plant::effects()[candidate.effect].name, candidate.explanation.log_evidence, candidate.explanation.misfit,
+        result["rounds"][r]["candidates"].push_back({plant::effects()[candidate.effect].name,
+                                                     candidate.explanation.log_evidence, candidate.explanation.misfit,
                                                      candidate.explanation.unrest});
   for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
-    result["explanations"].push_back({{"evidence", one->log_evidence}, {"misfit", one->misfit}, {"unrest", one->unrest}, {"forcing", one->forcing}, {"effects", one->effects()}});
+    result["explanations"].push_back({{"evidence", one->log_evidence},
+                                      {"misfit", one->misfit},
+                                      {"unrest", one->unrest},
+                                      {"forcing", one->forcing},
+                                      {"effects", one->effects()}});
   for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
     result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}, {"far", one->far}});
   const auto& error = diagnosis.held_out;
@@ -83,8 +94,9 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
 }
 
 // What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
-double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concealed, const std::vector<sim::Recording>& training,
-              const std::vector<sim::Recording>& held_out, diagnose::DiagnosisSettings settings) {
+double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concealed,
+              const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
+              diagnose::DiagnosisSettings settings) {
   plant::Limb<double> limb = nominal;
   diagnose::Guess guess;
   for (const prove::TruthEffect& effect : concealed.effects) {
@@ -113,7 +125,8 @@ Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
   Json result = result_of(diagnosis);
   result["baselines"] = baselines(diagnosis, settings);
-  if (one.family() == "catalogue" || one.family() == "pair") result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
+  if (one.family() == "catalogue" || one.family() == "pair")
+    result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
   return result;
 }
 
@@ -121,10 +134,10 @@ std::string figures_text(const Json& score) {
   std::string text;
   for (const Json& figure : score["figures"]) {
     if (figure["of"].get<double>() == 0) continue;
-    const std::string measured = figure.contains("share")
-                                     ? report::fixed(100.0 * figure["share"].get<double>(), 1) + " % (" + std::to_string(figure["good"].get<int>()) +
-                                           " of " + std::to_string(figure["of"].get<int>()) + ")"
-                                     : report::significant(figure["value"], 3);
+    const std::string measured = figure.contains("share") ? report::fixed(100.0 * figure["share"].get<double>(), 1) +
+                                                                " % (" + std::to_string(figure["good"].get<int>()) +
+                                                                " of " + std::to_string(figure["of"].get<int>()) + ")"
+                                                          : report::significant(figure["value"], 3);
     text += figure["what"].get<std::string>() + ": " + measured + ", goal " + figure["goal"].get<std::string>() + "\n";
   }
   return text;
@@ -133,13 +146,16 @@ std::string figures_text(const Json& score) {
 void prove_all(const ProveArguments& arguments, int& exit_code) {
   std::vector<ProofCase> cases =
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
-                    : proof_cases(arguments.set == "development" ? first_development_seed : first_reported_seed, arguments.seeds,
-                                  arguments.training_s, arguments.held_out_s);
+                    : proof_cases(arguments.set == "development" ? first_development_seed : first_reported_seed,
+                                  arguments.seeds, arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
-  std::erase_if(cases, [&](const ProofCase& one) { return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name); });
-  if (cases.empty()) throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
+  std::erase_if(cases, [&](const ProofCase& one) {
+    return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name);
+  });
+  if (cases.empty())
+    throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
 
   // The answers are sealed before any diagnosis begins.
@@ -184,8 +200,15 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
         } catch (const diagnose::Stopped&) {
           return;
         } catch (const std::exception& e) {
-          result = {{"verdict", "failed"}, {"why", e.what()}, {"effects", Json::array()}, {"ambiguous_with", Json::array()},
-                    {"cannot_be_seen", Json::array()}, {"located", {{"place", ""}}}, {"visibility", 1e3}, {"normalised_before", 0.0}, {"normalised_after", 0.0}};
+          result = {{"verdict", "failed"},
+                    {"why", e.what()},
+                    {"effects", Json::array()},
+                    {"ambiguous_with", Json::array()},
+                    {"cannot_be_seen", Json::array()},
+                    {"located", {{"place", ""}}},
+                    {"visibility", 1e3},
+                    {"normalised_before", 0.0},
+                    {"normalised_after", 0.0}};
         }
         result["seconds"] = {arguments.training_s, arguments.held_out_s};
         result["made_by"] = mark;
@@ -201,14 +224,16 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     work();
   }
   if (interrupted()) {
-    std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results.size(), cases.size(), out.c_str());
+    std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results.size(),
+                 cases.size(), out.c_str());
     exit_code = interrupted_exit_code;
     return;
   }
   Json score = score_proof(answers, results);
   score["first_seed"] = cases.front().seed;
-  std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) + " --training " +
-                        sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+  std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) +
+                        " --training " + sim::shortest(arguments.training_s) + " --held-out " +
+                        sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
   };
@@ -221,7 +246,8 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   if (arguments.json)
     std::printf("%s\n", score.dump(1).c_str());
   else
-    std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(), (out / "README.md").c_str());
+    std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(),
+                (out / "README.md").c_str());
 }
 
 }  // namespace
@@ -230,7 +256,8 @@ void add_prove(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<ProveArguments>();
   CLI::App* command = program.add_subcommand("prove", "puts the diagnosis to the proof on concealed data");
   command->footer(
-      "Recordings are made by a generator that shares no code with the plant; what is in them is sealed before the first\n"
+      "Recordings are made by a generator that shares no code with the plant; what is in them is sealed before the "
+      "first\n"
       "diagnosis begins. Ctrl-C keeps what is done, and the same command goes on from there.\n\n"
       "Examples:\n"
       "  sinew prove --out results/proof\n"
@@ -239,13 +266,16 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
   command->add_option("--plant", arguments->plant, "nominal plant")->check(CLI::ExistingFile);
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
-  command->add_option("--seeds", arguments->seeds, "seeds of every case; clean ones eight times as many")->check(CLI::Range(1, 100));
+  command->add_option("--seeds", arguments->seeds, "seeds of every case; clean ones eight times as many")
+      ->check(CLI::Range(1, 100));
   command->add_option("--families", arguments->families, "only these")
       ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
       ->delimiter(',');
   command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
-  command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));
-  command->add_option("--held-out", arguments->held_out_s, "seconds of the held-out recording")->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--training", arguments->training_s, "seconds of the training recording")
+      ->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--held-out", arguments->held_out_s, "seconds of the held-out recording")
+      ->check(CLI::Range(60.0, 36000.0));
   command->add_option("--threads", arguments->threads, "cases at a time")->check(CLI::Range(1, 256));
   command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");

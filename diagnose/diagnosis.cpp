@@ -13,13 +13,14 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double guard_s = 5.0;             // between what is fitted and what is kept back of one recording
+constexpr double guard_s = 5.0;  // between what is fitted and what is kept back of one recording
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
 constexpr double two_sided_95 = 1.959964;
-constexpr double nearly_all = 0.98;         // of the misfit
+constexpr double nearly_all = 0.98;  // of the misfit
 
-// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold out.
+// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
+// out.
 constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
 
 struct Split {
@@ -55,7 +56,8 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   const Spread spread = spread_of(path, data, numerics);
   for (std::size_t c = 0; c < channel_count; ++c) {
     double sum = 0.0;
-    for (std::size_t r = 0; r < data.size(); ++r) sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
+    for (std::size_t r = 0; r < data.size(); ++r)
+      sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
     result.rmse[c] = std::sqrt(sum);
   }
   for (std::size_t u = 0; u < explanation.problem->parameters().size(); ++u) {
@@ -67,8 +69,8 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   return result;
 }
 
-// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no heat loss,
-// friction without smoothing) is one.
+// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no
+// heat loss, friction without smoothing) is one.
 bool sensible(std::size_t effect, const Explanation& by) {
   for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
     const std::size_t p = by.problem->parameters()[u];
@@ -76,26 +78,32 @@ bool sensible(std::size_t effect, const Explanation& by) {
     const Unknown& unknown = by.problem->unknowns()[u];
     const double margin = 1e-6 * (unknown.highest - unknown.lowest);
     const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
-    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
+    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin)
+      return false;
   }
   return true;
 }
 
-// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they leave
-// nothing; without the last where that has a value that no limb has, or is a third and the two explain nearly all. Otherwise what is left has a name for none of it but,
-// perhaps, the first: further ones only bend the fit.
+// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they
+// leave nothing; without the last where that has a value that no limb has, or is a third and the two explain nearly
+// all. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   if (nothing_left(search, settings.search)) {
     const Round* last = nullptr;
     for (const Round& round : search.rounds)
       if (round.accepted) last = &round;
-    const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
-    const bool third = last && search.rounds.size() > 2 && last == &search.rounds[2] && share_explained(search.core, last->before) >= nearly_all;
-    const bool keep = !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
+    const auto enough = [&](const Explanation& by) {
+      return share_explained(search.core, by) >= settings.least_explained_share;
+    };
+    const bool third = last && search.rounds.size() > 2 && last == &search.rounds[2] &&
+                       share_explained(search.core, last->before) >= nearly_all;
+    const bool keep =
+        !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
     return keep ? search.best : last->before;
   }
   for (const Round& round : search.rounds)
-    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
+    if (round.accepted &&
+        share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
       return round.candidates.front().explanation;
   return search.best;
 }
@@ -109,7 +117,8 @@ Objections objections_to(const Explanation& answer, const std::vector<std::size_
   for (std::size_t c = 0; c < channel_count; ++c) {
     const double variance = noise[c] * noise[c];
     if (after.rmse[c] > std::hypot(2.0 * noise[c], settings.as_little[c]) &&
-        std::pow(after.rmse[c], 2) - variance > settings.most_left_of_channel * (std::pow(before.rmse[c], 2) - variance))
+        std::pow(after.rmse[c], 2) - variance >
+            settings.most_left_of_channel * (std::pow(before.rmse[c], 2) - variance))
       result.channels.push_back(c);
   }
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
@@ -139,7 +148,8 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
       const Prediction& prediction = predictions[p];
       double end_s = -1e300;
       // At least a dozen stretches to draw from, but none shorter than 5 s.
-      const double kept_s = 0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
+      const double kept_s =
+          0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
       const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
       for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
         if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
@@ -158,12 +168,14 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
     }
     Stretch sum;
     for (const Stretch& s : stretches) {
-      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
+      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise,
+          sum.count += s.count;
     }
     HeldOutError& error = result.error;
     error.samples[c] = sum.count;
     if (sum.count == 0) {
-      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] = error.gain_highest[c] = nan;
+      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] =
+          error.gain_highest[c] = nan;
       continue;
     }
     const auto n = static_cast<double>(sum.count);
@@ -178,14 +190,17 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
     for (int d = 0; d < bootstrap_draws; ++d) {
       double before = 0.0, after = 0.0;
       for (std::size_t i = 0; i < stretches.size(); ++i) {
-        const auto pick = std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+        const auto pick =
+            std::min(stretches.size() - 1,
+                     static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
         before += stretches[pick].before;
         after += stretches[pick].after;
       }
       gains.push_back(before > 0.0 ? 1.0 - std::sqrt(after / before) : 0.0);
       differences.push_back(before - after);
     }
-    for (int d = 0; d < bootstrap_draws; ++d) total[static_cast<std::size_t>(d)] += differences[static_cast<std::size_t>(d)] * n / sum.noise;
+    for (int d = 0; d < bootstrap_draws; ++d)
+      total[static_cast<std::size_t>(d)] += differences[static_cast<std::size_t>(d)] * n / sum.noise;
     std::sort(gains.begin(), gains.end());
     error.gain_lowest[c] = gains[bootstrap_draws / 40];
     error.gain_highest[c] = gains[bootstrap_draws - 1 - bootstrap_draws / 40];
@@ -201,7 +216,9 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
   std::vector<double> product(lags, 0.0);
   for (const Prediction& prediction : predictions) {
     const auto residual = [&](std::size_t k) {
-      return prediction.kept_back[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k] : nan;
+      return prediction.kept_back[k]
+                 ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
+                 : nan;
     };
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
       for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
@@ -221,7 +238,8 @@ std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb
   return effects;
 }
 
-FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis,
+                  const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
@@ -236,11 +254,13 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
     for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
       if (by.problem->parameters()[u] == p) {
         const double error = two_sided_95 * by.deviation(u) / unit;
-        parameter = {p, value, std::max(declared.range.lowest, value - error), std::min(declared.range.highest, value + error), false};
+        parameter = {p, value, std::max(declared.range.lowest, value - error),
+                     std::min(declared.range.highest, value + error), false};
       }
     result.parameters.push_back(parameter);
   }
-  if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end()) result.rivals = rivals->second;
+  if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end())
+    result.rivals = rivals->second;
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
@@ -252,9 +272,12 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
 
 std::string_view text_of(Verdict verdict) {
   switch (verdict) {
-    case Verdict::consistent: return "consistent";
-    case Verdict::missing_physics: return "missing_physics";
-    case Verdict::unexplained: return "unexplained";
+    case Verdict::consistent:
+      return "consistent";
+    case Verdict::missing_physics:
+      return "missing_physics";
+    case Verdict::unexplained:
+      return "unexplained";
   }
   return "";
 }
@@ -268,18 +291,22 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   for (const auto* recordings : {&training, &held_out})
     for (const sim::Recording& recording : *recordings) {
       result.gate.emplace_back();
-      (recordings == &training ? gated_training : gated_held_out).push_back(gated(recording, given_noise, result.gate.back()));
+      (recordings == &training ? gated_training : gated_held_out)
+          .push_back(gated(recording, given_noise, result.gate.back()));
     }
   const auto kept = std::make_shared<std::vector<Split>>();
   std::vector<Split>& splits = *kept;
   result.kept_alive = kept;
-  for (const sim::Recording& recording : gated_training) splits.push_back(split(recording, settings.fit_until_s, held_out.empty()));
+  for (const sim::Recording& recording : gated_training)
+    splits.push_back(split(recording, settings.fit_until_s, held_out.empty()));
   std::vector<FitData> data;
-  for (std::size_t r = 0; r < splits.size(); ++r) data.push_back({&splits[r].fitted, splits[r].sample_count, result.gate[r].noise});
+  for (std::size_t r = 0; r < splits.size(); ++r)
+    data.push_back({&splits[r].fitted, splits[r].sample_count, result.gate[r].noise});
 
   SearchSettings search_settings = settings.search;
   search_settings.fit.start = settings.start;
-  const plant::Limb<double> given = with_signs_of(nominal, data, settings.start, search_settings.fit.numerics, result.flipped_signs);
+  const plant::Limb<double> given =
+      with_signs_of(nominal, data, settings.start, search_settings.fit.numerics, result.flipped_signs);
   result.search = search(given, data, search_settings);
   const Explanation& core = result.search.core;
   result.visibility = std::sqrt(std::max(0.0, core.misfit));
@@ -292,7 +319,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   std::vector<Series> nominal_model;
   std::vector<PerChannel> noise;
   const auto path_of = [&](const Explanation& explanation) {
-    return explanation.unrest < search_settings.visible_unrest ? fitted(explanation) : polished(explanation, data, search_settings.fit);
+    return explanation.unrest < search_settings.visible_unrest ? fitted(explanation)
+                                                               : polished(explanation, data, search_settings.fit);
   };
   const Fitted before = path_of(core);
   Fitted after_fit = answer.effects() == core.effects() ? before : path_of(answer);
@@ -300,8 +328,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     std::vector<Prediction> predictions;
     nominal_model.clear();
     noise.clear();
-    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, std::vector<bool> kept_back, bool is_training,
-                         const std::array<plant::Start, 3>& starts, const PerChannel& sensor_noise) {
+    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, std::vector<bool> kept_back,
+                         bool is_training, const std::array<plant::Start, 3>& starts, const PerChannel& sensor_noise) {
       Prediction prediction;
       prediction.recording = &original;
       prediction.training = is_training;
@@ -318,16 +346,20 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     };
     for (std::size_t r = 0; r < training.size(); ++r) {
       // The nominal plant begins as the calibrated one does, but for states that it shares with it.
-      add(training[r], gated_training[r], splits[r].kept_back, true, {before.starts[r], first.starts[r], second.starts[r]}, result.gate[r].noise);
+      add(training[r], gated_training[r], splits[r].kept_back, true,
+          {before.starts[r], first.starts[r], second.starts[r]}, result.gate[r].noise);
     }
     for (std::size_t r = 0; r < held_out.size(); ++r) {
       const PerChannel& sensors = result.gate[training.size() + r].noise;
       const sim::Recording& clean = gated_held_out[r];
       std::vector<bool> kept_back(clean.samples.size());
       for (std::size_t k = 0; k < kept_back.size(); ++k)
-        kept_back[k] = settings.start == StartPolicy::at_rest || clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
+        kept_back[k] = settings.start == StartPolicy::at_rest ||
+                       clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
       add(held_out[r], clean, kept_back, false,
-          {start_of(given, clean, sensors, search_settings.fit), start_of(first.limb, clean, sensors, search_settings.fit), start_of(second.limb, clean, sensors, search_settings.fit)},
+          {start_of(given, clean, sensors, search_settings.fit),
+           start_of(first.limb, clean, sensors, search_settings.fit),
+           start_of(second.limb, clean, sensors, search_settings.fit)},
           sensors);
     }
     return predictions;
@@ -344,28 +376,33 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   };
-  // Where no explanation is one: what brings the whole path nearer, on the data kept back too and beyond chance. It is certain
-  // where it brings a channel most of the way without parameters that are hard to believe. More is missing even so.
+  // Where no explanation is one: what brings the whole path nearer, on the data kept back too and beyond chance. It is
+  // certain where it brings a channel most of the way without parameters that are hard to believe. More is missing even
+  // so.
   const auto take_lead = [&] {
-    PathSearch paths{search_settings.without, search_settings.most_effects, search_settings.least_gain, search_settings.threads, {}};
+    PathSearch paths{
+        search_settings.without, search_settings.most_effects, search_settings.least_gain, search_settings.threads, {}};
     paths.holds = [&](const Fitted& one, const Fitted& other) {
       const auto predictions = predictions_of(one, other);
       return score_kept_back(predictions, nominal_model, noise, settings.search.seed).lowest_gain > 0.0;
     };
     const Lead lead = follow_paths(before, data, paths, search_settings.fit);
     if (lead.effects.empty()) return;
-    const Agreement was = agreement_of(before.of, before, data, numerics), is = agreement_of(lead.path.of, lead.path, data, numerics);
+    const Agreement was = agreement_of(before.of, before, data, numerics),
+                    is = agreement_of(lead.path.of, lead.path, data, numerics);
     const PerChannel& sensors = result.gate.front().noise;
     double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
     for (std::size_t c = 0; c < channel_count; ++c) {
       if (was.rmse[c] <= std::hypot(2.0 * sensors[c], settings.as_little[c])) continue;
-      const double share = 1.0 - (std::pow(is.rmse[c], 2) - std::pow(sensors[c], 2)) / (std::pow(was.rmse[c], 2) - std::pow(sensors[c], 2));
+      const double share = 1.0 - (std::pow(is.rmse[c], 2) - std::pow(sensors[c], 2)) /
+                                     (std::pow(was.rmse[c], 2) - std::pow(sensors[c], 2));
       largest_share = std::max(largest_share, share);
       sum += std::max(0.0, share);
       ++channels_off;
     }
-    const bool believable = is.pull <= settings.most_growth_of_pull * was.pull &&
-                            std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
+    const bool believable =
+        is.pull <= settings.most_growth_of_pull * was.pull &&
+        std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
     const bool certain = largest_share >= settings.certain_share && believable;
     // As a stand-in it must do better than the one there is.
     if (!certain && !effects.empty() && !paths.holds(after_fit, lead.path)) return;
@@ -389,8 +426,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   };
   result.agreement_before = agreement_of(core, before, data, numerics);
   result.agreement_after = agreement_of(answer, after_fit, data, numerics);
-  // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain that is
-  // beyond doubt where it was fitted, so worse must be worse beyond chance.
+  // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
+  // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
   if (!effects.empty() && scored.highest_gain < 0.0) {
     drop();
     result.objections.worse_on_kept_back = true;
@@ -416,7 +453,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.correlation.after[c] = autocorrelation(result.predictions, c, true);
   }
 
-  std::stable_sort(result.effects.begin(), result.effects.end(), [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
+  std::stable_sort(result.effects.begin(), result.effects.end(),
+                   [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
   for (const FoundEffect& effect : result.effects)
     for (const auto& [rival, loss] : effect.rivals)
       if (loss < settings.ambiguous_loss &&
@@ -426,7 +464,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
 
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
   const Forcing forcing = result.located.shares.front().forcing;
-  if (result.verdict == Verdict::unexplained) result.left_over = left_over(result.effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
+  if (result.verdict == Verdict::unexplained)
+    result.left_over = left_over(result.effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
   if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
   } else if (result.verdict == Verdict::unexplained) {
@@ -435,11 +474,13 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     const bool actuation = forcing == Forcing::heat && result.left_over.variable.starts_with("duty");
     result.located.place = places[actuation ? 1 : 0];
     if (places.size() > 1) result.located.cannot_be_told_from.push_back(places[actuation ? 0 : 1]);
-    // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is excluded.
+    // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is
+    // excluded.
     constexpr std::array angle_alone{Forcing::moment, Forcing::angle_reading, Forcing::transformation};
     if (std::find(angle_alone.begin(), angle_alone.end(), forcing) != angle_alone.end())
       for (const Forcing other : angle_alone)
-        if (const std::string place = places_of(other).front(); place != result.located.place) result.located.cannot_be_told_from.push_back(place);
+        if (const std::string place = places_of(other).front(); place != result.located.place)
+          result.located.cannot_be_told_from.push_back(place);
     auto& group = result.located.cannot_be_told_from;
     std::sort(group.begin(), group.end());
     group.erase(std::unique(group.begin(), group.end()), group.end());
@@ -451,7 +492,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     if (answer.limb().on[score.effect]) continue;
     const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
     const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
-    Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic, false};
+    Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
+                          score.statistic, false};
     visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
     result.others.push_back(visibility);
   }

@@ -49,7 +49,8 @@ sim::Recording recording_of(const Programme& programme, double scale) {
   for (int k = 0; 0.1 * k <= programme.duration_s; ++k) {
     sim::Sample sample{0.1 * k, {0.0, 0.0}, {0.0, 0.0}, 0.0};
     for (const Step& step : programme.steps)
-      if (sample.time_s >= step.from_s - 1e-9 && sample.time_s < step.until_s - 1e-9) sample.duty_fraction[step.coil] += scale * step.height_fraction;
+      if (sample.time_s >= step.from_s - 1e-9 && sample.time_s < step.until_s - 1e-9)
+        sample.duty_fraction[step.coil] += scale * step.height_fraction;
     recording.samples.push_back(sample);
   }
   return recording;
@@ -63,23 +64,26 @@ double play(const plant::Limb<double>& limb, sim::Recording& recording, const pl
     const plant::Reading<double> reading = integrator.reading();
     recording.samples[k].temperature_degC = reading.temperature_degC;
     recording.samples[k].angle_deg = reading.angle_rad / plant::radians_per_degree;
-    for (const std::size_t j : plant::coils) hottest = std::max(hottest, integrator.state()[plant::core_state::temperature + j]);
+    for (const std::size_t j : plant::coils)
+      hottest = std::max(hottest, integrator.state()[plant::core_state::temperature + j]);
   });
   return failure ? std::nan("") : hottest;
 }
 
 // How far what `recording` shows is from what the explanation's limb can be fitted to, to first order.
-double distance(const Explanation& explanation, const sim::Recording& recording, const PerChannel& noise, double air_K) {
+double distance(const Explanation& explanation, const sim::Recording& recording, const PerChannel& noise,
+                double air_K) {
   const plant::Limb<double> limb = explanation.limb();
-  const FitProblem problem(limb, fittable_parameters(limb), {{&recording, recording.samples.size(), noise}}, StartPolicy::at_rest,
-                           explanation.problem->numerics());
+  const FitProblem problem(limb, fittable_parameters(limb), {{&recording, recording.samples.size(), noise}},
+                           StartPolicy::at_rest, explanation.problem->numerics());
   const Blocks blocks(problem);
   const std::vector<double> z(problem.unknowns().size(), 0.0);
   Path path;
   if (!follow(problem, z.data(), Want::everything, path)) return 0.0;
   StateNoise state_noise(problem, blocks, z.data(), path);
   state_noise.set(only_air(air_K));
-  Eigen::MatrixXd columns = blocks.means(path.jacobian.data(), z.size()), difference = blocks.means(path.residuals.data(), 1);
+  Eigen::MatrixXd columns = blocks.means(path.jacobian.data(), z.size()),
+                  difference = blocks.means(path.residuals.data(), 1);
   state_noise.whiten(columns);
   state_noise.whiten(difference);
   Eigen::MatrixXd information = columns.transpose() * columns;
@@ -89,13 +93,15 @@ double distance(const Explanation& explanation, const sim::Recording& recording,
 }
 
 std::string yaml_of(const Programme& programme, double scale, const std::string& question) {
-  std::string text = "# " + question + "\nformat: 1\nseed: 1\nduration_s: " + sim::shortest(programme.duration_s) + "\nplant: { base: paper_limb }\ninput:\n";
+  std::string text = "# " + question + "\nformat: 1\nseed: 1\nduration_s: " + sim::shortest(programme.duration_s) +
+                     "\nplant: { base: paper_limb }\ninput:\n";
   for (const std::size_t coil : plant::coils) {
     std::string steps;
     for (const Step& step : programme.steps)
       if (step.coil == coil)
-        steps += "    - step: { height_fraction: " + sim::shortest(std::round(1e4 * scale * step.height_fraction) / 1e4) + ", from_s: " +
-                 sim::shortest(step.from_s) + ", until_s: " + sim::shortest(step.until_s) + " }\n";
+        steps +=
+            "    - step: { height_fraction: " + sim::shortest(std::round(1e4 * scale * step.height_fraction) / 1e4) +
+            ", from_s: " + sim::shortest(step.from_s) + ", until_s: " + sim::shortest(step.until_s) + " }\n";
     if (!steps.empty()) text += std::string("  duty_") + (coil == 0 ? "A" : "B") + ":\n" + steps;
   }
   return text;
@@ -119,7 +125,9 @@ Experiment design_experiment(const Explanation& first, const Explanation& second
     if (!(hottest <= limits.hottest_degC)) continue;
     const double separation = distance(first, of_second, noise, air_K);
     // The square grows with time: compare per minute.
-    if (best.duration_s > 0.0 && separation * separation / programme.duration_s <= best.separation * best.separation / best.duration_s) continue;
+    if (best.duration_s > 0.0 &&
+        separation * separation / programme.duration_s <= best.separation * best.separation / best.duration_s)
+      continue;
     best.words = programme.words;
     best.duration_s = programme.duration_s;
     best.hottest_degC = hottest;

@@ -9,9 +9,9 @@
 namespace sinew::diagnose {
 namespace {
 
-// Levenberg-Marquardt for 1/2 |W r(z)|^2 + 1/2 |z|^2 within bounds, W held. Ours because the bounded solver of the library
-// evaluates the Jacobian, which is all the cost here, three times an iteration. Unknowns at a bound that the gradient
-// pushes against it are held for that step; a step is cut off at the bounds.
+// Levenberg-Marquardt for 1/2 |W r(z)|^2 + 1/2 |z|^2 within bounds, W held. Ours because the bounded solver of the
+// library evaluates the Jacobian, which is all the cost here, three times an iteration. Unknowns at a bound that the
+// gradient pushes against it are held for that step; a step is cut off at the bounds.
 class Fit {
  public:
   Fit(const FitProblem& problem, const Blocks& blocks) : problem_(problem), blocks_(blocks) {
@@ -174,8 +174,9 @@ double likelihood_with(const Explanation& at, const std::array<bool, forcing_cou
 Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings) {
   Explanation result;
-  result.problem = std::make_shared<FitProblem>(
-      limb, settings.only_start ? std::vector<std::size_t>{} : fittable_parameters(limb), data, settings.start, settings.numerics);
+  result.problem =
+      std::make_shared<FitProblem>(limb, settings.only_start ? std::vector<std::size_t>{} : fittable_parameters(limb),
+                                   data, settings.start, settings.numerics);
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
   const Blocks& blocks = *result.blocks;

@@ -65,7 +65,8 @@ sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, G
   for (std::size_t k = 1; k < recording.samples.size(); ++k)
     notes.longest_gap_s = std::max(notes.longest_gap_s, recording.samples[k].time_s - recording.samples[k - 1].time_s);
   for (const sim::Sample& sample : recording.samples)
-    for (const double duty : sample.duty_fraction) notes.largest_duty_fraction = std::max(notes.largest_duty_fraction, duty);
+    for (const double duty : sample.duty_fraction)
+      notes.largest_duty_fraction = std::max(notes.largest_duty_fraction, duty);
   for (std::size_t c = 0; c < channel_count; ++c) {
     double last = nan;
     notes.step[c] = 0.0;
@@ -83,12 +84,15 @@ sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, G
     notes.stuck_share[c] = longest_run_share(recording, c);
     const std::string words(channels[c].words);
     if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");
-    if (notes.stuck_share[c] > 0.2) notes.warnings.push_back(words + " shows one value for a long time while a coil is driven");
+    if (notes.stuck_share[c] > 0.2)
+      notes.warnings.push_back(words + " shows one value for a long time while a coil is driven");
     if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
-  if (notes.largest_duty_fraction == 0.0) notes.warnings.push_back("no coil is ever driven: little can be learnt from this recording");
+  if (notes.largest_duty_fraction == 0.0)
+    notes.warnings.push_back("no coil is ever driven: little can be learnt from this recording");
   if (notes.longest_gap_s > 2.5 * notes.period_s)
-    notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; duty is held over the gap");
+    notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) +
+                             " s; duty is held over the gap");
   return result;
 }
 

@@ -19,7 +19,8 @@ std::array<bool, forcing_count> air_and(Forcing forcing) {
   return free;
 }
 
-// "while coil A cools from 72 to 55 °C": the coil that is further from ambient in these windows, and what it does there.
+// "while coil A cools from 72 to 55 °C": the coil that is further from ambient in these windows, and what it does
+// there.
 std::string describe(const sim::Recording& recording, const std::vector<std::pair<double, double>>& windows) {
   std::array<std::vector<double>, 2> temperature;
   std::array<double, 2> duty{};
@@ -62,13 +63,24 @@ std::vector<Variable> variables_of(const Explanation& at, std::size_t coil, bool
   const std::string mine = coil == 0 ? " A" : " B", other = coil == 0 ? " B" : " A";
   std::vector<Variable> all;
   if (on_a_wire) {
-    all = {{"temperature" + mine, "°C", {}},      {"temperature" + other, "°C", {}},     {"rate of temperature" + mine, "K/s", {}},
-           {"martensite fraction" + mine, "", {}}, {"duty" + mine, "", {}},               {"angle", "°", {}},
-           {"angular velocity", "°/s", {}},        {"speed of bending", "°/s", {}},       {"time", "s", {}}};
+    all = {{"temperature" + mine, "°C", {}},
+           {"temperature" + other, "°C", {}},
+           {"rate of temperature" + mine, "K/s", {}},
+           {"martensite fraction" + mine, "", {}},
+           {"duty" + mine, "", {}},
+           {"angle", "°", {}},
+           {"angular velocity", "°/s", {}},
+           {"speed of bending", "°/s", {}},
+           {"time", "s", {}}};
   } else {
-    all = {{"angle", "°", {}},          {"angular velocity", "°/s", {}}, {"speed of bending", "°/s", {}},
-           {"temperature A", "°C", {}}, {"temperature B", "°C", {}},     {"martensite fraction A", "", {}},
-           {"martensite fraction B", "", {}}, {"time", "s", {}}};
+    all = {{"angle", "°", {}},
+           {"angular velocity", "°/s", {}},
+           {"speed of bending", "°/s", {}},
+           {"temperature A", "°C", {}},
+           {"temperature B", "°C", {}},
+           {"martensite fraction A", "", {}},
+           {"martensite fraction B", "", {}},
+           {"time", "s", {}}};
   }
   for (Variable& variable : all) variable.value = Eigen::VectorXd::Zero(count);
   std::size_t b = 0;
@@ -82,16 +94,30 @@ std::vector<Variable> variables_of(const Explanation& at, std::size_t coil, bool
       if (b >= blocks.size() || blocks[b].recording != r || blocks[b].first_sample != k) continue;
       const plant::Instant<double> now = integrator.instant();
       constexpr double degree = plant::radians_per_degree;
-      const double angle = now.angle_rad / degree, speed = now.angular_velocity_rad_s / degree, time = samples[k].time_s;
+      const double angle = now.angle_rad / degree, speed = now.angular_velocity_rad_s / degree,
+                   time = samples[k].time_s;
       const auto j = static_cast<Eigen::Index>(b++);
       const std::size_t o = 1 - coil;
       std::vector<double> values;
       if (on_a_wire)
-        values = {now.temperature_degC[coil], now.temperature_degC[o], now.temperature_rate_K_s[coil],
-                  now.martensite_fraction[coil], now.duty_fraction[coil], angle, speed, std::abs(speed), time};
+        values = {now.temperature_degC[coil],
+                  now.temperature_degC[o],
+                  now.temperature_rate_K_s[coil],
+                  now.martensite_fraction[coil],
+                  now.duty_fraction[coil],
+                  angle,
+                  speed,
+                  std::abs(speed),
+                  time};
       else
-        values = {angle, speed, std::abs(speed), now.temperature_degC[0], now.temperature_degC[1],
-                  now.martensite_fraction[0], now.martensite_fraction[1], time};
+        values = {angle,
+                  speed,
+                  std::abs(speed),
+                  now.temperature_degC[0],
+                  now.temperature_degC[1],
+                  now.martensite_fraction[0],
+                  now.martensite_fraction[1],
+                  time};
       for (std::size_t v = 0; v < values.size(); ++v) all[v].value(j) = values[v];
     }
   }
@@ -104,11 +130,13 @@ struct Binned {
 };
 
 // Eight bins of equal count; what their means account for in the half of the time they were not made from.
-Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, const std::vector<Blocks::Block>& blocks) {
+Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing,
+              const std::vector<Blocks::Block>& blocks) {
   constexpr std::size_t bins = 8;
   std::vector<Eigen::Index> order(static_cast<std::size_t>(variable.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return variable(a) < variable(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return variable(a) < variable(b); });
   Binned result;
   std::vector<std::size_t> bin_of(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) bin_of[static_cast<std::size_t>(order[i])] = i * bins / order.size();
@@ -150,12 +178,18 @@ std::vector<std::string> places_of(Forcing forcing) {
   using plant::Place;
   const auto text = [](Place place) { return std::string(plant::text_of(place)); };
   switch (forcing) {
-    case Forcing::air: return {};
-    case Forcing::heat: return {text(Place::thermal), text(Place::actuation)};
-    case Forcing::transformation: return {text(Place::transformation)};
-    case Forcing::moment: return {text(Place::mechanics)};
-    case Forcing::temperature_reading: return {text(Place::sensor_temperature)};
-    case Forcing::angle_reading: return {text(Place::sensor_angle)};
+    case Forcing::air:
+      return {};
+    case Forcing::heat:
+      return {text(Place::thermal), text(Place::actuation)};
+    case Forcing::transformation:
+      return {text(Place::transformation)};
+    case Forcing::moment:
+      return {text(Place::mechanics)};
+    case Forcing::temperature_reading:
+      return {text(Place::sensor_temperature)};
+    case Forcing::angle_reading:
+      return {text(Place::sensor_angle)};
   }
   return {};
 }
@@ -191,7 +225,8 @@ LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K) {
   return result;
 }
 
-Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, double most_air_K, std::uint64_t seed) {
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, double most_air_K,
+               std::uint64_t seed) {
   Located result;
   const auto& rows = core.blocks->rows();
   const auto& blocks = core.blocks->blocks();
@@ -219,8 +254,8 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   }
   const FitData& data = core.problem->data()[result.worst_recording];
   const Comparison comparison =
-      compare(core.limb(), core.start(result.worst_recording), recordings[result.worst_recording], data.deviation, 1e300,
-              core.problem->numerics());
+      compare(core.limb(), core.start(result.worst_recording), recordings[result.worst_recording], data.deviation,
+              1e300, core.problem->numerics());
   result.worst = comparison.worst[result.channel];
   result.while_words = describe(recordings[result.worst_recording], result.worst.windows_s);
 
@@ -265,19 +300,22 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   std::uint64_t index = 0;
   for (int d = 0; d < bootstrap_draws; ++d) {
     const auto again = shares_of([&](std::size_t) {
-      return std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+      return std::min(stretches.size() - 1,
+                      static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
     });
     for (std::size_t q = 1; q < forcing_count; ++q) drawn[q].push_back(again[q]);
   }
   for (std::size_t q = 1; q < forcing_count; ++q) {
     std::sort(drawn[q].begin(), drawn[q].end());
-    result.shares.push_back({static_cast<Forcing>(q), share[q], drawn[q][bootstrap_draws / 40], drawn[q][bootstrap_draws - 1 - bootstrap_draws / 40],
+    result.shares.push_back({static_cast<Forcing>(q), share[q], drawn[q][bootstrap_draws / 40],
+                             drawn[q][bootstrap_draws - 1 - bootstrap_draws / 40],
                              likelihood_with(core, air_and(static_cast<Forcing>(q)), most_air_K)});
   }
   std::stable_sort(result.shares.begin(), result.shares.end(),
                    [](const PlaceShare& a, const PlaceShare& b) { return a.log_likelihood > b.log_likelihood; });
   for (const PlaceShare& place : result.shares)
-    if (place.forcing != result.shares.front().forcing && place.log_likelihood > result.shares.front().log_likelihood - 3.0)
+    if (place.forcing != result.shares.front().forcing &&
+        place.log_likelihood > result.shares.front().log_likelihood - 3.0)
       for (const std::string& text : places_of(place.forcing)) result.cannot_be_told_from.push_back(text);
   return result;
 }

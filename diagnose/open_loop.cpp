@@ -87,13 +87,15 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
 namespace {
 
 // Samples over which each channel's error is correlated.
-PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data,
+                          const plant::NumericalSettings& numerics) {
   PerChannel longest{};
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Series model = predict(path.limb, path.starts[r], *data[r].recording, numerics);
     for (std::size_t c = 0; c < channel_count; ++c) {
       std::vector<double> residual(data[r].sample_count);
-      for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
+      for (std::size_t k = 0; k < residual.size(); ++k)
+        residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
       longest[c] = std::max(longest[c], correlation_samples(residual));
     }
   }
@@ -113,7 +115,8 @@ double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, co
 
 }  // namespace
 
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings) {
+Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search,
+                  const ExplanationSettings& settings) {
   constexpr std::size_t most_fits = 6, most_tries = 3;
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
@@ -125,7 +128,8 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
     const Spread spread = spread_of(lead.path, data, settings.numerics);
     std::vector<FitData> weighted = data;
     for (std::size_t r = 0; r < data.size(); ++r)
-      for (std::size_t c = 0; c < channel_count; ++c) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+      for (std::size_t c = 0; c < channel_count; ++c)
+        weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
     const Explanation here = explain(lead.path.of.problem->centres(), weighted, lead.path.of.as_guess(), least_squares);
     if (!here.usable) break;
     const Fitted without_more = fitted(here);
@@ -133,7 +137,8 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
                                    log_posterior_of(without_more, data, correlation, settings.numerics));
     std::vector<std::size_t> candidates;
     for (std::size_t e = 0; e < plant::effect_count; ++e)
-      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end()) candidates.push_back(e);
+      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
+        candidates.push_back(e);
     const Scores scores = score(here, candidates, search.threads);
     std::vector<const Score*> tried;
     for (const std::size_t s : scores.best)
@@ -141,8 +146,8 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
     std::vector<Fitted> paths(tried.size());
     std::vector<double> reached(tried.size(), -1e300);
     in_parallel(tried.size(), search.threads, [&](std::size_t i) {
-      const Explanation with =
-          explain(with_effect(here.problem->centres(), tried[i]->effect), weighted, guess_with(here, *tried[i]), least_squares);
+      const Explanation with = explain(with_effect(here.problem->centres(), tried[i]->effect), weighted,
+                                       guess_with(here, *tried[i]), least_squares);
       if (!with.usable) return;
       paths[i] = fitted(with);
       reached[i] = log_posterior_of(paths[i], data, correlation, settings.numerics);

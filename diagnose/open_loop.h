@@ -25,24 +25,25 @@ struct Fitted {
 };
 Fitted fitted(const Explanation& explanation);
 
-// How far a path is off the fitted samples of each recording and channel, at least by the sensors' noise; and minus the log
-// likelihood, up to a constant, if each channel's error has the size that it has.
+// How far a path is off the fitted samples of each recording and channel, at least by the sensors' noise; and minus the
+// log likelihood, up to a constant, if each channel's error has the size that it has.
 struct Spread {
   std::vector<PerChannel> rmse;  // units of files
   double log_sum = 0.0;
 };
 Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
 
-// Where an explanation leaves more than noise, its forcings carry what it lacks and the path alone may be far off. Least
-// squares on the path itself, each channel weighted by how far off it is, begun there; the explanation's own path where that
-// predicts the fitted samples no better.
+// Where an explanation leaves more than noise, its forcings carry what it lacks and the path alone may be far off.
+// Least squares on the path itself, each channel weighted by how far off it is, begun there; the explanation's own path
+// where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
-// Where noise in the state swallows what is missing, the search by evidence sees only how well the next seconds follow from the
-// last. This one looks at whole paths: effects are added one by one for how much closer to the recordings the plant comes
-// from its duty alone, each channel's error counting by how many independent values it has (its correlation time). The six
-// that the score test ranks highest are fitted, and those it is blind for. A path that gains `least_gain` (half of it after
-// the first) in twice the log likelihood is put to `holds`, best first, three at most; the first that does is gone on from.
+// Where noise in the state swallows what is missing, the search by evidence sees only how well the next seconds follow
+// from the last. This one looks at whole paths: effects are added one by one for how much closer to the recordings the
+// plant comes from its duty alone, each channel's error counting by how many independent values it has (its correlation
+// time). The six that the score test ranks highest are fitted, and those it is blind for. A path that gains
+// `least_gain` (half of it after the first) in twice the log likelihood is put to `holds`, best first, three at most;
+// the first that does is gone on from.
 struct PathSearch {
   std::vector<std::size_t> without;  // effects that may not be named
   std::size_t most_effects;
@@ -55,6 +56,7 @@ struct Lead {
   std::vector<std::size_t> effects;  // in the order in which they were added; empty where nothing was
   std::vector<double> gains;         // of each
 };
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings);
+Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search,
+                  const ExplanationSettings& settings);
 
 }  // namespace sinew::diagnose

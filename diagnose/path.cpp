@@ -92,8 +92,8 @@ class Differentiator {
   plant::Instant<Jet> now_;
 };
 
-// e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its denominator,
-// phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
+// e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its
+// denominator, phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
 void exponential(const Eigen::MatrixXd& x, Eigen::MatrixXd& exp_x, Eigen::MatrixXd& phi_1) {
   const Eigen::Index n = x.rows();
   const Eigen::MatrixXd scaled = x / 8.0, square = scaled * scaled / 12.0, one = Eigen::MatrixXd::Identity(n, n);
@@ -110,7 +110,8 @@ void exponential(const Eigen::MatrixXd& x, Eigen::MatrixXd& exp_x, Eigen::Matrix
 
 // Whether the derivatives of the rates change so much within a step that it must hold a corner of the hysteresis.
 constexpr int corner_parts = 6;
-bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
+bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to,
+                double step_s) {
   const auto change = (to - from).array().abs();
   return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any();
 }
@@ -151,7 +152,8 @@ struct Follower {
     Eigen::MatrixXd state_sensitivity, next, exp_x, phi_1;
     if (sensitivities) state_sensitivity = first_sensitivity(limb, start, numerics, request);
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
-    Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start), at_end(at_start);
+    Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start),
+        at_end(at_start);
     Eigen::MatrixXd seen(3, at_start.cols());
     std::vector<double> y_start, y(static_cast<std::size_t>(n)), rate_start(y), rate_end(y);
     differentiator.at(integrator.instant().given, integrator.state(), &at_end, &seen, &rate_end);
@@ -277,10 +279,12 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = parameters + r * states;
-    const Follower follower{data, limb, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
+    const Follower follower{
+        data, limb, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
     const bool fine = follower.run(
         want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
-        [&](std::size_t k, const plant::Reading<double>& reading, const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
+        [&](std::size_t k, const plant::Reading<double>& reading,
+            const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
           for (std::size_t c = 0; c < channel_count; ++c) {
             const double target = measured(data.recording->samples[k], c);
             if (std::isnan(target)) continue;

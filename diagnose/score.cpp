@@ -15,7 +15,8 @@ namespace {
 
 using Shape = std::map<std::size_t, double>;  // parameter, internal value
 
-// Whether the effect switches at an instant that one of its parameters is; such instants are tried all over the recording.
+// Whether the effect switches at an instant that one of its parameters is; such instants are tried all over the
+// recording.
 bool switches(std::size_t effect) {
   const plant::Limb<double> limb = with_effect({}, effect);
   return !plant::Equations<double>(limb).switch_times_s().empty();
@@ -25,12 +26,15 @@ std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant,
   std::vector<double> values;
   if (is_instant) {
     for (int i = 1; i < 20; ++i) values.push_back(0.05 * i * duration_s);
-  } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 && declared.prior_deviation > 0.45 * declared.typical) {
+  } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 &&
+             declared.prior_deviation > 0.45 * declared.typical) {
     for (const double factor : {0.04, 0.12, 0.35, 1.0, 3.0}) values.push_back(declared.typical * factor);
   } else {
-    for (const double step : {-1.5, -0.75, 0.0, 0.75, 1.5}) values.push_back(declared.typical + step * declared.prior_deviation);
+    for (const double step : {-1.5, -0.75, 0.0, 0.75, 1.5})
+      values.push_back(declared.typical + step * declared.prior_deviation);
   }
-  for (double& value : values) value = std::clamp(value, declared.range.lowest, declared.range.highest) * declared.unit.internal_per_unit;
+  for (double& value : values)
+    value = std::clamp(value, declared.range.lowest, declared.range.highest) * declared.unit.internal_per_unit;
   return values;
 }
 
@@ -60,7 +64,8 @@ std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
 // Whether physics allows the strength on both sides of its null.
 bool two_sided(const Score& score) {
   const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
-  return declared.null_value && declared.range.lowest < *declared.null_value && declared.range.highest > *declared.null_value;
+  return declared.null_value && declared.range.lowest < *declared.null_value &&
+         declared.range.highest > *declared.null_value;
 }
 
 struct Job {
@@ -87,7 +92,8 @@ void in_parallel(std::size_t count, int threads, const std::function<void(std::s
   };
   {
     std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t) others.emplace_back(loop);
+    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t)
+      others.emplace_back(loop);
     loop();
   }
   if (trouble) std::rethrow_exception(trouble);
@@ -98,7 +104,8 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   const plant::Limb<double> fitted = at.limb();
   double duration_s = 0.0;
   for (const FitData& data : problem.data())
-    duration_s = std::max(duration_s, data.recording->samples[data.sample_count - 1].time_s - data.recording->samples.front().time_s);
+    duration_s = std::max(
+        duration_s, data.recording->samples[data.sample_count - 1].time_s - data.recording->samples.front().time_s);
 
   Scores result;
   std::vector<Job> jobs;
@@ -155,7 +162,9 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     if (whole <= 0.0 || left < 1e-12 * whole) return;
     const double unit = declared.unit.internal_per_unit, null = declared.null_value.value_or(0.0);
     const double phi = -along / left * scale;
-    const bool allowed = difference ? phi / scale > 0.0 : phi > 0.0 ? declared.range.highest > null : declared.range.lowest < null;
+    const bool allowed = difference  ? phi / scale > 0.0
+                         : phi > 0.0 ? declared.range.highest > null
+                                     : declared.range.lowest < null;
     score.visible_share = left / whole;
     score.smallest_seen = 5.0 / std::sqrt(left) * std::abs(scale);
     score.strength = std::clamp(null * unit + phi, declared.range.lowest * unit, declared.range.highest * unit);
@@ -173,7 +182,8 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     if (job.difference) {
       // The problem with the effect on, all else as it is.
       const FitProblem with(job.limb, problem.parameters(), problem.data(),
-                            problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated, problem.numerics());
+                            problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated,
+                            problem.numerics());
       const Guess here = at.as_guess();
       std::vector<double> z(with.unknowns().size(), 0.0);
       for (std::size_t u = 0; u < z.size(); ++u)
@@ -188,7 +198,8 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
       Score& score = result.all[job.scores.front()];
       const std::size_t strength = plant::effects()[score.effect].strength;
       const auto& declared = plant::parameters()[strength].declaration;
-      judge(score, column.col(0), plant::get(job.limb, strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
+      judge(score, column.col(0),
+            plant::get(job.limb, strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
       return;
     }
     std::vector<std::size_t> strengths;
@@ -206,7 +217,8 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   };
   in_parallel(jobs.size(), threads, run);
 
-  // Of a column that calibration absorbs all but this share of, what is left is rounding, and its direction says nothing.
+  // Of a column that calibration absorbs all but this share of, what is left is rounding, and its direction says
+  // nothing.
   constexpr double absorbed_share = 1e-4;
   // At the null of some effects (a body that stores heat, and is given none) the shape does not matter to first order:
   // what is seen there is not what the effect would do, and only a fit can tell.
@@ -215,15 +227,18 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effect == e && result.all[i].column.size() > 0) mine.push_back(i);
     const bool same = mine.size() > 1 && std::all_of(mine.begin(), mine.end(), [&](std::size_t i) {
-      return result.all[i].visible_share < absorbed_share || std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
-    });
+                        return result.all[i].visible_share < absorbed_share ||
+                               std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
+                      });
     for (const std::size_t i : mine) result.all[i].blind = same;
   }
 
   for (const std::size_t e : candidates) {
     std::size_t best = result.all.size();
     for (std::size_t i = 0; i < result.all.size(); ++i)
-      if (result.all[i].effect == e && (best == result.all.size() || result.all[i].statistic > result.all[best].statistic)) best = i;
+      if (result.all[i].effect == e &&
+          (best == result.all.size() || result.all[i].statistic > result.all[best].statistic))
+        best = i;
     if (best < result.all.size()) result.best.push_back(best);
   }
   std::stable_sort(result.best.begin(), result.best.end(),

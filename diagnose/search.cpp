@@ -11,8 +11,8 @@
 namespace sinew::diagnose {
 namespace {
 
-// Where the fit of one more effect begins: with the shape that scored best and the strength that the score says, `phi` from its
-// null in internal units, within reason.
+// Where the fit of one more effect begins: with the shape that scored best and the strength that the score says, `phi`
+// from its null in internal units, within reason.
 void begin_with(Guess& guess, const Score& score, double phi) {
   if (!score.blind)
     for (const auto& [key, value] : score.shape) guess.values[key] = value;
@@ -27,7 +27,8 @@ void begin_with(Guess& guess, const Score& score, double phi) {
   guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
 }
 
-Explanation with_added(const Explanation& at, const Score& score, const Guess& guess, const ExplanationSettings& settings) {
+Explanation with_added(const Explanation& at, const Score& score, const Guess& guess,
+                       const ExplanationSettings& settings) {
   return explain(with_effect(at.problem->centres(), score.effect), at.problem->data(), guess, settings);
 }
 
@@ -52,14 +53,16 @@ class Searcher {
       const Explanation second = explain(nominal_, data_, again, settings_.fit);
       if (second.usable && second.log_posterior > result.core.log_posterior) result.core = second;
     }
-    if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
+    if (!result.core.usable)
+      throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
     result.core = first.before;
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
-    if (!nothing_left(result, settings_) && !result.rounds.empty() && !result.rounds.front().candidates.empty()) try_pairs(result);
+    if (!nothing_left(result, settings_) && !result.rounds.empty() && !result.rounds.front().candidates.empty())
+      try_pairs(result);
     // Rivals matter where there is an answer.
     if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);
     tell(1.0, "done");
@@ -100,14 +103,15 @@ class Searcher {
     return candidates;
   }
 
-  // Where the best candidate ended, everything else is nearer to the truth than where all began: the effects that look most
-  // like it are tried from there, so that a twin does not win because the other's fit got stuck.
+  // Where the best candidate ended, everything else is nearer to the truth than where all began: the effects that look
+  // most like it are tried from there, so that a twin does not win because the other's fit got stuck.
   void retry_twins(const Explanation& before, const Scores& scores, std::vector<Candidate>& candidates) const {
     const Candidate& winner = candidates.front();
     if (!winner.explanation.usable || winner.score.column.size() == 0) return;
     std::vector<std::pair<double, std::size_t>> alike;  // -|cos|, index of a score
     for (const std::size_t s : scores.best)
-      if (const Score& score = scores.all[s]; score.effect != winner.effect && score.column.size() == winner.score.column.size())
+      if (const Score& score = scores.all[s];
+          score.effect != winner.effect && score.column.size() == winner.score.column.size())
         alike.emplace_back(-std::abs(score.column.dot(winner.score.column)), s);
     std::stable_sort(alike.begin(), alike.end());
     alike.resize(std::min<std::size_t>(alike.size(), 3));
@@ -121,14 +125,16 @@ class Searcher {
       Guess guess = guess_with(before, score);
       for (const auto& [name, value] : winner.explanation.as_guess().values)
         if (const auto mine = guess.values.find(name); mine != guess.values.end()) mine->second = value;
-      for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(winner.explanation.forcing[q], 0.1 * Guess{}.forcing[q]);
+      for (std::size_t q = 0; q < forcing_count; ++q)
+        guess.forcing[q] = std::max(winner.explanation.forcing[q], 0.1 * Guess{}.forcing[q]);
       again[i].explanation = with_added(before, score, guess, shortly);
       if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
         again[i].explanation = with_added(before, score, again[i].explanation.as_guess(), settings_.fit);
     });
     for (const Candidate& one : again) {
       if (!one.explanation.usable) continue;
-      const auto there = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == one.effect; });
+      const auto there = std::find_if(candidates.begin(), candidates.end(),
+                                      [&](const Candidate& c) { return c.effect == one.effect; });
       if (there == candidates.end())
         candidates.push_back(one);
       else if (better(one, *there))
@@ -158,9 +164,11 @@ class Searcher {
         const std::size_t strength = plant::effects()[candidates[i].effect].strength;
         const auto& declared = plant::parameters()[strength].declaration;
         double& value = weaker.values[plant::parameters()[strength].key()];
-        value = *declared.null_value * declared.unit.internal_per_unit + 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
+        value = *declared.null_value * declared.unit.internal_per_unit +
+                0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
         const Explanation other = with_added(at, candidates[i].score, weaker, shortly);
-        if (other.usable && (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
+        if (other.usable &&
+            (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
           candidates[i].explanation = other;
       }
       tell(from + 0.7 * (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
@@ -210,8 +218,8 @@ class Searcher {
       }
     }
     round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
-    round.accepted = round.gain >= std::max(settings_.least_gain, settings_.least_share_of_first * first_gain) && round.chance <= settings_.most_chance &&
-                     best.log_evidence > round.before.log_evidence;
+    round.accepted = round.gain >= std::max(settings_.least_gain, settings_.least_share_of_first * first_gain) &&
+                     round.chance <= settings_.most_chance && best.log_evidence > round.before.log_evidence;
     return round;
   }
 
@@ -225,22 +233,27 @@ class Searcher {
     const auto& all = first.scores.all;
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t j = i + 1; j < all.size(); ++j) {
-        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 || all[j].column.size() == 0) continue;
+        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 ||
+            all[j].column.size() == 0)
+          continue;
         const JointScore found = joint(all[i], all[j]);
-        auto& kept = best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
+        auto& kept =
+            best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
         if (found.statistic > kept.statistic) kept = {&all[i], &all[j], found.statistic, found.root, found.other_root};
       }
     std::vector<Pair> pairs;
     for (const auto& [effects, pair] : best)
       if (pair.statistic > 0.0) pairs.push_back(pair);
-    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
     if (pairs.size() > settings_.pairs) pairs.resize(settings_.pairs);
     for (const std::size_t s : first.scores.best) {
       const Score& blind = first.scores.all[s];
       if (!blind.blind) continue;
       std::size_t partners = 0;
       for (const Candidate& candidate : first.candidates)
-        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 2)
+        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind &&
+            partners++ < 2)
           pairs.push_back({&candidate.score, &blind, 0.0, candidate.score.root, 0.0});
     }
     return pairs;
@@ -258,32 +271,41 @@ class Searcher {
       Guess guess = result.core.as_guess();
       begin_with(guess, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
       begin_with(guess, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
-      tried[i] = explain(with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_, guess, shortly);
+      tried[i] = explain(
+          with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_,
+          guess, shortly);
       tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(pairs.size()), "trying pairs of effects");
     });
     std::vector<std::size_t> order(pairs.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::erase_if(order, [&](std::size_t i) { return !tried[i].usable; });
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
     if (order.size() > 3) order.resize(3);
     in_parallel(order.size(), settings_.threads, [&](std::size_t n) {
       Explanation& explanation = tried[order[n]];
       const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
       if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
     });
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
-    if (order.empty() || tried[order.front()].log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain) return;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
+    if (order.empty() || tried[order.front()].log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain)
+      return;
     // Told as two rounds: the one of the two that does more alone, then both.
     const Explanation both = tried[order.front()];
     const Pair& pair = pairs[order.front()];
     std::array<Explanation, 2> alone;
-    in_parallel(2, settings_.threads, [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
-    const std::size_t stronger = alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
+    in_parallel(2, settings_.threads,
+                [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
+    const std::size_t stronger =
+        alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
     if (!alone[stronger].usable) return;
-    const Score &leading = stronger == 0 ? *pair.one : *pair.other, &following = stronger == 0 ? *pair.other : *pair.one;
+    const Score &leading = stronger == 0 ? *pair.one : *pair.other,
+                &following = stronger == 0 ? *pair.other : *pair.one;
     Search other;
     other.core = result.core;
-    const auto accept = [&](const Explanation& before, const Score& score, const Explanation& with, const Scores& scores) {
+    const auto accept = [&](const Explanation& before, const Score& score, const Explanation& with,
+                            const Scores& scores) {
       Round round;
       round.before = before;
       round.scores = scores;
@@ -308,12 +330,13 @@ class Searcher {
     plant::Limb<double> limb = from.problem->centres();
     limb.on[effect] = false;
     Guess guess = from.as_guess();
-    for (std::size_t q = 0; q < forcing_count; ++q) guess.forcing[q] = std::max(guess.forcing[q], 0.3 * Guess{}.forcing[q]);
+    for (std::size_t q = 0; q < forcing_count; ++q)
+      guess.forcing[q] = std::max(guess.forcing[q], 0.3 * Guess{}.forcing[q]);
     return explain(limb, data_, guess, settings_.fit);
   }
 
-  // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the best
-  // of the others put in its place.
+  // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the
+  // best of the others put in its place.
   void weigh(Search& result) const {
     const std::vector<std::size_t> base = result.core.effects();
     const auto mine = [&] {
@@ -325,7 +348,8 @@ class Searcher {
     if (mine().size() == 1) {
       for (const Candidate& candidate : result.rounds.front().candidates)
         if (candidate.effect != mine()[0] && candidate.explanation.usable)
-          result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+          result.rivals[mine()[0]].emplace_back(candidate.effect,
+                                                result.best.log_evidence - candidate.explanation.log_evidence);
     } else {
       for (const std::size_t e : mine()) {
         const Explanation less = reduced(result.best, e);
@@ -338,14 +362,16 @@ class Searcher {
             fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
         std::size_t kept = e;
         const double with_it = result.best.log_evidence;
-        if (!others.empty() && others.front().explanation.usable && others.front().explanation.log_evidence > with_it + 1.0) {
+        if (!others.empty() && others.front().explanation.usable &&
+            others.front().explanation.log_evidence > with_it + 1.0) {
           result.best = others.front().explanation;
           kept = others.front().effect;
           if (kept != e) result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
         }
         for (const Candidate& candidate : others)
           if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)
-            result.rivals[kept].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+            result.rivals[kept].emplace_back(candidate.effect,
+                                             result.best.log_evidence - candidate.explanation.log_evidence);
       }
     }
     for (auto& [effect, others] : result.rivals)

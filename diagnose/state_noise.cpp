@@ -54,14 +54,23 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     const auto j = static_cast<Eigen::Index>(e);
     const auto coil = static_cast<Eigen::Index>(forcing_entry[e].coil);
     switch (forcing_entry[e].forcing) {
-      case Forcing::air: break;  // changes along the path
-      case Forcing::heat: push(coil, j) = 1.0 / limb.core.heat_capacity_J_K[forcing_entry[e].coil]; break;
-      case Forcing::transformation: push(2 + coil, j) = 1.0; break;
+      case Forcing::air:
+        break;  // changes along the path
+      case Forcing::heat:
+        push(coil, j) = 1.0 / limb.core.heat_capacity_J_K[forcing_entry[e].coil];
+        break;
+      case Forcing::transformation:
+        push(2 + coil, j) = 1.0;
+        break;
       case Forcing::moment:
         push(static_cast<Eigen::Index>(plant::core_state::angular_velocity), j) = 1.0 / limb.core.beam_inertia_kgm2;
         break;
-      case Forcing::temperature_reading: direct(coil, j) = 1.0; break;
-      case Forcing::angle_reading: direct(2, j) = 1.0; break;
+      case Forcing::temperature_reading:
+        direct(coil, j) = 1.0;
+        break;
+      case Forcing::angle_reading:
+        direct(2, j) = 1.0;
+        break;
     }
   }
   // A block's state is that of its first sample; what its mean shows is what each of its samples makes of that state.
@@ -117,7 +126,9 @@ void StateNoise::filter(bool keep_covariance) {
   Eigen::MatrixXd covariance(m, m), product(m, m);
   gains_.resize(steps_.size());
   log_determinant_ = 0.0;
-  const auto forcing_of = [&](std::size_t i) { return static_cast<std::size_t>(forcing_entry[taking_part_[i] - states_].forcing); };
+  const auto forcing_of = [&](std::size_t i) {
+    return static_cast<std::size_t>(forcing_entry[taking_part_[i] - states_].forcing);
+  };
   for (std::size_t b = 0; b < steps_.size(); ++b) {
     const Step& step = steps_[b];
     Gain& gain = gains_[b];
@@ -128,7 +139,8 @@ void StateNoise::filter(bool keep_covariance) {
     for (Eigen::Index j = 0; j < m && !same; ++j) {
       const auto from = static_cast<Eigen::Index>(taking_part_[static_cast<std::size_t>(j)]);
       for (Eigen::Index i = 0; i < m; ++i)
-        gain.transition(i, j) = step.transition(static_cast<Eigen::Index>(taking_part_[static_cast<std::size_t>(i)]), from);
+        gain.transition(i, j) =
+            step.transition(static_cast<Eigen::Index>(taking_part_[static_cast<std::size_t>(i)]), from);
       gain.reading.col(j) = step.reading.col(from);
     }
     if (step.first_of_recording) {
@@ -293,7 +305,8 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
   // What each forcing alone would do: the limb's linearised equations, driven by its estimate.
   const auto all = static_cast<Eigen::Index>(states_ + forcing_entries);
   const auto limb = static_cast<Eigen::Index>(states_);
-  result.response = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()), static_cast<Eigen::Index>(forcing_count));
+  result.response =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()), static_cast<Eigen::Index>(forcing_count));
   for (std::size_t f = 0; f < forcing_count; ++f) {
     if (size_[f] == 0.0) continue;
     Eigen::VectorXd driven = Eigen::VectorXd::Zero(all);
@@ -303,8 +316,9 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
       else
         driven.head(limb) = (steps_[b].transition.topRows(limb) * driven).eval();
       for (std::size_t q = 0; q < forcing_entries; ++q)
-        driven(limb + static_cast<Eigen::Index>(q)) =
-            static_cast<std::size_t>(forcing_entry[q].forcing) == f ? result.forcing[q](static_cast<Eigen::Index>(b)) : 0.0;
+        driven(limb + static_cast<Eigen::Index>(q)) = static_cast<std::size_t>(forcing_entry[q].forcing) == f
+                                                          ? result.forcing[q](static_cast<Eigen::Index>(b))
+                                                          : 0.0;
       for (std::size_t c = 0; c < channel_count; ++c)
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
           result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(f)) =

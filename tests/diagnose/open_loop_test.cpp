@@ -56,14 +56,15 @@ TEST_CASE("open loop: following whole paths finds what is missing, unless it doe
   REQUIRE(lead.effects.size() == 1);
   CHECK(plant::effects()[lead.effects[0]].name == "thermocouple_lag");
   CHECK(lead.gains[0] > 24.0);
-  CHECK(plant::get_in_file_units(lead.path.limb, plant::parameter_index("thermocouple_lag.time_constant_s")) == doctest::Approx(2.5).epsilon(0.05));
+  CHECK(plant::get_in_file_units(lead.path.limb, plant::parameter_index("thermocouple_lag.time_constant_s")) ==
+        doctest::Approx(2.5).epsilon(0.05));
   CHECK(diagnose::follow_paths(core, limb.data, search_that(false), limb.settings).effects.empty());
 }
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {
   diagnose::Score one, other;
-  one.effect = plant::effect_index("latent_heat");         // never negative
-  other.effect = plant::effect_index("ambient_drift");     // of either sign
+  one.effect = plant::effect_index("latent_heat");      // never negative
+  other.effect = plant::effect_index("ambient_drift");  // of either sign
   const double cosine = 0.6;
   one.column = other.column = Eigen::VectorXd::Zero(16);
   one.column(0) = 1.0;
