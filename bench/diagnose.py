@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-EFFECTS, UNKNOWNS, ITERATIONS = 25, 26, 10  # of the catalogue; core parameters, first values and one of the effect; of a fit
+EFFECTS, UNKNOWNS, ITERATIONS = 26, 26, 10  # of the catalogue; core parameters, first values and one of the effect; of a fit
 
 lines = (ROOT / "scenarios/demo/recording.csv").read_text().splitlines()
 comments = [line for line in lines if line.startswith("#")]
