@@ -61,7 +61,8 @@ class Searcher {
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
-    if (!nothing_left(result, settings_) && !result.rounds.empty() && !result.rounds.front().candidates.empty())
+    if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.empty() &&
+        !result.rounds.front().candidates.empty())
       try_pairs(result);
     // Rivals matter where there is an answer.
     if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);

@@ -22,7 +22,7 @@ struct Lagging {
   Explanation core;
 
   Lagging() {
-    sim::Scenario scenario = testing::babbling(90.0);
+    sim::Scenario scenario = testing::babbling(60.0);
     scenario.limb = diagnose::with_effect({}, plant::effect_index("thermocouple_lag"));
     plant::set(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 2.5);
     recording = testing::recorded(scenario);
