@@ -293,7 +293,7 @@ std::string proof_markdown(const Json& score, const std::string& command) {
     else
       text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
     text +=
-        " " + figure["goal"].get<std::string>() + " | " + (figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
+        " " + figure["goal"].get<std::string>() + " | " + (figure["of"].get<double>() == 0 ? "–" : figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
   }
   text += "\nLargest gain that an effect had where nothing was concealed: " +
           report::significant(score["clean"]["largest_gain"], 3) +
