@@ -84,7 +84,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
                                       {"forcing", one->forcing},
                                       {"effects", one->effects()}});
   for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
-    result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}, {"far", one->far}});
+    result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}});
   const auto& error = diagnosis.held_out;
   result["heldout_gain"] = {error.gain_lowest, error.gain_highest};
   result["heldout"] = {{"before", error.before}, {"after", error.after}, {"noise", error.noise}};

@@ -64,7 +64,6 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
     if (plant::parameters()[explanation.problem->parameters()[u]].effect != plant::no_effect) continue;
     const double z = explanation.z(static_cast<Eigen::Index>(u));
     result.pull += z * z;
-    result.far += std::abs(z) > 2.0;
   }
   return result;
 }
@@ -108,19 +107,26 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   return search.best;
 }
 
+// Whether a channel's path is further off than its sensor's noise and moving air account for.
+bool far_off(double rmse, std::size_t channel, const PerChannel& noise, const DiagnosisSettings& settings) {
+  return rmse > std::hypot(2.0 * noise[channel], settings.as_little[channel]);
+}
+
+// Of the squared error beyond noise that there was, the share that is left.
+double share_left(double was, double is, double noise) {
+  return (is * is - noise * noise) / (was * was - noise * noise);
+}
+
 Objections objections_to(const Explanation& answer, const std::vector<std::size_t>& effects, const Diagnosis& diagnosis,
                          const DiagnosisSettings& settings, const PerChannel& noise) {
   Objections result;
   const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
   result.leaves_too_much =
       diagnosis.explained_share < settings.least_explained_share && answer.unrest >= settings.search.visible_unrest;
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    const double variance = noise[c] * noise[c];
-    if (after.rmse[c] > std::hypot(2.0 * noise[c], settings.as_little[c]) &&
-        std::pow(after.rmse[c], 2) - variance >
-            settings.most_left_of_channel * (std::pow(before.rmse[c], 2) - variance))
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (far_off(after.rmse[c], c, noise, settings) &&
+        share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
       result.channels.push_back(c);
-  }
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
   result.patchwork = effects.size() > 2;
   result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](std::size_t e) { return !sensible(e, answer); });
@@ -393,9 +399,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     const PerChannel& sensors = result.gate.front().noise;
     double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
     for (std::size_t c = 0; c < channel_count; ++c) {
-      if (was.rmse[c] <= std::hypot(2.0 * sensors[c], settings.as_little[c])) continue;
-      const double share = 1.0 - (std::pow(is.rmse[c], 2) - std::pow(sensors[c], 2)) /
-                                     (std::pow(was.rmse[c], 2) - std::pow(sensors[c], 2));
+      if (!far_off(was.rmse[c], c, sensors, settings)) continue;
+      const double share = 1.0 - share_left(was.rmse[c], is.rmse[c], sensors[c]);
       largest_share = std::max(largest_share, share);
       sum += std::max(0.0, share);
       ++channels_off;

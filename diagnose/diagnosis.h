@@ -89,7 +89,6 @@ struct Prediction {
 struct Agreement {
   PerChannel rmse{};     // over what was fitted, units of files
   double pull = 0.0;     // sum of squares of the core's parameters' distances from their priors, in deviations
-  std::size_t far = 0;   // of them, further than two deviations
 };
 
 struct ResidualCorrelation {
