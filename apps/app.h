@@ -14,6 +14,11 @@ void add_compare(CLI::App& program, int& exit_code);
 void add_effects(CLI::App& program, int& exit_code);
 void add_convert(CLI::App& program, int& exit_code);
 void add_prove(CLI::App& program, int& exit_code);
+void add_dataset(CLI::App& program, int& exit_code);
+void add_train(CLI::App& program, int& exit_code);
+void add_rollout(CLI::App& program, int& exit_code);
+void add_evaluate(CLI::App& program, int& exit_code);
+void add_paper_table(CLI::App& program, int& exit_code);
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {

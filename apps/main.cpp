@@ -4,6 +4,7 @@
 
 #include "apps/app.h"
 #include "diagnose/calibrate.h"
+#include "model/train.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 
@@ -28,6 +29,11 @@ int main(int argc, char** argv) {
   apps::add_effects(program, exit_code);
   apps::add_convert(program, exit_code);
   apps::add_prove(program, exit_code);
+  apps::add_dataset(program, exit_code);
+  apps::add_train(program, exit_code);
+  apps::add_rollout(program, exit_code);
+  apps::add_evaluate(program, exit_code);
+  apps::add_paper_table(program, exit_code);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);
@@ -35,6 +41,9 @@ int main(int argc, char** argv) {
     const int code = program.exit(e);
     return code == 0 ? 0 : 2;
   } catch (const diagnose::Stopped&) {
+    std::fputs("stopped; nothing was written\n", stderr);
+    return apps::interrupted_exit_code;
+  } catch (const model::Stopped&) {
     std::fputs("stopped; nothing was written\n", stderr);
     return apps::interrupted_exit_code;
   } catch (const sim::InputError& e) {

@@ -8,6 +8,7 @@
 #include "diagnose/compare.h"
 #include "diagnose/search.h"
 #include "plant/integrator.h"
+#include "sim/parallel.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
@@ -145,7 +146,7 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
       if (scores.all[s].blind || tried.size() < most_fits) tried.push_back(&scores.all[s]);
     std::vector<Fitted> paths(tried.size());
     std::vector<double> reached(tried.size(), -1e300);
-    in_parallel(tried.size(), search.threads, [&](std::size_t i) {
+    sim::in_parallel(tried.size(), search.threads, [&](std::size_t i) {
       const Explanation with = explain(with_effect(here.problem->centres(), tried[i]->effect), weighted,
                                        guess_with(here, *tried[i]), least_squares);
       if (!with.usable) return;

@@ -3,11 +3,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <mutex>
-#include <thread>
 
+#include "sim/parallel.h"
 #include "sim/random.h"
 
 namespace sinew::diagnose {
@@ -75,29 +73,6 @@ struct Job {
 };
 
 }  // namespace
-
-void in_parallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::mutex keeping;
-  std::exception_ptr trouble;
-  const auto loop = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      try {
-        work(i);
-      } catch (...) {
-        const std::scoped_lock lock(keeping);
-        if (!trouble) trouble = std::current_exception();
-      }
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t)
-      others.emplace_back(loop);
-    loop();
-  }
-  if (trouble) std::rethrow_exception(trouble);
-}
 
 Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, int threads) {
   const FitProblem& problem = *at.problem;
@@ -215,7 +190,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
             declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0, false);
     }
   };
-  in_parallel(jobs.size(), threads, run);
+  sim::in_parallel(jobs.size(), threads, run);
 
   // Of a column that calibration absorbs all but this share of, what is left is rounding, and its direction says
   // nothing.

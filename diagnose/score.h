@@ -44,7 +44,4 @@ JointScore joint(const Score& score, const Score& other);
 // beyond their reach, Bonferroni's bound with the chi-squared tail.
 double family_wise_probability(const Scores& scores, double statistic, std::uint64_t seed, int draws = 2000);
 
-// Runs `work(0..count-1)` on `threads`; rethrows the first exception.
-void in_parallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
-
 }  // namespace sinew::diagnose

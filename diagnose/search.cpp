@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
+#include "sim/parallel.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -120,7 +121,7 @@ class Searcher {
     ExplanationSettings shortly = settings_.fit;
     shortly.most_rounds = 2;
     shortly.enough = 1.0;
-    in_parallel(again.size(), settings_.threads, [&](std::size_t i) {
+    sim::in_parallel(again.size(), settings_.threads, [&](std::size_t i) {
       const Score& score = scores.all[alike[i].second];
       again[i] = {score.effect, score, {}};
       Guess guess = guess_with(before, score);
@@ -158,7 +159,7 @@ class Searcher {
     shortly.iterations_per_round = 4;
     shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
-    in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+    sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       candidates[i].explanation = with_added(at, candidates[i].score, guess_with(at, candidates[i].score), shortly);
       if (candidates[i].score.blind) {  // from a weaker one too
         Guess weaker = guess_with(at, candidates[i].score);
@@ -177,7 +178,7 @@ class Searcher {
     std::stable_sort(candidates.begin(), candidates.end(), better);
     const double best = candidates.empty() ? 0.0 : candidates.front().explanation.log_evidence;
     const double margin = std::max(15.0, 0.1 * (best - at.log_evidence));
-    in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+    sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       Explanation& explanation = candidates[i].explanation;
       if (!explanation.usable || explanation.log_evidence < best - margin) return;
       const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
@@ -268,7 +269,7 @@ class Searcher {
     shortly.most_rounds = 2;
     shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
-    in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
+    sim::in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
       Guess guess = result.core.as_guess();
       begin_with(guess, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
       begin_with(guess, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
@@ -283,7 +284,7 @@ class Searcher {
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
     if (order.size() > 3) order.resize(3);
-    in_parallel(order.size(), settings_.threads, [&](std::size_t n) {
+    sim::in_parallel(order.size(), settings_.threads, [&](std::size_t n) {
       Explanation& explanation = tried[order[n]];
       const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
       if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
@@ -296,7 +297,7 @@ class Searcher {
     const Explanation both = tried[order.front()];
     const Pair& pair = pairs[order.front()];
     std::array<Explanation, 2> alone;
-    in_parallel(2, settings_.threads,
+    sim::in_parallel(2, settings_.threads,
                 [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
     const std::size_t stronger =
         alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;

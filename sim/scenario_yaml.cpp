@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "sim/fields.h"
 #include "sim/plant_file.h"
 #include "sim/scenario.h"
 #include "sim/text.h"
@@ -7,8 +8,6 @@
 
 namespace sinew::sim {
 namespace {
-
-constexpr std::string_view method_names[] = {"cvode", "arkode", "automatic"};
 
 template <class Self, class Visitor>
 void sensor_fields(Self& self, const std::string& unit, Visitor&& visit) {
@@ -27,60 +26,6 @@ void numerics_fields(Self& self, Visitor&& visit) {
   visit(self.numerics.method, Key{"method", {}, "cvode, arkode or automatic"});
   visit(self.numerics.relative_tolerance, Key{"relative_tolerance", {1e-13, 1e-2}, "of the integrator"});
   visit(self.restart_period_s, Key{"restart_period_s", {0.001, 1e6}, "checkpoints can be taken this often"});
-}
-
-struct Assign {
-  YamlMap& map;
-  const YamlValue* value(const Key& key) const {
-    return key.required ? &map.require(key.name, key.meaning) : map.find(key.name);
-  }
-  void operator()(double& field, const Key& key) const {
-    if (const auto* given = value(key)) field = given->number_in(key.range);
-  }
-  void operator()(bool& field, const Key& key) const {
-    if (const auto* given = value(key)) field = given->truth();
-  }
-  void operator()(plant::Coil& field, const Key& key) const {
-    if (const auto* given = value(key)) {
-      if (given->text() != "A" && given->text() != "B") given->complain("must be A or B");
-      field = given->text() == "A" ? plant::A : plant::B;
-    }
-  }
-  void operator()(plant::Method& field, const Key& key) const {
-    if (const auto* given = value(key)) {
-      for (std::size_t m = 0; m < std::size(method_names); ++m)
-        if (given->text() == method_names[m]) {
-          field = static_cast<plant::Method>(m);
-          return;
-        }
-      given->complain("must be cvode, arkode or automatic");
-    }
-  }
-};
-
-struct Write {
-  std::string& text;
-  std::string margin;
-  void line(const Key& key, const std::string& value) const { text += margin + key.name + ": " + value + "\n"; }
-  void operator()(const double& field, const Key& key) const { line(key, shortest(field)); }
-  void operator()(const bool& field, const Key& key) const { line(key, field ? "true" : "false"); }
-  void operator()(const plant::Coil& field, const Key& key) const { line(key, field == plant::A ? "A" : "B"); }
-  void operator()(const plant::Method& field, const Key& key) const {
-    line(key, std::string(method_names[static_cast<std::size_t>(field)]));
-  }
-};
-
-// An unknown key is complained of before a missing one, which it may be a misspelling of.
-template <class Fields>
-void read_fields(const YamlValue& value, Fields&& fields) {
-  YamlMap map(value);
-  fields([&](const auto&, const Key& key) { map.find(key.name); });
-  map.finish();
-  fields(Assign{map});
-}
-template <class One>
-void read_fields_of(One& one, const YamlValue& value) {
-  read_fields(value, [&](auto&& visit) { One::fields(one, visit); });
 }
 
 void complain_unless_ordered(const YamlValue& value, double from, double until, std::string_view from_key,

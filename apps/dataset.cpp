@@ -1,0 +1,85 @@
+// sinew dataset: many runs of one scenario, each on a limb of its own.
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/ranks.h"
+#include "model/set.h"
+#include "sim/input_error.h"
+#include "sim/parallel.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct DatasetArguments {
+  std::string scenario, randomise, out;
+  std::int64_t runs = 16, seed = -1;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+};
+
+int dataset_command(const DatasetArguments& arguments) {
+  const Ranks ranks;
+  model::SetPlan plan;
+  plan.scenario = sim::read_scenario(arguments.scenario);
+  if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
+  plan.scenario_yaml = sim::to_yaml(plan.scenario);
+  if (!arguments.randomise.empty()) {
+    plan.domain = model::read_domain(std::filesystem::path(arguments.randomise));
+    plan.domain_text = sim::read_file(arguments.randomise);
+    if (!plan.domain.input.empty() && !std::holds_alternative<sim::BabbleInput>(plan.scenario.input))
+      throw sim::InputError({.file = arguments.randomise, .key = "input", .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});
+  }
+  plan.runs = arguments.runs;
+  const std::filesystem::path out = arguments.out;
+
+  // Each rank takes every size-th of the runs that are missing; who is restarted finds what the others left.
+  std::vector<std::int64_t> open;
+  std::int64_t there = 0;
+  for (std::int64_t run = ranks.rank(); run < plan.runs; run += ranks.size())
+    if (model::is_there(plan, out, run)) ++there;
+    else open.push_back(run);
+  if (there > 0) std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(there));
+  Progress progress("dataset");
+  std::mutex telling;
+  std::size_t done = 0;
+  sim::in_parallel(open.size(), arguments.threads, [&](std::size_t i) {
+    if (interrupted()) return;
+    model::make_run(plan, out, open[i]);
+    const std::scoped_lock lock(telling);
+    if (ranks.rank() == 0) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
+  });
+  if (interrupted()) {
+    std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
+    return interrupted_exit_code;
+  }
+  ranks.wait_for_all();
+  if (ranks.rank() != 0) return 0;
+  sim::write_file_whole(out / "set.h5", model::set_in_hdf5(plan, out));
+  sim::write_file_whole(out / "manifest.json", model::manifest_of(plan, out));
+  std::printf("%lld runs of %s s\nwritten: %s/{runs/, set.h5, manifest.json}\n", static_cast<long long>(plan.runs),
+              sim::shortest(plan.scenario.duration_s).c_str(), out.string().c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_dataset(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<DatasetArguments>();
+  CLI::App* command = program.add_subcommand("dataset", "Make many runs of a scenario, each on a limb of its own, to train on.");
+  command->add_option("scenario", arguments->scenario, "scenario in YAML")->required();
+  command->add_option("--runs", arguments->runs, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
+  command->add_option("--randomise", arguments->randomise, "what differs from run to run, in YAML");
+  command->add_option("--out", arguments->out, "folder for runs/, set.h5, manifest.json")->required();
+  command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", arguments->threads, "runs at a time; changes no byte")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->footer("Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
+                  "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"
+                  "  mpirun -n 4 sinew dataset scenarios/babble_bidirectional.yaml --runs 4096 --threads 1 --out /scratch/set");
+  command->callback([arguments, &exit_code] { exit_code = dataset_command(*arguments); });
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,226 @@
+// sinew evaluate: where a predictor fails, one stress at a time.
+//
+//     format: 1
+//     base: babble_bidirectional.yaml        # relative to this file
+//     every_effect: true                     # a row for each effect of the catalogue, as strong as is typical
+//     rows:
+//       - { name: hot room, parameters: { ambient_temperature_degC: 40 } }
+//
+// A row is a domain (model/dataset.h): what it draws or sets. Each is run with `seeds` seeds.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/training.h"
+#include "model/dataset.h"
+#include "model/predictor.h"
+#include "model/weights_file.h"
+#include "report/console.h"
+#include "report/number.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/parallel.h"
+#include "sim/simulation.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct EvaluateArguments {
+  std::string model, stress, out;
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool json = false;
+};
+
+struct Stress {
+  std::string name;
+  model::Domain domain;
+};
+struct StressFile {
+  sim::Scenario base;
+  std::int64_t seeds = 2;
+  std::vector<Stress> rows;  // the first is the base itself
+};
+
+StressFile read_stress(const std::filesystem::path& path) {
+  const sim::YamlValue root = sim::read_yaml(path);
+  sim::YamlMap map(root);
+  if (const auto* format = map.find("format"); format && format->whole_number() != 1) format->complain("must be 1, the format that this version reads");
+  StressFile file;
+  const sim::YamlValue& base = map.require("base", "a scenario, looked for beside this file");
+  file.base = sim::read_scenario(path.parent_path() / base.text());
+  if (const auto* seeds = map.find("seeds")) file.seeds = static_cast<std::int64_t>(seeds->number_in({1.0, 1000.0}));
+  const auto* every = map.find("every_effect");
+  const auto* rows = map.find("rows");
+  map.finish();
+  file.rows.push_back({"nothing: the limb of the base", {}});
+  if (every && every->truth())
+    for (std::size_t e = 0; e < plant::effect_count; ++e) file.rows.push_back({std::string(plant::effects()[e].name), {{}, {{e, 1.0, {}}}, {}, {}}});
+  if (rows)
+    for (const sim::YamlValue& row : rows->list) {
+      Stress stress;
+      sim::YamlValue rest = row;
+      std::erase_if(rest.map, [&](const auto& entry) {
+        if (entry.key == "name") stress.name = entry.value.text();
+        return entry.key == "name";
+      });
+      if (stress.name.empty()) row.complain("each row needs a name");
+      stress.domain = model::read_domain(rest);
+      file.rows.push_back(std::move(stress));
+    }
+  return file;
+}
+
+std::string file_name(const std::string& name, std::int64_t seed) {
+  std::string text;
+  for (const char c : name) text += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return text + "-" + std::to_string(seed) + ".yaml";
+}
+
+struct Outcome {
+  std::string name, scenario_file;
+  double rmse_deg = std::nan(""), one_step_deg = std::nan(""), last_minute_deg = std::nan("");
+  std::string failure;
+};
+
+report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const std::string& name) {
+  report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, 1).front());
+  plot.title = name;
+  plot.time_axis = "";
+  return plot;
+}
+
+int evaluate_command(const EvaluateArguments& arguments) {
+  const model::Model predictor = model::read_model(weights_path(arguments.model));
+  const StressFile stress = read_stress(arguments.stress);
+  struct Job {
+    std::size_t row;
+    std::int64_t seed;
+  };
+  std::vector<Job> jobs;
+  for (std::size_t r = 0; r < stress.rows.size(); ++r)
+    for (std::int64_t seed = 0; seed < stress.seeds; ++seed) jobs.push_back({r, seed});
+  std::vector<Outcome> outcomes(jobs.size());
+  std::vector<std::optional<report::TimePlot>> plots(jobs.size());
+  std::vector<std::string> scenarios(jobs.size());
+  Progress progress("stress");
+  std::mutex telling;
+  std::size_t done = 0;
+  sim::in_parallel(jobs.size(), arguments.threads, [&](std::size_t j) {
+    if (interrupted()) return;
+    const Stress& row = stress.rows[jobs[j].row];
+    const model::DrawnRun one = model::drawn_run(stress.base, row.domain, jobs[j].seed);
+    Outcome& outcome = outcomes[j];
+    outcome.name = row.name;
+    outcome.scenario_file = file_name(row.name, one.scenario.seed);
+    scenarios[j] = "# Stress on a predictor: " + row.name + ".\n" + sim::to_yaml(one.scenario);
+    const sim::RunResult result = sim::run(one.scenario);
+    if (result.failure) {
+      outcome.failure = "the simulation failed: " + result.failure->reason;
+    } else {
+      const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file), predictor.paper_case, model::Missing::held);
+      const model::Vector<double> open = model::rollout(predictor, series);
+      const model::Errors off = model::errors_of(open, series);
+      outcome.rmse_deg = off.rmse_deg;
+      outcome.last_minute_deg = off.last_minute_deg;
+      outcome.one_step_deg = model::errors_of(model::one_step_ahead(predictor, series), series).rmse_deg;
+      plots[j] = drift_plot(series, open, row.name);
+    }
+    const std::scoped_lock lock(telling);
+    progress.show(static_cast<double>(++done) / static_cast<double>(jobs.size()), row.name);
+  });
+  if (interrupted()) {
+    std::fputs("stopped; nothing was written\n", stderr);
+    return interrupted_exit_code;
+  }
+  struct Row {
+    std::string name;
+    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0;
+    std::size_t worst_job = 0;
+    std::string failure;
+  };
+  std::vector<Row> rows;
+  for (std::size_t r = 0; r < stress.rows.size(); ++r) {
+    Row row{.name = stress.rows[r].name, .failure = {}};
+    std::int64_t count = 0;
+    for (std::size_t j = 0; j < jobs.size(); ++j) {
+      if (jobs[j].row != r) continue;
+      if (!outcomes[j].failure.empty()) {
+        row.failure = outcomes[j].failure;
+        continue;
+      }
+      ++count;
+      row.mean += outcomes[j].rmse_deg;
+      row.one_step += outcomes[j].one_step_deg;
+      row.last += outcomes[j].last_minute_deg;
+      if (outcomes[j].rmse_deg > row.worst) {
+        row.worst = outcomes[j].rmse_deg;
+        row.worst_job = j;
+      }
+    }
+    const double n = static_cast<double>(count);
+    row.mean /= n;
+    row.one_step /= n;
+    row.last /= n;
+    rows.push_back(row);
+  }
+  const Row base = rows.front();
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
+  report::Table table;
+  table.header = {"stress", "open loop / °", "against no stress", "worst seed / °", "last minute / °", "one step / °", "again: sinew run"};
+  nlohmann::ordered_json json{{"model", weights_path(arguments.model)}, {"case", predictor.paper_case}, {"method", predictor.method}, {"seeds", stress.seeds}, {"rows", nlohmann::ordered_json::array()}};
+  for (const Row& row : rows) {
+    table.rows.push_back({{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
+                           report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
+                          row.name == base.name, row.failure});
+    json["rows"].push_back({{"stress", row.name}, {"rollout_rmse_deg", row.mean}, {"worst_seed_deg", row.worst}, {"last_minute_deg", row.last},
+                            {"one_step_rmse_deg", row.one_step}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
+  }
+  table.caption = "Root mean square error of rollouts from one measured angle, mean of " + std::to_string(stress.seeds) + " seeds, worst first. Missing samples are held.";
+  if (!arguments.out.empty()) {
+    const std::filesystem::path out = arguments.out;
+    report::Page page;
+    page.title = "Where the predictor fails";
+    page.lead = "Without stress it is " + report::significant(base.mean, 3) + "° off in open loop; worst under \"" + rows.front().name + "\", " + report::significant(rows.front().mean, 3) + "°.";
+    page.blocks.push_back(table);
+    report::Section section;
+    section.heading = "The worst three, and no stress";
+    page.blocks.push_back(section);
+    for (std::size_t r = 0; r < std::min<std::size_t>(3, rows.size()); ++r)
+      if (plots[rows[r].worst_job]) page.blocks.push_back(*plots[rows[r].worst_job]);
+    if (plots[base.worst_job]) page.blocks.push_back(*plots[base.worst_job]);
+    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "stress: " + arguments.stress,
+                   "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+    const std::string html = report::to_html(page);
+    std::filesystem::create_directories(out / "scenarios");
+    for (std::size_t j = 0; j < jobs.size(); ++j) sim::write_file_whole(out / "scenarios" / outcomes[j].scenario_file, scenarios[j]);
+    sim::write_file_whole(out / "stress.json", json.dump(1) + "\n");
+    sim::write_file_whole(out / "report.html", html);
+  }
+  if (arguments.json) {
+    std::printf("%s\n", json.dump(1).c_str());
+  } else {
+    std::fputs(report::to_text(table).c_str(), stdout);
+    if (!arguments.out.empty()) std::printf("written: %s/{report.html, stress.json, scenarios/}\n", arguments.out.c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<EvaluateArguments>();
+  CLI::App* command = program.add_subcommand("evaluate", "Put a predictor under stress: effects, faults, other limbs. Worst cases first.");
+  command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
+  command->add_option("--stress", arguments->stress, "stresses in YAML")->required();
+  command->add_option("--out", arguments->out, "folder for report.html, stress.json, scenarios/");
+  command->add_option("--threads", arguments->threads, "simulations at a time")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->footer("Example:\n  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4");
+  command->callback([arguments, &exit_code] { exit_code = evaluate_command(*arguments); });
+}
+
+}  // namespace sinew::apps

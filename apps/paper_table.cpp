@@ -1,0 +1,175 @@
+// sinew paper-table: the table of Sabelhaus et al. 2022 on the simulated limb: four cases, both methods, several seeds.
+//
+// Of each seed: 28 minutes of babbling to train on (the first 67 %), 10 minutes of another session to test on; one coil for cases
+// 1 and 2, both for 3 and 4. Seeds of data and weights are the same number.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "apps/app.h"
+#include "apps/training.h"
+#include "model/linear.h"
+#include "model/predictor.h"
+#include "model/weights_file.h"
+#include "report/console.h"
+#include "report/number.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/simulation.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct PaperArguments {
+  std::string out, settings, one_coil = "scenarios/babble_unidirectional.yaml", two_coils = "scenarios/babble_bidirectional.yaml";
+  int seeds = 3;
+  std::vector<int> cases{1, 2, 3, 4};
+  std::vector<std::string> methods{"published", "stateful", "least squares", "ARX"};
+  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+};
+
+constexpr double training_s = 28.0 * 60.0, test_s = 600.0;
+constexpr double paper_training_fraction = 0.67;
+
+model::Series session(const std::string& file, int paper_case, std::int64_t seed, double duration_s) {
+  sim::Scenario scenario = sim::read_scenario(file);
+  scenario.seed = seed;
+  scenario.duration_s = duration_s;
+  const sim::RunResult result = sim::run(scenario);
+  if (result.failure) throw std::runtime_error(file + ": " + result.failure->reason);
+  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed)), paper_case);
+}
+
+Json json_of(const model::Vector<double>& open, const model::Vector<double>& step, const model::Series& test) {
+  const model::Errors off = model::errors_of(open, test);
+  return {{"rollout_deg", off.rmse_deg}, {"second_minute_deg", off.second_minute_deg}, {"last_minute_deg", off.last_minute_deg},
+          {"one_step_deg", model::errors_of(step, test).rmse_deg}};
+}
+
+struct Spread {
+  double mean = std::nan(""), deviation = 0.0;
+};
+Spread spread(const std::vector<double>& values) {
+  Spread s;
+  if (values.empty()) return s;
+  s.mean = 0.0;
+  for (const double v : values) s.mean += v / static_cast<double>(values.size());
+  for (const double v : values) s.deviation += std::pow(v - s.mean, 2) / std::max(1.0, static_cast<double>(values.size()) - 1.0);
+  s.deviation = std::sqrt(s.deviation);
+  return s;
+}
+std::string text_of(const Spread& s) { return report::significant(s.mean, 3) + " ± " + report::significant(s.deviation, 2); }
+
+int paper_command(const PaperArguments& arguments) {
+  const std::filesystem::path out = arguments.out;
+  std::filesystem::create_directories(out / "cells");
+  Progress progress("paper table");
+  Json cells = Json::array();
+  const std::size_t all = arguments.cases.size() * arguments.methods.size() * static_cast<std::size_t>(arguments.seeds);
+  std::size_t done = 0;
+  const std::string settings_mark = sim::sha256(arguments.settings.empty() ? "" : sim::read_file(arguments.settings)).substr(0, 8);
+  for (int seed = 1; seed <= arguments.seeds; ++seed)
+    for (const int paper_case : arguments.cases) {
+      const std::string& scenario = paper_case <= 2 ? arguments.one_coil : arguments.two_coils;
+      std::optional<model::Series> training, test;
+      for (const std::string& method : arguments.methods) {
+        std::string id = std::to_string(paper_case) + "-" + method + "-" + std::to_string(seed);
+        std::replace(id.begin(), id.end(), ' ', '_');
+        const std::filesystem::path cell_file = out / "cells" / (id + ".json");
+        ++done;
+        if (std::filesystem::exists(cell_file)) {
+          const Json there = Json::parse(sim::read_file(cell_file), nullptr, false);
+          if (!there.is_discarded() && there.value("settings", "") == settings_mark && there.value("version", "") == sim::this_build().version) {
+            cells.push_back(there);
+            continue;
+          }
+        }
+        if (!training) {
+          training = session(scenario, paper_case, seed, training_s);
+          test = session(scenario, paper_case, 1000 + seed, test_s);
+        }
+        progress.show(static_cast<double>(done - 1) / static_cast<double>(all), id);
+        Json cell{{"case", paper_case}, {"method", method}, {"seed", seed}, {"settings", settings_mark}, {"version", sim::this_build().version}};
+        if (method == "published" || method == "stateful") {
+          model::TrainingRun run;
+          run.paper_case = paper_case;
+          run.seed = static_cast<std::uint64_t>(seed);
+          run.threads = arguments.threads;
+          run.should_stop = interrupted;
+          const model::Trained trained = train_by(method, arguments.settings, {*training}, run);
+          cell.update(json_of(model::rollout(trained.model, *test), model::one_step_ahead(trained.model, *test), *test));
+          cell["updates"] = trained.best_update;
+        } else {
+          const auto used = model::part_of(*training, 0, static_cast<model::Index>(paper_training_fraction * static_cast<double>(training->samples())));
+          const model::LinearModel linear = method == "ARX" ? model::fit_arx({used}) : model::fit_static({used});
+          cell.update(json_of(model::rollout(linear, *test), model::one_step_ahead(linear, *test), *test));
+          if (method == "ARX") cell["order"] = linear.order;
+        }
+        sim::write_file_whole(cell_file, cell.dump(1) + "\n");
+        cells.push_back(cell);
+      }
+    }
+  report::Table table;
+  table.header = {"case", "method", "open loop / °", "second minute / °", "last minute / °", "last over second", "one step / °"};
+  bool beats = true, holds = true;
+  for (const int paper_case : arguments.cases) {
+    std::map<std::string, std::vector<double>> open;
+    for (const std::string& method : arguments.methods) {
+      std::map<std::string, std::vector<double>> values;
+      for (const Json& cell : cells)
+        if (cell.at("case") == paper_case && cell.at("method") == method)
+          for (const char* key : {"rollout_deg", "second_minute_deg", "last_minute_deg", "one_step_deg"}) values[key].push_back(cell.at(key));
+      open[method] = values["rollout_deg"];
+      const double drift = spread(values["last_minute_deg"]).mean / spread(values["second_minute_deg"]).mean;
+      if (method == "stateful") holds = holds && drift <= 1.1;
+      table.rows.push_back({{std::to_string(paper_case) + ", " + case_words(paper_case), method, text_of(spread(values["rollout_deg"])),
+                             text_of(spread(values["second_minute_deg"])), text_of(spread(values["last_minute_deg"])),
+                             report::significant(drift, 3), text_of(spread(values["one_step_deg"]))}});
+    }
+    if (open.count("published") && open.count("stateful"))
+      for (std::size_t s = 0; s < open["published"].size(); ++s) beats = beats && open["stateful"][s] < open["published"][s];
+  }
+  std::string markdown = "# The paper's table on the simulated limb\n\nMade by `sinew paper-table --seeds " + std::to_string(arguments.seeds) +
+                         (arguments.settings.empty() ? "" : " --settings " + arguments.settings) + " --out " + arguments.out + "`, " +
+                         sim::this_build().version + ". Mean ± standard deviation over seeds; root mean square errors of the bend angle on ten "
+                         "minutes of a session that was not trained on.\n\n|";
+  for (const auto& cell : table.header) markdown += " " + cell + " |";
+  markdown += "\n|";
+  for (std::size_t i = 0; i < table.header.size(); ++i) markdown += "---|";
+  for (const auto& row : table.rows) {
+    markdown += "\n|";
+    for (const auto& cell : row.cells) markdown += " " + cell + " |";
+  }
+  markdown += "\n\nStateful beats published in every rollout: " + std::string(beats ? "yes" : "**no**") +
+              ". The last minute is at most 1.1 times as far off as the second, mean over seeds, in every case: " + (holds ? "yes" : "**no**") +
+              ".\n\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
+              "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
+  sim::write_file_whole(out / "table.json", cells.dump(1) + "\n");
+  sim::write_file_whole(out / "README.md", markdown);
+  std::fputs(report::to_text(table).c_str(), stdout);
+  std::printf("written: %s/{README.md, table.json, cells/}\n", out.string().c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_paper_table(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<PaperArguments>();
+  CLI::App* command = program.add_subcommand("paper-table", "The paper's table on the simulated limb: four cases, both methods, several seeds.");
+  command->add_option("--out", arguments->out, "folder for README.md, table.json, cells/")->required();
+  command->add_option("--seeds", arguments->seeds, "how many")->check(CLI::Range(1, 1000))->capture_default_str();
+  command->add_option("--cases", arguments->cases, "only these")->delimiter(',')->check(CLI::Range(1, 4));
+  command->add_option("--methods", arguments->methods, "only these")->delimiter(',')->check(CLI::IsMember({"published", "stateful", "least squares", "ARX"}));
+  command->add_option("--settings", arguments->settings, "of the training, in YAML");
+  command->add_option("--one-coil", arguments->one_coil, "scenario of cases 1 and 2")->capture_default_str();
+  command->add_option("--two-coils", arguments->two_coils, "scenario of cases 3 and 4")->capture_default_str();
+  command->add_option("--threads", arguments->threads, "changes no number")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->footer("Ctrl-C keeps the cells that are done; the same command goes on from there.\n\nExample:\n  sinew paper-table --out results/paper_table");
+  command->callback([arguments, &exit_code] { exit_code = paper_command(*arguments); });
+}
+
+}  // namespace sinew::apps

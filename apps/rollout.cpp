@@ -1,0 +1,120 @@
+// sinew rollout: a predictor over a recording, from one measured angle.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/app.h"
+#include "apps/training.h"
+#include "model/predictor.h"
+#include "model/weights_file.h"
+#include "report/console.h"
+#include "report/number.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct RolloutArguments {
+  std::string model, recording, out, method;
+  double horizon_s = 600.0, from_s = 0.0;
+  int paper_case = 0;
+  std::vector<double> angle_range, windows;
+  bool report = false, json = false, hold_missing = false;
+};
+
+int rollout_command(const RolloutArguments& arguments) {
+  model::Unsaid unsaid{{}, arguments.method, {}, {}};
+  if (arguments.paper_case) unsaid.paper_case = arguments.paper_case;
+  if (arguments.angle_range.size() == 2) {
+    unsaid.lowest_deg = arguments.angle_range[0];
+    unsaid.highest_deg = arguments.angle_range[1];
+  }
+  const model::Model predictor = model::read_model(weights_path(arguments.model), unsaid);
+  const model::Series whole = series_of_paths({arguments.recording}, predictor.paper_case, HUGE_VAL,
+                                              arguments.hold_missing ? model::Missing::held : model::Missing::refused).front();
+  const auto first = static_cast<model::Index>(std::lround(std::max(0.0, arguments.from_s - whole.first_s) / model::period_s));
+  if (first + 2 > whole.samples())
+    throw sim::InputError({.file = arguments.recording, .key = "--from", .value = sim::shortest(arguments.from_s), .advice = "the recording ends before"});
+  const model::Index count = std::min(whole.samples() - first, static_cast<model::Index>(std::lround(arguments.horizon_s / model::period_s)) + 1);
+  const model::Series series = model::part_of(whole, first, count);
+  const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
+  const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
+
+  nlohmann::ordered_json json{{"case", predictor.paper_case}, {"method", predictor.method}, {"from_s", series.first_s},
+                              {"samples", series.samples()}, {"rollout_rmse_deg", off.rmse_deg}, {"one_step_rmse_deg", off_step.rmse_deg},
+                              {"largest_deg", off.largest_deg}};
+  report::Table table;
+  table.header = {"prediction", "RMSE / °", "largest / °"};
+  table.rows = {{{"open loop, from one measured angle", report::significant(off.rmse_deg, 4), report::significant(off.largest_deg, 3)}},
+                {{"one step ahead", report::significant(off_step.rmse_deg, 4), report::significant(off_step.largest_deg, 3)}}};
+  if (std::isfinite(off.last_minute_deg)) {
+    json["second_minute_deg"] = off.second_minute_deg;
+    json["last_minute_deg"] = off.last_minute_deg;
+    table.rows.push_back({{"open loop, second minute", report::significant(off.second_minute_deg, 4), ""}});
+    table.rows.push_back({{"open loop, last minute", report::significant(off.last_minute_deg, 4), ""}});
+  }
+  if (arguments.windows.size() == 2) {
+    const auto a = static_cast<model::Index>(std::lround((arguments.windows[0] - series.first_s) / model::period_s));
+    const auto b = std::min(series.samples(), static_cast<model::Index>(std::lround((arguments.windows[1] - series.first_s) / model::period_s)) + 1);
+    if (a < 1 || b <= a)
+      throw sim::InputError({.file = arguments.recording, .key = "--count", .value = sim::shortest(arguments.windows[0]) + "," + sim::shortest(arguments.windows[1]),
+                             .advice = "must lie inside the rollout"});
+    json["counted_rmse_deg"] = model::rmse_deg(open, series, a, b - a);
+    table.rows.push_back({{"open loop, " + sim::shortest(arguments.windows[0]) + " to " + sim::shortest(arguments.windows[1]) + " s",
+                           report::significant(model::rmse_deg(open, series, a, b - a), 4), ""}});
+  }
+  table.title = "Case " + std::to_string(predictor.paper_case) + ", " + predictor.method + ": " + case_words(predictor.paper_case);
+  if (!arguments.out.empty() || arguments.report) {
+    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
+    std::string csv = "# open-loop prediction from one measured angle, by `sinew rollout`\ntime_s,angle_deg,angle_rollout_deg,angle_one_step_deg\n";
+    for (model::Index k = 0; k < series.samples(); ++k) {
+      for (const double value : {series.first_s + static_cast<double>(k) * model::period_s, series.angle_deg(k), open(k), step(k)}) {
+        if (csv.back() != '\n') csv += ',';
+        sim::append_shortest(csv, value);
+      }
+      csv += '\n';
+    }
+    report::Page page;
+    page.title = "Rollout of a predictor";
+    page.lead = "From one measured angle, the prediction is " + report::significant(off.rmse_deg, 3) + "° off (root mean square) over " +
+                report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s.";
+    page.blocks.push_back(table);
+    for (auto& block : rollout_blocks(series, open, predictor.paper_case)) page.blocks.push_back(std::move(block));
+    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "recording: " + arguments.recording,
+                   "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+    const std::string html = report::to_html(page);
+    std::filesystem::create_directories(out);
+    sim::write_file_whole(out / "rollout.csv", csv);
+    sim::write_file_whole(out / "report.html", html);
+    if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", out.string().c_str());
+  }
+  if (arguments.json) std::printf("%s\n", json.dump(1).c_str());
+  else std::fputs(report::to_text(table).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
+void add_rollout(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<RolloutArguments>();
+  CLI::App* command = program.add_subcommand("rollout", "Predict the bend angle over a recording, from one measured angle.");
+  command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
+  command->add_option("--recording", arguments->recording, "recording in CSV")->required();
+  command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(CLI::PositiveNumber)->capture_default_str();
+  command->add_option("--from", arguments->from_s, "begins at this time of the recording [s]")->check(CLI::NonNegativeNumber);
+  command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")->delimiter(',')->expected(2);
+  command->add_option("--case", arguments->paper_case, "the case that the weights must be of")->check(CLI::Range(1, 4));
+  command->add_option("--method", arguments->method, "of a file that Keras wrote")->check(CLI::IsMember({"published", "stateful"}));
+  command->add_option("--angle-range", arguments->angle_range, "of a file that Keras wrote: the angles that are 0 and 1, as -60,60 [deg]")->delimiter(',')->expected(2);
+  command->add_option("--out", arguments->out, "folder for rollout.csv and report.html");
+  command->add_flag("--report", arguments->report, "write them beside the recording where --out is not given");
+  command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
+  command->add_flag("--json", arguments->json, "print JSON");
+  command->footer("Examples:\n  sinew rollout results/lstm4 --recording c.csv --horizon 600 --report\n"
+                  "  sinew rollout model.h5 --case 3 --method published --angle-range -60,60 --recording c.csv");
+  command->callback([arguments, &exit_code] { exit_code = rollout_command(*arguments); });
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,117 @@
+#include "model/set.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "model/hdf5_file.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/simulation.h"
+#include "sim/text.h"
+
+namespace sinew::model {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+std::string number_of(std::int64_t run) {
+  char text[24];
+  std::snprintf(text, sizeof text, "%04lld", static_cast<long long>(run));
+  return text;
+}
+fs::path stem_of(const fs::path& folder, std::int64_t run) { return folder / "runs" / number_of(run); }
+
+Json json_of(const fs::path& file) {
+  try {
+    return Json::parse(sim::read_file(file));
+  } catch (const Json::exception& e) {
+    throw sim::InputError({.file = file.string(), .advice = std::string("is no JSON: ") + e.what()});
+  }
+}
+
+}  // namespace
+
+std::string SetPlan::mark() const {
+  return sim::sha256(scenario_yaml + '\0' + domain_text + '\0' + sim::this_build().version).substr(0, 16);
+}
+
+bool is_there(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
+  const fs::path stem = stem_of(folder, run), about = stem.string() + ".json", recording = stem.string() + ".csv";
+  if (!fs::exists(about) || !fs::exists(recording)) return false;
+  try {
+    const Json json = Json::parse(sim::read_file(about));
+    return json.at("mark") == plan.mark() && json.at("sha256") == sim::sha256(sim::read_file(recording));
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
+void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
+  const DrawnRun one = drawn_run(plan.scenario, plan.domain, run);
+  const sim::RunResult result = sim::run(one.scenario);
+  Json json{{"mark", plan.mark()}, {"run", run}, {"seed", one.scenario.seed},
+            {"status", result.status == sim::RunStatus::finished ? "finished" : "failed"},
+            {"sha256", sim::sha256(result.recording_csv)}, {"drawn", Json::object()}};
+  for (const auto& [name, value] : one.drawn) json["drawn"][name] = value;
+  json["effects"] = Json::array();
+  for (std::size_t e = 0; e < plant::effect_count; ++e)
+    if (one.scenario.limb.on[e]) json["effects"].push_back(plant::effects()[e].name);
+  fs::create_directories(folder / "runs");
+  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
+  sim::write_file_whole(stem_of(folder, run).string() + ".json", json.dump(1) + "\n");
+}
+
+std::string manifest_of(const SetPlan& plan, const fs::path& folder) {
+  Json json{{"what", "a set of runs by `sinew dataset`"}, {"version", sim::this_build().version}, {"mark", plan.mark()},
+            {"sample_period_s", plan.scenario.sample_period_s}, {"duration_s", plan.scenario.duration_s},
+            {"columns", "time_s, duty_A, duty_B, temperature_A_degC, temperature_B_degC, angle_deg"},
+            {"scenario", plan.scenario_yaml}, {"domain", plan.domain_text}, {"runs", Json::array()}};
+  for (std::int64_t run = 0; run < plan.runs; ++run) {
+    Json one = json_of(stem_of(folder, run).string() + ".json");
+    one.erase("mark");
+    one["file"] = "runs/" + number_of(run) + ".csv";
+    json["runs"].push_back(one);
+  }
+  return json.dump(1) + "\n";
+}
+
+std::string set_in_hdf5(const SetPlan& plan, const fs::path& folder) {
+  Hdf5File file;
+  for (std::int64_t run = 0; run < plan.runs; ++run) {
+    const sim::Recording recording = sim::read_recording(stem_of(folder, run).string() + ".csv");
+    Hdf5Array& array = file.arrays["/runs/" + number_of(run)];
+    array.single = false;
+    array.extents = {recording.samples.size(), 6};
+    for (const sim::Sample& s : recording.samples)
+      array.values.insert(array.values.end(), {s.time_s, s.duty_fraction[plant::A], s.duty_fraction[plant::B],
+                                               s.temperature_degC[plant::A], s.temperature_degC[plant::B], s.angle_deg});
+  }
+  file.list_attributes["/"]["columns"] = {"time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"};
+  file.text_attributes["/"]["manifest"] = manifest_of(plan, folder);
+  return to_bytes(file);
+}
+
+std::vector<sim::Recording> read_set(const fs::path& path) {
+  if (!fs::is_directory(path)) return {sim::read_recording(path)};
+  const fs::path manifest = path / "manifest.json";
+  if (!fs::exists(manifest))
+    throw sim::InputError({.file = path.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
+  std::vector<sim::Recording> recordings;
+  try {
+    for (const Json& run : json_of(manifest).at("runs")) {
+      if (run.at("status") != "finished") continue;
+      const fs::path file = path / run.at("file").get<std::string>();
+      const std::string bytes = sim::read_file(file);
+      if (sim::sha256(bytes) != run.at("sha256"))
+        throw sim::InputError({.file = file.string(), .advice = "is not the run that manifest.json has the hash of"});
+      recordings.push_back(sim::parse_recording(bytes, file.string()));
+    }
+  } catch (const Json::exception& e) {
+    throw sim::InputError({.file = manifest.string(), .advice = std::string("is no manifest of a set: ") + e.what()});
+  }
+  if (recordings.empty()) throw sim::InputError({.file = manifest.string(), .advice = "has no run that finished"});
+  return recordings;
+}
+
+}  // namespace sinew::model

@@ -1,0 +1,35 @@
+// A set of recordings on disk: runs/0000.csv ..., each with runs/0000.json beside it, and manifest.json, written last.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/dataset.h"
+#include "sim/recording.h"
+
+namespace sinew::model {
+
+// What a set is made from. `mark`: a hash of all of it; runs with another mark are not taken over.
+struct SetPlan {
+  sim::Scenario scenario;
+  Domain domain;
+  std::string scenario_yaml, domain_text;
+  std::int64_t runs = 0;
+  std::string mark() const;
+};
+
+// Whether run `run` lies in `folder`, whole and made from this plan.
+bool is_there(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
+// Simulates one run and writes its two files, each whole or not at all. The same plan gives the same bytes.
+void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
+// Gathers all runs: the manifest's text; and the recordings in HDF5, [samples x columns] arrays /runs/0000 ...
+std::string manifest_of(const SetPlan& plan, const std::filesystem::path& folder);
+std::string set_in_hdf5(const SetPlan& plan, const std::filesystem::path& folder);
+
+// The recordings of a set, those that failed left out, or of one CSV file. Throws InputError for a folder without manifest and
+// for a run that is not what the manifest's hash says.
+std::vector<sim::Recording> read_set(const std::filesystem::path& path);
+
+}  // namespace sinew::model

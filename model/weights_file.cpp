@@ -1,0 +1,244 @@
+#include "model/weights_file.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "model/hdf5_file.h"
+#include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/text.h"
+
+namespace sinew::model {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A weight in Keras's terms: the name in its layer, and where it lies in ours. Keras keeps the transpose, its last index
+// running fastest: the same numbers in the same order.
+struct Tensor {
+  std::string layer, keras2, keras3;
+  std::vector<std::uint64_t> extents;
+  Index from = 0;
+};
+
+std::vector<Tensor> tensors_of(const Shape& shape) {
+  const auto H = static_cast<std::uint64_t>(shape.hidden), I = static_cast<std::uint64_t>(shape.inputs),
+             D = static_cast<std::uint64_t>(shape.dense);
+  const Weights<float> w(shape);
+  const auto at = [&](const auto& block) { return static_cast<Index>(block.data() - w.all.data()); };
+  return {{"lstm", "lstm/lstm_cell/kernel:0", "cell/vars/0", {I, 4 * H}, at(w.input())},
+          {"lstm", "lstm/lstm_cell/recurrent_kernel:0", "cell/vars/1", {H, 4 * H}, at(w.recurrent())},
+          {"lstm", "lstm/lstm_cell/bias:0", "cell/vars/2", {4 * H}, at(w.bias())},
+          {"dense", "dense/kernel:0", "vars/0", {H, D}, at(w.dense())},
+          {"dense", "dense/bias:0", "vars/1", {D}, at(w.dense_bias())},
+          {"dense_1", "dense_1/kernel:0", "vars/0", {D, 1}, at(w.output())},
+          {"dense_1", "dense_1/bias:0", "vars/1", {1}, at(w.output_bias())}};
+}
+
+std::string checksum(const Weights<float>& weights) {
+  return sim::sha256({reinterpret_cast<const char*>(weights.all.data()), static_cast<std::size_t>(weights.all.size()) * sizeof(float)});
+}
+
+std::string unit_of(const Channel& channel) { return channel.temperature ? "degC" : "1"; }
+
+Json said(const Model& model) {
+  Json json{{"format", 1}, {"case", model.paper_case}, {"method", model.method}, {"sample_period_s", period_s},
+            {"output_relu", model.weights.shape.output_relu}};
+  const auto channels = channels_of(model.paper_case);
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    json["inputs"].push_back({{"name", channels[c].name},
+                              {"unit", unit_of(channels[c])},
+                              {"offset", model.scaling.v_offset(static_cast<Index>(c))},
+                              {"span", model.scaling.v_span(static_cast<Index>(c))}});
+  json["input_order"] = "v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span";
+  json["output"] = {{"name", "angle_deg"}, {"unit", "deg"}, {"offset", model.scaling.angle_offset_deg}, {"span", model.scaling.angle_span_deg}};
+  json["weights_sha256"] = checksum(model.weights);
+  json["trained_on"] = model.trained_on;
+  json["made_by"] = "sinew " + sim::this_build().version;
+  return json;
+}
+
+// What tf.keras.models.load_model needs to build the network.
+std::string keras_config(const Model& model) {
+  const Shape& shape = model.weights.shape;
+  const Json input_shape = model.memoryless() ? Json{nullptr, 1, shape.inputs} : Json{1, nullptr, shape.inputs};
+  const auto dense = [](const char* name, Index units, const char* activation) {
+    return Json{{"class_name", "Dense"},
+                {"config", {{"name", name}, {"trainable", true}, {"dtype", "float32"}, {"units", units}, {"activation", activation}, {"use_bias", true}}}};
+  };
+  Json layers = Json::array();
+  layers.push_back({{"class_name", "InputLayer"},
+                    {"config", {{"batch_input_shape", input_shape}, {"dtype", "float32"}, {"sparse", false}, {"ragged", false}, {"name", "lstm_input"}}}});
+  layers.push_back({{"class_name", "LSTM"},
+                    {"config",
+                     {{"name", "lstm"}, {"trainable", true}, {"batch_input_shape", input_shape}, {"dtype", "float32"},
+                      {"return_sequences", false}, {"return_state", false}, {"go_backwards", false},
+                      {"stateful", !model.memoryless()}, {"unroll", false}, {"time_major", false}, {"units", shape.hidden},
+                      {"activation", "tanh"}, {"recurrent_activation", "sigmoid"}, {"use_bias", true}, {"unit_forget_bias", true},
+                      {"dropout", 0.0}, {"recurrent_dropout", 0.0}, {"implementation", 2}}}});
+  layers.push_back(dense("dense", shape.dense, "relu"));
+  layers.push_back(dense("dense_1", 1, shape.output_relu ? "relu" : "linear"));
+  return Json{{"class_name", "Sequential"}, {"config", {{"name", "sequential"}, {"layers", layers}}}}.dump();
+}
+
+[[noreturn]] void complain(const std::string& file, const std::string& key, const std::string& value, const std::string& advice) {
+  throw sim::InputError({.file = file, .key = key, .value = value, .advice = advice});
+}
+
+std::string text_of(const std::vector<std::uint64_t>& extents) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < extents.size(); ++i) text += (i ? ", " : "") + std::to_string(extents[i]);
+  return text + "]";
+}
+
+// Where the weights of a file stand, one path a tensor in the order of tensors_of; layers may have other names in Keras
+// ("lstm_3"), and are told by their order and number of weights.
+std::vector<std::string> paths_in(const Hdf5File& file, const std::string& name) {
+  std::vector<std::string> paths;
+  for (const char* const at : {"/model_weights", "/"}) {
+    const std::string root = at;
+    const auto lists = file.list_attributes.find(root);
+    if (lists == file.list_attributes.end() || !lists->second.count("layer_names")) continue;
+    for (const std::string& layer : lists->second.at("layer_names")) {
+      const std::string group = (root == "/" ? "" : root) + "/" + layer;
+      const auto of_layer = file.list_attributes.find(group);
+      if (of_layer == file.list_attributes.end() || !of_layer->second.count("weight_names")) continue;
+      for (const std::string& weight : of_layer->second.at("weight_names")) paths.push_back(group + "/" + weight);
+    }
+    break;
+  }
+  if (paths.empty()) {
+    for (const auto& [path, array] : file.arrays)
+      if (path.find("/vars/") != std::string::npos && path.rfind("/layers/", 0) == 0) paths.push_back(path);  // sorted: dense, dense_1, lstm
+    if (paths.size() == 7) paths = {paths[4], paths[5], paths[6], paths[0], paths[1], paths[2], paths[3]};
+  }
+  if (paths.size() != 7)
+    complain(name, "layers", std::to_string(paths.size()) + " weights",
+             "must be an LSTM layer, a dense layer and an output, 7 weights in all, in a layout of Keras 2 or 3");
+  return paths;
+}
+
+// Weights alone do not say it: the published network has a ReLU there.
+bool output_relu_of(const Hdf5File& file, const std::string& name, const std::string& method) {
+  const auto root = file.text_attributes.find("/");
+  if (root == file.text_attributes.end() || !root->second.count("model_config")) return method == "published";
+  try {
+    const Json config = Json::parse(root->second.at("model_config"));
+    std::string lstm, last;
+    for (const Json& layer : config.at("config").at("layers")) {
+      const std::string kind = layer.at("class_name");
+      if (kind == "LSTM") {
+        const Json& c = layer.at("config");
+        if (c.value("activation", "tanh") != "tanh" || c.value("recurrent_activation", "sigmoid") != "sigmoid")
+          complain(name, "model_config", c.value("recurrent_activation", ""), "the LSTM must have Keras's own activations, tanh and sigmoid");
+      } else if (kind == "Dense") {
+        last = layer.at("config").value("activation", "linear");
+      } else if (kind != "InputLayer") {
+        complain(name, "model_config", kind, "is a layer that this architecture does not have");
+      }
+    }
+    if (last != "relu" && last != "linear") complain(name, "model_config", last, "the output's activation must be relu or linear");
+    return last == "relu";
+  } catch (const Json::exception& e) {
+    complain(name, "model_config", "", std::string("is no configuration of Keras: ") + e.what());
+  }
+}
+
+}  // namespace
+
+std::string to_hdf5(const Model& model, Layout layout) {
+  Hdf5File file;
+  const std::string root = layout == Layout::keras2 ? "/model_weights" : "/layers";
+  for (const Tensor& tensor : tensors_of(model.weights.shape)) {
+    const std::string inside = layout == Layout::keras2 ? tensor.keras2 : tensor.keras3;
+    Hdf5Array& array = file.arrays[root + "/" + tensor.layer + "/" + inside];
+    array.extents = tensor.extents;
+    std::size_t count = 1;
+    for (const auto extent : tensor.extents) count *= extent;
+    for (std::size_t i = 0; i < count; ++i) array.values.push_back(model.weights.all(tensor.from + static_cast<Index>(i)));
+    if (layout == Layout::keras2) file.list_attributes[root + "/" + tensor.layer]["weight_names"].push_back(inside);
+  }
+  if (layout == Layout::keras2) {
+    file.text_attributes["/"] = {{"model_config", keras_config(model)}, {"keras_version", "2.11.0"}, {"backend", "tensorflow"}};
+    file.text_attributes[root] = {{"keras_version", "2.11.0"}, {"backend", "tensorflow"}};
+    file.list_attributes[root]["layer_names"] = {"lstm", "dense", "dense_1"};
+  }
+  file.text_attributes["/"]["sinew"] = said(model).dump();
+  return to_bytes(file);
+}
+
+Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
+  const std::string name = path.string();
+  const Hdf5File file = parse_hdf5(sim::read_file(path), name);
+  const std::vector<std::string> paths = paths_in(file, name);
+  const auto array = [&](std::size_t i) -> const Hdf5Array& {
+    const auto found = file.arrays.find(paths[i]);
+    if (found == file.arrays.end()) complain(name, paths[i], "", "this weight is missing");
+    return found->second;
+  };
+  if (array(0).extents.size() != 2 || array(0).extents[1] % 4 != 0 || array(0).extents[1] == 0)
+    complain(name, paths[0], text_of(array(0).extents), "must be [inputs, 4 hidden]");
+  if (array(3).extents.size() != 2) complain(name, paths[3], text_of(array(3).extents), "must be [hidden, dense]");
+  Shape shape{static_cast<Index>(array(0).extents[0]), static_cast<Index>(array(0).extents[1] / 4),
+              static_cast<Index>(array(3).extents[1]), output_relu_of(file, name, unsaid.method)};
+  Model model;
+  model.weights = Weights<float>(shape);
+  const auto tensors = tensors_of(shape);
+  for (std::size_t i = 0; i < tensors.size(); ++i) {
+    const Hdf5Array& from = array(i);
+    if (from.extents != tensors[i].extents)
+      complain(name, paths[i], text_of(from.extents), "must be " + text_of(tensors[i].extents) + " beside the other weights");
+    for (std::size_t k = 0; k < from.values.size(); ++k) {
+      if (!std::isfinite(from.values[k])) complain(name, paths[i], "not a number", "weights must be finite");
+      model.weights.all(tensors[i].from + static_cast<Index>(k)) = static_cast<float>(from.values[k]);
+    }
+  }
+  const auto root = file.text_attributes.find("/");
+  if (root != file.text_attributes.end() && root->second.count("sinew")) {
+    try {
+      const Json json = Json::parse(root->second.at("sinew"));
+      model.paper_case = json.at("case");
+      model.method = json.at("method");
+      if (model.method != "published" && model.method != "stateful") complain(name, "sinew", model.method, "the method must be published or stateful");
+      model.weights.shape.output_relu = json.value("output_relu", shape.output_relu);
+      const auto channels = channels_of(model.paper_case);
+      const Json& inputs = json.at("inputs");
+      model.scaling.v_offset.resize(static_cast<Index>(channels.size()));
+      model.scaling.v_span.resize(static_cast<Index>(channels.size()));
+      if (inputs.size() != channels.size())
+        complain(name, "inputs", std::to_string(inputs.size()), "case " + std::to_string(model.paper_case) + " has " + std::to_string(channels.size()));
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        if (inputs[c].at("name") != channels[c].name || inputs[c].at("unit") != unit_of(channels[c]))
+          complain(name, "inputs", inputs[c].at("name"), "must be " + channels[c].name + " in " + unit_of(channels[c]));
+        model.scaling.v_offset(static_cast<Index>(c)) = inputs[c].at("offset");
+        model.scaling.v_span(static_cast<Index>(c)) = inputs[c].at("span");
+      }
+      model.scaling.angle_offset_deg = json.at("output").at("offset");
+      model.scaling.angle_span_deg = json.at("output").at("span");
+      model.trained_on = json.value("trained_on", "");
+      if (json.at("weights_sha256") != checksum(model.weights))
+        complain(name, "weights_sha256", json.at("weights_sha256"), "is not that of the weights in the file, which were changed");
+    } catch (const Json::exception& e) {
+      complain(name, "sinew", "", std::string("is no description of a model: ") + e.what());
+    } catch (const std::invalid_argument& e) {
+      complain(name, "sinew", "", e.what());
+    }
+    if (unsaid.paper_case && *unsaid.paper_case != model.paper_case)
+      complain(name, "case", std::to_string(model.paper_case), "these are weights of another case than " + std::to_string(*unsaid.paper_case));
+  } else {
+    if (!unsaid.paper_case || unsaid.method.empty() || !unsaid.lowest_deg || !unsaid.highest_deg)
+      complain(name, "sinew", "nothing",
+               "a file of Keras does not say these: give --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
+    model.paper_case = *unsaid.paper_case;
+    model.method = unsaid.method;
+    const auto channels = static_cast<Index>(channels_of(model.paper_case).size());
+    model.scaling = {Vector<double>::Zero(channels), Vector<double>::Ones(channels), *unsaid.lowest_deg, *unsaid.highest_deg - *unsaid.lowest_deg};
+    model.trained_on = "elsewhere";
+  }
+  if (const auto channels = static_cast<Index>(channels_of(model.paper_case).size()); shape.inputs != 2 * channels + 1)
+    complain(name, paths[0], text_of(array(0).extents),
+             "case " + std::to_string(model.paper_case) + " has " + std::to_string(2 * channels + 1) + " inputs");
+  return model;
+}
+
+}  // namespace sinew::model

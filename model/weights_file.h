@@ -1,0 +1,35 @@
+// Weights in HDF5, in Keras's own layouts, both ways. The one source file that includes HDF5 headers is hdf5_file.cpp.
+//
+//   keras 2, whole model      model.save("x.h5"):           /model_weights/lstm/lstm/lstm_cell/kernel:0, ...; attribute model_config
+//   keras 2, weights alone    model.save_weights("x.h5"):   /lstm/lstm/lstm_cell/kernel:0, ...
+//   keras 3, weights alone    model.save_weights("x.weights.h5"):  /layers/lstm/cell/vars/0, ...
+//
+// All three are read; the first (a whole model) and the last are written. What Keras does not know stands in the attribute
+// `sinew` of the root, as JSON: case, method, names, units and scaling of the inputs, and the SHA-256 of the weights' bytes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "model/series.h"
+
+namespace sinew::model {
+
+enum class Layout { keras2, keras3 };
+
+// The file's bytes; the same model gives the same.
+std::string to_hdf5(const Model& model, Layout layout = Layout::keras2);
+
+// For a file that Keras wrote, which says neither case nor scaling.
+struct Unsaid {
+  std::optional<int> paper_case;
+  std::string method;  // empty: not given
+  std::optional<double> lowest_deg, highest_deg;
+};
+
+// Throws InputError for a file that is no HDF5, a weight that is missing or of another shape than the others ask for, a weight
+// that is not a number, a layer that is not known, a checksum that does not fit, and a case that is not the one asked for.
+Model read_model(const std::filesystem::path& path, const Unsaid& unsaid = {});
+
+}  // namespace sinew::model

@@ -1,0 +1,116 @@
+#include "model/network.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "sim/random.h"
+
+using namespace sinew::model;
+
+namespace {
+
+// Small, and with every path in use: two streams of which one feeds itself from the second step on.
+struct Small {
+  Shape shape{3, 4, 5, false};
+  Index steps = 4, streams = 2;
+  Weights<double> weights{shape};
+  Stretch<double> stretch;
+  State<double> state{shape, streams};
+
+  explicit Small(bool output_relu = false) {
+    shape.output_relu = weights.shape.output_relu = output_relu;
+    const sinew::sim::RandomStream chance(7, "small network");
+    std::uint64_t n = 0;
+    const auto draw = [&](auto&& block) {
+      for (auto& entry : block.reshaped()) entry = 0.5 * chance.normal(n++);
+    };
+    draw(weights.all);
+    stretch = {Matrix<double>(2, steps * streams), Matrix<double>(streams, steps), Matrix<double>::Zero(streams, steps),
+               Matrix<double>(streams, steps), Matrix<double>::Constant(streams, steps, 0.3)};
+    draw(stretch.exogenous);
+    draw(stretch.angle_before);
+    draw(stretch.target);
+    draw(state.c);
+    draw(state.h);
+    draw(state.last_output);
+    stretch.free.row(1).setOnes();
+  }
+  double loss(const Weights<double>& with, bool memoryless = false) const {
+    Unrolled<double> network(shape, steps, streams, memoryless);
+    State<double> carried = state;
+    network.forward(with, stretch, carried);
+    return stretch.weight.cwiseProduct((network.outputs() - stretch.target).cwiseAbs2()).sum();
+  }
+};
+
+void check_gradient(const Small& small, bool memoryless) {
+  Unrolled<double> network(small.shape, small.steps, small.streams, memoryless);
+  State<double> carried = small.state;
+  network.forward(small.weights, small.stretch, carried);
+  Weights<double> gradient(small.shape);
+  const double loss = network.backward(small.weights, small.stretch, gradient);
+  CHECK(loss == doctest::Approx(small.loss(small.weights, memoryless)).epsilon(1e-14));
+  Index off = 0;
+  for (Index k = 0; k < small.weights.all.size(); ++k) {
+    const double step = 1e-6;
+    Weights<double> up = small.weights, down = small.weights;
+    up.all(k) += step;
+    down.all(k) -= step;
+    const double difference = (small.loss(up, memoryless) - small.loss(down, memoryless)) / (2.0 * step);
+    off += std::abs(difference - gradient.all(k)) > 1e-8 * (1.0 + std::abs(difference));
+  }
+  CHECK(off == 0);
+}
+
+}  // namespace
+
+TEST_CASE("network: the gradient of every weight is that of differences, through time and through the fed-back angle") {
+  check_gradient(Small{}, false);
+}
+TEST_CASE("network: the same with an output that is cut at zero") { check_gradient(Small{true}, false); }
+TEST_CASE("network: without memory the recurrent weights have no gradient, and the others are those of differences") {
+  check_gradient(Small{}, true);
+  const Small small;
+  Weights<double> other = small.weights;
+  other.recurrent().setConstant(3.0);
+  CHECK(small.loss(small.weights, true) == small.loss(other, true));
+}
+TEST_CASE("network: two stretches, the state carried, give what one of their length gives") {
+  const Small small;
+  Unrolled<double> whole(small.shape, 4, 2), half(small.shape, 2, 2);
+  State<double> carried = small.state;
+  whole.forward(small.weights, small.stretch, carried);
+  State<double> again = small.state;
+  for (Index part = 0; part < 2; ++part) {
+    const Stretch<double> cut{small.stretch.exogenous.middleCols(part * 4, 4), small.stretch.angle_before.middleCols(part * 2, 2),
+                              small.stretch.free.middleCols(part * 2, 2), small.stretch.target.middleCols(part * 2, 2),
+                              small.stretch.weight.middleCols(part * 2, 2)};
+    half.forward(small.weights, cut, again);
+    CHECK((half.outputs() - whole.outputs().middleCols(part * 2, 2)).cwiseAbs().maxCoeff() < 1e-15);
+  }
+  CHECK((carried.h - again.h).cwiseAbs().maxCoeff() < 1e-15);
+}
+TEST_CASE("adam: the first update moves every weight by the rate, against its gradient") {
+  // By hand: m = (1 - b1) g, v = (1 - b2) g^2, so the step is rate * g / (|g| + epsilon / sqrt(1 - b2)).
+  Adam<double> adam(2);
+  Vector<double> w(2), g(2);
+  w << 1.0, -1.0;
+  g << 0.5, -20.0;
+  adam.update(w, g, {0.01, 0.9, 0.9, 0.999, 1e-12});
+  CHECK(w(0) == doctest::Approx(0.99).epsilon(1e-9));
+  CHECK(w(1) == doctest::Approx(-0.99).epsilon(1e-9));
+  // The second has rate 0.01 / 1.9; a gradient that stays has the same m and v once their bias is taken out.
+  adam.update(w, g, {0.01, 0.9, 0.9, 0.999, 1e-12});
+  CHECK(w(0) == doctest::Approx(0.99 - 0.01 / 1.9).epsilon(1e-9));
+}
+TEST_CASE("first weights: those of Keras") {
+  const Weights<float> w = first_weights({5, 8, 6, true}, 3);
+  CHECK((w.recurrent().transpose() * w.recurrent() - Matrix<float>::Identity(8, 8)).cwiseAbs().maxCoeff() < 1e-6F);
+  CHECK(w.bias().middleRows(8, 8) == Matrix<float>::Ones(8, 1));
+  CHECK(w.bias().topRows(8).isZero());
+  CHECK(w.input().cwiseAbs().maxCoeff() <= std::sqrt(6.0F / (32.0F + 5.0F)));
+  CHECK(w.input().cwiseAbs().maxCoeff() > 0.8F * std::sqrt(6.0F / (32.0F + 5.0F)));
+  CHECK(first_weights({5, 8, 6, true}, 3).all == w.all);
+  CHECK(first_weights({5, 8, 6, true}, 4).all != w.all);
+}
