@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "plant/equations.h"
 #include "sim/fields.h"
 #include "sim/plant_file.h"
 
@@ -172,6 +173,14 @@ DrawnRun drawn_run(const sim::Scenario& scenario, const Domain& domain, std::int
     one.limb.on[effect.effect] = true;
     for (const std::size_t p : info.parameters) plant::set_in_file_units(one.limb, p, plant::parameters()[p].declaration.typical);
     for (const auto& [p, draw] : effect.parameters) draw_parameter(p, draw);
+  }
+  // An effect that came brings states of its own, at rest.
+  const plant::Layout before = plant::layout_of(scenario.limb.on), after = plant::layout_of(one.limb.on);
+  if (!scenario.start.empty()) {
+    one.start.assign(after.size(), std::nullopt);
+    for (std::size_t i = 0; i < after.size(); ++i)
+      for (std::size_t k = 0; k < before.size(); ++k)
+        if (after.entries[i].key == before.entries[k].key) one.start[i] = scenario.start[k];
   }
   for (const auto& [name, draw] : domain.sensors) {
     const std::size_t dot = name.find('.');

@@ -99,7 +99,8 @@ std::vector<sim::Recording> read_set(const fs::path& path) {
     throw sim::InputError({.file = path.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
   std::vector<sim::Recording> recordings;
   try {
-    for (const Json& run : json_of(manifest).at("runs")) {
+    const Json json = json_of(manifest);
+    for (const Json& run : json.at("runs")) {
       if (run.at("status") != "finished") continue;
       const fs::path file = path / run.at("file").get<std::string>();
       const std::string bytes = sim::read_file(file);

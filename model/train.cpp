@@ -270,6 +270,13 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   Index since_best = 0, since_point = 0;
   Model tried = trained.model;
   const double span_deg = trained.model.scaling.angle_span_deg;
+  const auto error_of = [&](const Model& model) {
+    return root_mean_square(validation, settled_after, run.threads, [&](const Series& one) { return rollout(model, one); });
+  };
+  if (run.from) {  // weights that came from elsewhere stay where training does not make them better
+    best = error_of(trained.model);
+    trained.curve.push_back({0, std::nan(""), best});
+  }
   for (Index update = 0; update < settings.updates; ++update) {
     if (run.should_stop && run.should_stop()) throw Stopped{};
     for (std::size_t p = 0; p < parts.size(); ++p) fill(parts[p], walks[p]);
@@ -283,7 +290,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     adam.update(weights.all, gradient, rates, 0.01 + 0.99 * 0.5 * (1.0 + std::cos(std::numbers::pi * done)));
     if ((update + 1) % settings.validation_every != 0 && update + 1 != settings.updates) continue;
     tried.weights = weights;
-    const double error_deg = root_mean_square(validation, settled_after, run.threads, [&](const Series& one) { return rollout(tried, one); });
+    const double error_deg = error_of(tried);
     trained.curve.push_back({update + 1, span_deg * std::sqrt(sum / static_cast<double>(since_point)), error_deg});
     sum = 0.0;
     since_point = 0;

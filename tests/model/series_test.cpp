@@ -1,0 +1,59 @@
+#include "model/series.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "sim/input_error.h"
+
+using namespace sinew;
+using namespace sinew::model;
+
+namespace {
+
+const std::string header = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
+
+sim::Recording recording(const std::string& rows) { return sim::parse_recording(header + rows, "a.csv"); }
+
+std::string message(const sim::Recording& from, int paper_case, Missing missing = Missing::refused) {
+  try {
+    series_of(from, paper_case, missing);
+  } catch (const sim::InputError& e) {
+    return e.what();
+  }
+  return "nothing thrown";
+}
+
+}  // namespace
+
+TEST_CASE("series: the four cases see what the paper gives them, in its order") {
+  const auto from = recording("0,0.1,0.2,30,40,5\n0.1,0.3,0.4,31,41,6\n0.2,0.5,0.6,32,42,7\n");
+  CHECK(series_of(from, 1).v.col(1) == Vector<double>::Constant(1, 0.3));
+  CHECK(series_of(from, 2).v.col(1) == Eigen::Vector2d(0.3, 31));
+  CHECK(series_of(from, 3).v.col(1) == Eigen::Vector2d(0.3, 0.4));
+  CHECK(series_of(from, 4).v.col(1) == Eigen::Vector4d(0.3, 31, 0.4, 41));
+  CHECK(series_of(from, 4).angle_deg == Eigen::Vector3d(5, 6, 7));
+  CHECK_THROWS_WITH(channels_of(5), "the paper's cases are 1 to 4, not 5");
+}
+TEST_CASE("series: X(t) is [v(t), v(t-1), angle(t-1)], each scaled over the training data") {
+  const auto from = recording("0,0.1,0,30,0,5\n0.1,0.3,0,31,0,6\n0.2,0.5,0,34,0,7\n");
+  const Series series = series_of(from, 2);
+  const Scaling scaling = scaling_of({series}, 2);
+  const ScaledSeries x = scaled(series, scaling);
+  // By hand: temperatures 30 ... 34 and angles 5 ... 7 go to 0 ... 1, duty stays.
+  CHECK(x.exogenous.col(1).isApprox(Eigen::Vector4f(0.5F, 1.0F, 0.3F, 0.25F)));
+  CHECK(x.angle.isApprox(Eigen::Vector3f(0.0F, 0.5F, 1.0F)));
+  CHECK(scaling.angle_deg(0.5) == 6.0);
+}
+TEST_CASE("series: what a case needs and a recording lacks is an error that names it") {
+  const auto no_temperature = recording("0,0.1,0,,,5\n0.1,0.3,0,,,6\n");
+  CHECK(message(no_temperature, 3) == "nothing thrown");
+  CHECK(message(no_temperature, 4) == "a.csv: temperature_A_degC = nothing\n  case 4 needs it, and the recording has none");
+  const auto hole = recording("0,0.1,0,30,30,5\n0.1,0.3,0,nan,30,6\n0.2,0.3,0,32,30,6\n");
+  CHECK(message(hole, 4) ==
+        "a.csv: temperature_A_degC = not a number at 0.1 s\n  1 samples are missing; with --hold-missing the value before each is taken");
+  CHECK(series_of(hole, 4, Missing::held).v(1, 1) == 30.0);
+  CHECK(message(recording("0,0,0,1,1,1\n0.01,0,0,1,1,1\n0.02,0,0,1,1,1\n"), 3) ==
+        "a.csv: time_s = a sample every 0.01 s\n  the predictor works at 10 Hz, a sample every 0.1 s");
+  CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n0.9,0,0,1,1,1\n"), 3).find("comes 0.7 s after") != std::string::npos);
+}

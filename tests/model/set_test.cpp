@@ -1,0 +1,84 @@
+#include "model/set.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <set>
+#include <unistd.h>
+
+#include "sim/input_error.h"
+#include "sim/text.h"
+
+using namespace sinew;
+using namespace sinew::model;
+
+namespace {
+
+SetPlan plan_of(const std::string& domain) {
+  SetPlan plan;
+  plan.scenario = sim::parse_scenario("format: 1\nseed: 3\nduration_s: 5\nplant: { base: paper_limb }\ninput: { babble: { lowest_deg: -45, highest_deg: 45 } }\n", "s.yaml");
+  plan.scenario_yaml = sim::to_yaml(plan.scenario);
+  plan.domain = read_domain(sim::parse_yaml(domain, "domain.yaml"));
+  plan.domain_text = domain;
+  plan.runs = 3;
+  return plan;
+}
+std::string message(const std::string& domain) {
+  try {
+    plan_of(domain);
+  } catch (const sim::InputError& e) {
+    return e.what();
+  }
+  return "nothing thrown";
+}
+struct Folder {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("sinew_set_" + std::to_string(::getpid()));
+  ~Folder() { std::filesystem::remove_all(path); }
+};
+const std::string domain =
+    "parameters: { heat_loss_A_W_K: { relative_deviation: 0.1 }, ambient_temperature_degC: { lowest: 20, highest: 30 } }\n"
+    "effects: { thermocouple_lag: { probability: 0.5, time_constant_s: { lowest: 1, highest: 2 } } }\n"
+    "sensors: { angle: { noise_deg: 0.2 } }\n";
+
+}  // namespace
+
+TEST_CASE("domain: draws lie where they were told, differ from run to run, and one more leaves the others as they were") {
+  const SetPlan plan = plan_of(domain), more = plan_of(domain + "input: { longest_hold_s: { lowest: 10, highest: 20 } }\n");
+  std::set<double> ambient;
+  int lagging = 0;
+  for (std::int64_t run = 0; run < 200; ++run) {
+    const DrawnRun one = drawn_run(plan.scenario, plan.domain, run);
+    const double loss = one.scenario.limb.core.heat_loss_W_K[plant::A], room = one.scenario.limb.core.ambient_temperature_degC;
+    CHECK(std::abs(loss / 0.040 - 1.0) <= 0.25);  // cut at 2.5 deviations
+    CHECK((room >= 20.0 && room <= 30.0));
+    CHECK(one.scenario.sensors.angle.noise == 0.2);
+    ambient.insert(room);
+    lagging += one.scenario.limb.on[plant::effect_index("thermocouple_lag")];
+    CHECK(drawn_run(more.scenario, more.domain, run).scenario.limb == one.scenario.limb);
+  }
+  CHECK(ambient.size() == 200);
+  // 200 throws of a coin: between 70 and 130 but once in 20,000 times; the seed is fixed.
+  CHECK((lagging > 70 && lagging < 130));
+}
+TEST_CASE("domain: what is not there is an error with the place and what is near") {
+  CHECK(message("parameters: { heat_los_A_W_K: 0.04 }") == "domain.yaml:1:31: parameters.heat_los_A_W_K = 0.04\n  no such number to draw; did you mean heat_loss_A_W_K?");
+  CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);
+  CHECK(message("sensors: { angle: { noise_degC: 1 } }").find("no such number of this sensor") != std::string::npos);
+}
+TEST_CASE("set: made in any order and taken up again, it has the same bytes; a run that was changed is refused") {
+  const Folder one, other;
+  const SetPlan plan = plan_of(domain);
+  const std::filesystem::path a = one.path / "a", b = one.path / "b";
+  for (const std::int64_t run : {0, 1, 2}) make_run(plan, a, run);
+  for (const std::int64_t run : {2, 0, 1}) make_run(plan, b, run);
+  CHECK(manifest_of(plan, a) == manifest_of(plan, b));
+  CHECK(set_in_hdf5(plan, a) == set_in_hdf5(plan, b));
+  CHECK(is_there(plan, a, 1));
+  CHECK_FALSE(is_there(plan_of("parameters: {}"), a, 1));  // of another plan
+  CHECK_THROWS_AS(read_set(a), sim::InputError);           // no manifest yet
+  sim::write_file_whole(a / "manifest.json", manifest_of(plan, a));
+  CHECK(read_set(a).size() == 3);
+  sim::write_file_whole(a / "runs/0001.csv", sim::read_file(a / "runs/0000.csv"));
+  CHECK_FALSE(is_there(plan, a, 1));
+  CHECK_THROWS_AS(read_set(a), sim::InputError);
+}

@@ -1,0 +1,125 @@
+#include "model/train.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "model/errors.h"
+#include "model/linear.h"
+#include "model/predictor.h"
+
+using namespace sinew;
+using namespace sinew::model;
+
+namespace {
+
+// A limb of one line: the angle goes to 60 times the duty with a time constant of two seconds. What is right can be said by hand.
+Series first_order(std::uint64_t seed, Index samples) {
+  const sim::RandomStream chance(seed, "duty");
+  Series series{"first order", 0.0, Matrix<double>(1, samples), Vector<double>(samples)};
+  double angle = 0.0;
+  for (Index k = 0; k < samples; ++k) {
+    series.v(0, k) = chance.uniform(static_cast<std::uint64_t>(k / 30));
+    if (k > 0) angle += (60.0 * series.v(0, k - 1) - angle) * (1.0 - std::exp(-period_s / 2.0));
+    series.angle_deg(k) = angle;
+  }
+  return series;
+}
+
+StatefulSettings small() {
+  StatefulSettings settings;
+  settings.hidden = settings.dense = 24;
+  settings.streams = 30;  // two parts
+  settings.steps = 40;
+  settings.updates = 300;
+  settings.rate = 1e-2;
+  settings.longest_memory_s = 5.0;
+  settings.settling_s = 5.0;
+  settings.shortest_life_s = 20.0;
+  settings.longest_life_s = 60.0;
+  settings.training_fraction = 1.0;
+  settings.validation_every = 50;
+  return settings;
+}
+TrainingRun run_of(int threads) {
+  TrainingRun run;
+  run.paper_case = 1;
+  run.seed = 5;
+  run.threads = threads;
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("training: stateful learns a lag of first order well enough for a rollout") {
+  StatefulSettings settings = small();
+  settings.updates = 600;
+  const Trained trained = train_stateful({first_order(1, 4000)}, settings, run_of(2));
+  const Series other = first_order(2, 2000);
+  const Errors off = errors_of(rollout(trained.model, other), other);
+  // The angle's own standard deviation is about 15 deg; a tenth of that is the least one would ask of it.
+  CHECK(off.rmse_deg < 1.5);
+  CHECK(off.last_minute_deg < 1.5);
+}
+TEST_CASE("training: the same seed gives the same weights to the last bit, whatever the number of threads") {
+  StatefulSettings settings = small();
+  settings.updates = 50;
+  const Series data = first_order(1, 2000);
+  const auto one = train_stateful({data}, settings, run_of(1)), three = train_stateful({data}, settings, run_of(3));
+  CHECK(one.model.weights.all == three.model.weights.all);
+  TrainingRun other = run_of(1);
+  other.seed = 6;
+  CHECK(train_stateful({data}, settings, other).model.weights.all != one.model.weights.all);
+  PublishedSettings published;
+  published.hidden = published.dense = 10;
+  published.epochs = 2;
+  const auto a = train_published({data}, published, run_of(1)), b = train_published({data}, published, run_of(4));
+  CHECK(a.model.weights.all == b.model.weights.all);
+}
+TEST_CASE("training: published leaves the recurrent weights where they began, and predicts one step ahead") {
+  PublishedSettings settings;
+  settings.hidden = settings.dense = 300;
+  const Series data = first_order(1, 4000);
+  const Trained trained = train_published({data}, settings, run_of(2));
+  CHECK(trained.model.weights.recurrent() == first_weights({3, 300, 300, true}, 5).recurrent());
+  const Series other = first_order(2, 2000);
+  CHECK(errors_of(one_step_ahead(trained.model, other), other).rmse_deg < 3.0);
+  CHECK(trained.best_update == 20 * ((4000 * 67 / 100 - 1 + 99) / 100));
+}
+TEST_CASE("training: weights that came from elsewhere stay where training does not make them better") {
+  const Series data = first_order(1, 3000);
+  const Trained good = train_stateful({data}, small(), run_of(2));
+  StatefulSettings settings = small();
+  settings.updates = 4;
+  settings.validation_every = 1;
+  settings.rate = 0.3;  // ruins them
+  TrainingRun run = run_of(1);
+  run.from = &good.model;
+  const Trained after = train_stateful({data}, settings, run);
+  CHECK(after.best_update == 0);
+  CHECK(after.model.weights.all == good.model.weights.all);
+}
+TEST_CASE("predictor: step by step is what the unrolled network gives") {
+  const Series series = first_order(3, 200);
+  Model model;
+  model.paper_case = 1;
+  model.method = "stateful";
+  model.scaling = scaling_of({series}, 1);
+  model.weights = first_weights({3, 16, 8, false}, 1);
+  const ScaledSeries x = scaled(series, model.scaling);
+  Unrolled<float> network(model.weights.shape, 199, 1);
+  Stretch<float> stretch{x.exogenous, x.angle.head(199).transpose(), Matrix<float>::Ones(1, 199), Matrix<float>::Zero(1, 199), Matrix<float>::Zero(1, 199)};
+  State<float> state(model.weights.shape, 1);
+  state.last_output(0) = x.angle(0);
+  network.forward(model.weights, stretch, state);
+  const Vector<double> angle = rollout(model, series);
+  for (Index t = 0; t < 199; ++t)
+    REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.angle_deg(network.outputs()(0, t))).epsilon(1e-4));
+}
+TEST_CASE("ARX: finds a lag of first order to the last digit; least squares on duty alone cannot") {
+  const Series data = first_order(1, 2000), other = first_order(2, 2000);
+  CHECK(errors_of(rollout(fit_arx({data}), other), other).rmse_deg < 1e-3);
+  CHECK(errors_of(rollout(fit_static({data}), other), other).rmse_deg > 5.0);
+}

@@ -1,0 +1,115 @@
+#include "model/weights_file.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+
+#include "model/hdf5_file.h"
+#include "model/predictor.h"
+#include "sim/input_error.h"
+#include "sim/text.h"
+
+using namespace sinew;
+using namespace sinew::model;
+
+namespace {
+
+Model some_model(const std::string& method = "stateful") {
+  Model model;
+  model.paper_case = 4;
+  model.method = method;
+  model.scaling = {Eigen::Vector4d(0, 25, 0, 26), Eigen::Vector4d(1, 50, 1, 51), -40.0, 90.0};
+  model.weights = first_weights({9, 6, 5, method == "published"}, 3);
+  model.trained_on = "nothing";
+  return model;
+}
+
+struct Folder {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("sinew_weights_" + std::to_string(::getpid()));
+  Folder() { std::filesystem::create_directories(path); }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::string write(const std::string& bytes) const {
+    sim::write_file_whole(path / "w.h5", bytes);
+    return (path / "w.h5").string();
+  }
+};
+
+std::string message(const std::string& file, const Unsaid& unsaid = {}) {
+  try {
+    read_model(file, unsaid);
+  } catch (const sim::InputError& e) {
+    const std::string text = e.what();
+    return text.substr(text.find(": ") + 2);  // without the file's name
+  }
+  return "nothing thrown";
+}
+
+}  // namespace
+
+TEST_CASE("weights: both layouts give back the same model, and the same bytes are written twice") {
+  const Folder folder;
+  for (const std::string method : {"published", "stateful"})
+    for (const Layout layout : {Layout::keras2, Layout::keras3}) {
+      const Model model = some_model(method);
+      const std::string bytes = to_hdf5(model, layout);
+      CHECK(bytes == to_hdf5(model, layout));
+      const Model back = read_model(folder.write(bytes));
+      CHECK(back.weights.all == model.weights.all);
+      CHECK(back.weights.shape == model.weights.shape);
+      CHECK(back.method == method);
+      CHECK(back.scaling.v_offset == model.scaling.v_offset);
+      CHECK(back.scaling.angle_span_deg == 90.0);
+    }
+}
+TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is read where the rest is said") {
+  // The names and shapes of Keras 2.11: kernel [inputs, 4 units], the weights' groups named after layers that were made before.
+  Hdf5File file;
+  const auto put = [&](const std::string& layer, const std::string& weight, std::vector<std::uint64_t> extents) {
+    Hdf5Array& array = file.arrays["/" + layer + "/" + weight];
+    std::size_t count = 1;
+    for (const auto e : extents) count *= e;
+    array.extents = extents;
+    for (std::size_t i = 0; i < count; ++i) array.values.push_back(0.01 * static_cast<double>(file.arrays.size()) + 0.001 * static_cast<double>(i));
+    file.list_attributes["/" + layer]["weight_names"].push_back(weight);
+  };
+  put("lstm_2", "lstm_2/lstm_cell_2/kernel:0", {5, 8});
+  put("lstm_2", "lstm_2/lstm_cell_2/recurrent_kernel:0", {2, 8});
+  put("lstm_2", "lstm_2/lstm_cell_2/bias:0", {8});
+  put("dense_4", "dense_4/kernel:0", {2, 3});
+  put("dense_4", "dense_4/bias:0", {3});
+  put("dense_5", "dense_5/kernel:0", {3, 1});
+  put("dense_5", "dense_5/bias:0", {1});
+  file.list_attributes["/"]["layer_names"] = {"lstm_2", "dense_4", "dense_5"};
+  const Folder folder;
+  const std::string name = folder.write(to_bytes(file));
+  const Model model = read_model(name, {3, "published", -45.0, 45.0});
+  CHECK(model.weights.shape == Shape{5, 2, 3, true});
+  // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
+  CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
+  CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
+  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these: give --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
+  CHECK(message(name, {4, "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
+}
+TEST_CASE("weights: what does not fit is an error, never a layer left at zero") {
+  const Folder folder;
+  const Hdf5File good = parse_hdf5(to_hdf5(some_model()), "good");
+  const std::string bias = "/model_weights/lstm/lstm/lstm_cell/bias:0";
+  REQUIRE(good.arrays.count(bias) == 1);
+  Hdf5File bad = good;
+  bad.arrays.erase(bias);
+  CHECK(message(folder.write(to_bytes(bad))) == bias + "\n  this weight is missing");
+  bad = good;
+  bad.arrays[bias].extents = {12};
+  bad.arrays[bias].values.resize(12);
+  CHECK(message(folder.write(to_bytes(bad))) == bias + " = [12]\n  must be [24] beside the other weights");
+  bad = good;
+  bad.arrays[bias].values[3] = std::nan("");
+  CHECK(message(folder.write(to_bytes(bad))) == bias + " = not a number\n  weights must be finite");
+  bad = good;
+  bad.arrays[bias].values[3] += 0.5;
+  CHECK(message(folder.write(to_bytes(bad))).find("is not that of the weights in the file, which were changed") != std::string::npos);
+  CHECK(message(folder.write(to_hdf5(some_model())), {2, "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
+  const std::string bytes = to_hdf5(some_model());
+  CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
+  CHECK_THROWS_AS(read_model(folder.write("no HDF5 at all")), sim::InputError);
+}
