@@ -42,12 +42,12 @@ Series series_of(const sim::Recording& recording, int paper_case, Missing missin
   const auto& samples = recording.samples;
   const double median_s = recording.median_period_s();
   if (!(std::abs(median_s - period_s) <= 0.02 * period_s))
-    throw sim::InputError({.file = recording.name, .key = "time_s", .value = "a sample every " + sim::shortest(median_s) + " s",
+    throw sim::InputError({.file = recording.name, .key = "time_s", .value = "a sample every " + sim::shortest(std::round(1e6 * median_s) / 1e6) + " s",
                            .advice = "the predictor works at 10 Hz, a sample every 0.1 s"});
   for (std::size_t k = 1; k < samples.size() && missing == Missing::refused; ++k)
     if (std::abs(samples[k].time_s - samples[k - 1].time_s - period_s) > 0.2 * period_s)
       throw sim::InputError({.file = recording.name, .key = "time_s", .value = sim::shortest(samples[k].time_s),
-                             .advice = "comes " + sim::shortest(samples[k].time_s - samples[k - 1].time_s) +
+                             .advice = "comes " + sim::shortest(std::round(1e6 * (samples[k].time_s - samples[k - 1].time_s)) / 1e6) +
                                        " s after the sample before; the predictor needs one every 0.1 s"});
   Series series{recording.name, samples.front().time_s, Matrix<double>(channels.size(), samples.size()),
                 Vector<double>(samples.size())};
