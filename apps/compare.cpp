@@ -20,7 +20,7 @@ namespace {
 
 struct CompareArguments {
   std::string recording, plant, out;
-  double start_from_s = 60.0;
+  double start_from_s = 60.0, fit_until_s = std::numeric_limits<double>::infinity();
   bool at_rest = false, json = false;
 };
 
@@ -40,8 +40,7 @@ int compare_command(const CompareArguments& arguments) {
     settings.should_stop = interrupted;
     start = diagnose::calibrate(limb, {{&recording, count, noise}}, settings).starts_of_recordings.front();
   }
-  const diagnose::Comparison comparison = diagnose::compare(limb, start, recording, noise,
-                                                            std::numeric_limits<double>::infinity(), numerics);
+  const diagnose::Comparison comparison = diagnose::compare(limb, start, recording, noise, arguments.fit_until_s, numerics);
   if (arguments.json) {
     nlohmann::ordered_json json;
     json["recording"] = arguments.recording;
@@ -87,6 +86,8 @@ void add_compare(CLI::App& program, int& exit_code) {
   command->add_option("--start-from", arguments->start_from_s, "estimate the first state from so many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  command->add_option("--fit-until", arguments->fit_until_s, "the plant was fitted until here [s]: what comes later is counted apart")
+      ->check(CLI::PositiveNumber);
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer("Example:\n  sinew compare recording.csv --plant results/mine/plant.yaml --out results/mine");

@@ -74,7 +74,9 @@ void FitProblem::add_start_unknowns(std::size_t recording) {
 
 plant::Limb<double> FitProblem::limb_at(const double* z) const {
   plant::Limb<double> limb = limb_;
-  for (std::size_t u = 0; u < parameters_.size(); ++u) plant::set(limb, parameters_[u], value(u, z[u]));
+  // At a bound, rounding must not leave the range that a plant file may have.
+  for (std::size_t u = 0; u < parameters_.size(); ++u)
+    plant::set(limb, parameters_[u], std::clamp(value(u, z[u]), unknowns_[u].lowest, unknowns_[u].highest));
   return limb;
 }
 

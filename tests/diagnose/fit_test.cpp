@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "diagnose/calibrate.h"
+#include "sim/plant_file.h"
 #include "tests/diagnose/one_limb.h"
 
 using namespace sinew;
@@ -68,4 +69,18 @@ TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
   CHECK(jacobian.back() == 1.0);
   // One deviation of the prior is 0.02 W/K around 0.04.
   CHECK(plant::get(problem.limb_at(&z), plant::parameter_index("heat_loss_A_W_K")) == doctest::Approx(0.054).epsilon(1e-12));
+}
+
+TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a plant file") {
+  const sim::Recording recording = testing::recorded(testing::babbling(2.0));
+  plant::Limb<double> limb;
+  plant::set_in_file_units(limb, plant::parameter_index("beam_damping_Nms_rad"), 0.0017);
+  const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {{&recording, 20, testing::paper_noise}},
+                                     diagnose::StartPolicy::at_rest, {plant::Method::arkode, 1e-6});
+  for (const bool low : {true, false}) {
+    std::vector<double> z;
+    for (const auto& unknown : problem.unknowns()) z.push_back(((low ? unknown.lowest : unknown.highest) - unknown.centre) / unknown.deviation);
+    const std::string yaml = sim::plant_to_yaml(problem.limb_at(z.data()));
+    CHECK_NOTHROW(sim::read_plant(sim::parse_yaml(yaml, "plant.yaml"), "."));
+  }
 }

@@ -65,6 +65,13 @@ TEST_CASE("domain: what is not there is an error with the place and what is near
   CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);
   CHECK(message("sensors: { angle: { noise_degC: 1 } }").find("no such number of this sensor") != std::string::npos);
 }
+TEST_CASE("domain: those that are shipped are read, and draw from what is there") {
+  const SetPlan plan = plan_of(domain);
+  for (const std::string name : {"domain", "one_limb"}) {
+    const Domain shipped = read_domain(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios" / (name + ".yaml"));
+    CHECK(drawn_run(plan.scenario, shipped, 0).drawn.size() >= 9);
+  }
+}
 TEST_CASE("set: made in any order and taken up again, it has the same bytes; a run that was changed is refused") {
   const Folder one, other;
   const SetPlan plan = plan_of(domain);

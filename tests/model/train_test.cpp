@@ -9,6 +9,7 @@
 #include "model/errors.h"
 #include "model/linear.h"
 #include "model/predictor.h"
+#include "sim/fields.h"
 
 using namespace sinew;
 using namespace sinew::model;
@@ -100,6 +101,18 @@ TEST_CASE("training: weights that came from elsewhere stay where training does n
   const Trained after = train_stateful({data}, settings, run);
   CHECK(after.best_update == 0);
   CHECK(after.model.weights.all == good.model.weights.all);
+}
+TEST_CASE("training: the file that is shipped has every setting, at its default") {
+  const TrainingFile file = read_training(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
+  const auto text = [](auto settings) {
+    std::string yaml;
+    decltype(settings)::fields(settings, sim::Write{yaml, ""});
+    return yaml;
+  };
+  CHECK(text(file.published.value()) == text(PublishedSettings{}));
+  CHECK(text(file.stateful.value()) == text(StatefulSettings{}));
+  const std::string whole = sim::read_file(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
+  StatefulSettings::fields(file.stateful.value(), [&](const auto&, const sim::Key& key) { CHECK(whole.find("\n  " + key.name + ": ") != std::string::npos); });
 }
 TEST_CASE("predictor: step by step is what the unrolled network gives") {
   const Series series = first_order(3, 200);

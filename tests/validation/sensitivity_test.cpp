@@ -67,7 +67,7 @@ Eigen::MatrixXd difference_quotient(const Trial& trial, std::size_t column, doub
 
 // One matrix a column, [rows x samples].
 std::vector<Eigen::MatrixXd> integrated(const Trial& trial, Method method) {
-  Integrator run(trial.limb, Start{trial.given, {}}, {.method = method, .relative_tolerance = 1e-9, .most_steps = 1000000}, trial.request);
+  Integrator run(trial.limb, Start{trial.given, {}}, {.method = method, .relative_tolerance = 1e-10, .most_steps = 1000000}, trial.request);
   const auto times_s = trial.sample_times_s();
   std::vector<Eigen::MatrixXd> columns(trial.request.columns(), Eigen::MatrixXd(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(times_s.size())));
   drive(run, trial.profile, times_s, [&](std::size_t k) {
