@@ -28,6 +28,8 @@ int main(int argc, char** argv) {
   apps::add_effects(program, exit_code);
   apps::add_convert(program, exit_code);
   apps::add_prove(program, exit_code);
+  apps::add_hil(program, exit_code);
+  apps::add_replay(program, exit_code);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);

@@ -36,12 +36,12 @@ extern "C" {
 #define LIMIT_STUCK_on_time_ms 800u
 
 /* What a coil warms by, roughly: duty 1 heats at HEATING, and each kelvin above the cold junction cools at COOLING. */
-#define LIMIT_HEATING_mK_s 23000L
-#define LIMIT_COOLING_1_ks 47L
+#define LIMIT_HEATING_mK_s ((int32_t)23000)
+#define LIMIT_COOLING_1_ks ((int32_t)47)
 /* Warming is compared with what is expected over about this long. */
-#define LIMIT_FOLLOW_WINDOW_ms 2000L
-#define LIMIT_FOLLOW_EXPECTED_mK 10000L /* expected this much, and less than a quarter of it came: not following */
-#define LIMIT_UNEXPECTED_mK 9000L       /* warmed this much more than twice what was expected */
+#define LIMIT_FOLLOW_WINDOW_ms ((int32_t)2000)
+#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)10000) /* expected this much, and less than a quarter of it came: not following */
+#define LIMIT_UNEXPECTED_mK ((int32_t)9000)       /* warmed this much more than twice what was expected */
 
 /* Duty times time in the window. */
 #define LIMIT_ON_TIME_ms 9000u
