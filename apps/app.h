@@ -16,6 +16,8 @@ void add_convert(CLI::App& program, int& exit_code);
 void add_prove(CLI::App& program, int& exit_code);
 void add_hil(CLI::App& program, int& exit_code);
 void add_replay(CLI::App& program, int& exit_code);
+void add_hil_faults(CLI::App& program, int& exit_code);
+void add_doctor(CLI::App& program, int& exit_code);
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {

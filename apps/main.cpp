@@ -30,6 +30,8 @@ int main(int argc, char** argv) {
   apps::add_prove(program, exit_code);
   apps::add_hil(program, exit_code);
   apps::add_replay(program, exit_code);
+  apps::add_hil_faults(program, exit_code);
+  apps::add_doctor(program, exit_code);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);

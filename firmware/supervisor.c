@@ -170,12 +170,12 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[2], uint32_t no
       continue;
     }
     rise_cK = t->temperature_cdegC - t->last_cdegC[t->readings - 1u];
-    /* These two speak while disarmed too: then the switch does not obey, and whoever looks should know. */
+    /* Heat is spoken of while disarmed too: then the switch does not obey, and whoever looks should know. */
     if (t->temperature_cdegC + (rise_cK > 0 ? rise_cK / 2 : 0) >= LIMIT_TRIP_cdegC) supervisor_trip(s, TRIP_OVER_TEMPERATURE);
-    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0))
-      supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
     if (s->state == DEVICE_ARMED && t->readings == SUPERVISOR_READINGS &&
         rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
       supervisor_trip(s, TRIP_RATE_OF_RISE);
+    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0))
+      supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
   }
 }

@@ -14,6 +14,7 @@ constexpr double horizon_s = 2.0, horizon_steps = 8;
 // Below the device's own budget, which has buckets of a whole second.
 constexpr double on_budget_s = LIMIT_ON_TIME_ms / 1000.0 - 0.4, on_window_s = LIMIT_ON_TIME_WINDOW_s + 1.0;
 constexpr double forget_s = 5.0;          // correction downwards
+constexpr double least_correction_K = -10.0;  // a sensor that drifts cold must not talk the prediction down without end
 constexpr double most_off_K = 30.0, most_off_s = 1.0;
 constexpr double longest_missing_s = 0.5;
 constexpr plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
@@ -50,6 +51,7 @@ plant::PerCoil<double> HostSupervisor::lower(const plant::PerCoil<double>& wante
     correction_K_[j] = difference_K > correction_K_[j]
                            ? difference_K
                            : correction_K_[j] + (difference_K - correction_K_[j]) * std::min(1.0, period_s_ / forget_s);
+    correction_K_[j] = std::max(correction_K_[j], least_correction_K);
   }
   plant::PerCoil<double> duty{};
   bool changed = false;

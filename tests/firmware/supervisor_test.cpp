@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace {
 
@@ -289,9 +291,11 @@ TEST_CASE("device supervisor: a welded switch is said, armed or not, though no s
 TEST_CASE("device supervisor: too fast a rise trips it") {
   Bench bench;
   bench.armed();
-  bench.replacing[0] = true;
-  double shown_degC = 25.0;
   bench.commanded[0] = 7000;
+  bench.run(1500);
+  double shown_degC = bench.s.thermocouple[0].temperature_cdegC / 100.0;
+  bench.replaced[0] = bench.s.thermocouple[0].raw;
+  bench.replacing[0] = true;
   for (int k = 0; k < 12 && bench.s.state == DEVICE_ARMED; ++k) {
     bench.replaced[0] = word(shown_degC += 5.0);  // 48 K/s
     bench.run(105);
@@ -301,8 +305,10 @@ TEST_CASE("device supervisor: too fast a rise trips it") {
 
 TEST_CASE("device supervisor: so much duty in the window and no more") {
   Bench bench;
+  bench.junction_degC = -5.0;
+  bench.replacing[0] = true;  // a thermocouple that shows what is expected at least, so that only the clock can see it
+  bench.replaced[0] = word(25.0, -5.0);
   bench.armed();
-  bench.replacing[0] = true;  // a thermocouple that shows a mild warming, so that only the clock can see it
   double shown_degC = 25.0;
   bench.commanded[0] = 1000;
   bench.commanded[1] = 0;
@@ -310,8 +316,8 @@ TEST_CASE("device supervisor: so much duty in the window and no more") {
   bench.commanded[0] = 4600;
   int ms = 0;
   while (bench.s.state == DEVICE_ARMED && ms < 40000) {
-    shown_degC = std::min(100.0, shown_degC + 0.75);
-    bench.replaced[0] = word(shown_degC + (ms % 2 ? 0.25 : 0.0));
+    shown_degC = std::min(130.0, shown_degC + 0.75);
+    bench.replaced[0] = word(shown_degC + (ms % 2 ? 0.25 : 0.0), -5.0);
     bench.run(105);
     ms += 105;
   }
