@@ -30,6 +30,10 @@ constexpr const char* scenario_text =
     "# Coil A is heated, so that whatever goes wrong does so while it is hot.\n"
     "format: 1\nseed: 1\nduration_s: 16.0\n"
     "input: { duty_A: { step: { height_fraction: 0.45, from_s: 0.5, until_s: 14.0 } } }\n";
+constexpr const char* slow_scenario_text =
+    "# Coil A is heated for most of a minute, for what takes its time.\n"
+    "format: 1\nseed: 1\nduration_s: 60.0\n"
+    "input: { duty_A: { step: { height_fraction: 0.45, from_s: 0.5, until_s: 55.0 } } }\n";
 constexpr double onset_s = 6.0;
 // The time to zero depends on where between two readings and two commands the fault falls: the worst of these is reported.
 constexpr std::array<double, 5> phases_s{0.0, 0.023, 0.047, 0.071, 0.095};
@@ -51,6 +55,7 @@ struct Row {
   std::function<hil::Tamper(double from_s)> to_device, from_device;
   bool relay = false;
   std::string expected;  // trip cause, or empty
+  bool slow = false;     // a scenario of a minute
 };
 
 struct Outcome {
@@ -171,7 +176,7 @@ std::vector<Row> all_rows() {
   const auto twice = [](Bytes frame, std::int64_t) -> std::vector<Bytes> { return {frame, frame}; };
   std::vector<Row> rows;
   const auto link = [&](const std::string& name, Due due, auto to, auto from, const std::string& expected = "") {
-    rows.push_back({"link", name, due, {}, to, from, false, expected});
+    rows.push_back({"link", name, due, {}, to, from, false, expected, false});
   };
   link("a bit flipped at every byte position in turn, one frame in ten, both ways", Due::nothing, always(flip_every_byte), always(flip_every_byte));
   link("one frame in ten lost, both ways", Due::nothing, [=](double) { return lost(); }, [=](double) { return lost(); });
@@ -187,7 +192,9 @@ std::vector<Row> all_rows() {
   link("the device hears nothing, the host still hears it", Due::trip, [](double from_s) { return lose_all(from_s); }, nullptr, "silence");
   link("the device speaks another version of the protocol", Due::refusal, nullptr, always(other_version), "another version");
   const auto add = [&](const std::string& group, const std::string& name, Due due, std::vector<std::string> faults, const std::string& expected = "",
-                       bool relay = false) { rows.push_back({group, name, due, std::move(faults), nullptr, nullptr, relay, expected}); };
+                       bool relay = false, bool slow = false) {
+    rows.push_back({group, name, due, std::move(faults), nullptr, nullptr, relay, expected, slow});
+  };
   add("sensor", "thermocouple open", Due::trip, {"sensor_open:A@"}, "sensor_open");
   add("sensor", "thermocouple shorted to ground", Due::trip, {"sensor_ground:A@"}, "sensor_short_to_ground");
   add("sensor", "thermocouple shorted to supply", Due::trip, {"sensor_supply:A@"}, "sensor_short_to_supply");
@@ -197,7 +204,8 @@ std::vector<Row> all_rows() {
   add("sensor", "cold junction jumps by 5 K", Due::trip, {"junction_jump:A@=5"}, "junction");
   add("sensor", "thermocouples exchanged while one coil is hot", Due::trip, {"sensors_swapped@"}, "sensor_jump");
   add("sensor", "reading stuck", Due::evidence, {"sensor_stuck:A@"}, "sensor_stuck");
-  add("sensor", "reading drifts cold by 5 K/s", Due::host, {"sensor_drift:A@=5"}, "objected");
+  add("sensor", "reading drifts cold by 5 K/s", Due::evidence, {"sensor_drift:A@=5"}, "not_following");
+  add("sensor", "reading drifts cold by 1 K/s", Due::host, {"sensor_drift:A@=1"}, "objected", false, true);
   add("device", "hangs while hot, interrupts served", Due::trip, {"hang@"}, "main_loop");
   add("device", "hangs while hot, interrupts off", Due::trip, {"hang_masked@"}, "watchdog");
   add("device", "brown-out", Due::trip, {"brown_out@"}, "brown_out");
@@ -206,7 +214,8 @@ std::vector<Row> all_rows() {
   add("device", "trips, then is reset: the latch", Due::trip, {"sensor_open:A@", "reset@+0.2"}, "sensor_open");
   add("device", "trips, then power goes off and on: the latch", Due::trip, {"sensor_open:A@", "power_cycle@+0.2"}, "sensor_open");
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
-  add("plant", "supply sags to 5 V", Due::nothing, {"supply_V@=5"});
+  add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
+  add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected");
   add("plant", "switch welded: coil on for good", Due::unsavable, {"coil_welded:A@"}, "unexpected_heating");
   add("plant", "switch welded, with a cut-off relay on PD7", Due::evidence, {"coil_welded:A@"}, "unexpected_heating", true);
   return rows;
@@ -221,7 +230,7 @@ std::string at_onset(std::string fault, double from_s) {
 }
 
 Outcome run_once(const Row& row, double from_s, const std::filesystem::path& scenario_file, const std::filesystem::path& trace_file) {
-  const sim::Scenario scenario = sim::parse_scenario(scenario_text, scenario_file);
+  const sim::Scenario scenario = sim::read_scenario(scenario_file);
   std::vector<std::string> faults;
   for (const std::string& one : row.faults) faults.push_back(at_onset(one, from_s));
   std::vector<std::string> command = emulator_command(scenario_file, faults);
@@ -316,8 +325,9 @@ const char* words(Due due) {
 int faults_command(const std::string& out_name, const std::string& only) {
   const std::filesystem::path out = out_name;
   std::filesystem::create_directories(out);
-  const std::filesystem::path scenario_file = out / "scenario.yaml", trace_file = out / "trace.csv.partial";
+  const std::filesystem::path scenario_file = out / "scenario.yaml", slow_file = out / "slow.yaml", trace_file = out / "trace.csv.partial";
   sim::write_file_whole(scenario_file, scenario_text);
+  sim::write_file_whole(slow_file, slow_scenario_text);
   std::string table = "| | fault | due | came | PWM zero after [ms] | hottest coil [°C] | as due |\n|---|---|---|---|---|---|---|\n";
   std::string csv = "group,fault,due,came,zero_ms,peak_degC,as_due\n";
   int wrong = 0, late = 0, hot = 0, in_all = 0;
@@ -349,7 +359,7 @@ int faults_command(const std::string& out_name, const std::string& only) {
         std::filesystem::remove(trace_file);
         return interrupted_exit_code;
       }
-      const Outcome one = run_once(row, onset_s + phase_s, scenario_file, trace_file);
+      const Outcome one = run_once(row, onset_s + phase_s, row.slow ? slow_file : scenario_file, trace_file);
       if (first) worst = one;
       if (one.zero_ms < 0.0 || worst.zero_ms < 0.0)
         worst.zero_ms = -1.0;
@@ -362,7 +372,7 @@ int faults_command(const std::string& out_name, const std::string& only) {
     }
     add(row, worst);
   }
-  if (only.empty()) add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, ""}, second_opener());
+  if (only.empty()) add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, "", false}, second_opener());
   std::filesystem::remove(trace_file);
   std::string text =
       "# What goes wrong, and what comes of it\n\n"
@@ -376,8 +386,8 @@ int faults_command(const std::string& out_name, const std::string& only) {
       "| PWM zero within 250 ms of a fault that the device can see (due: trip) | slowest " + number(slowest_ms, "%.0f") + " ms | " + (late ? "**no**" : "yes") + " |\n"
       "| no coil hotter than its limit by more than 5 K, but where software cannot save it | " + std::to_string(hot) + " rows hotter | " + (hot ? "**no**" : "yes") + " |\n\n"
       "*After evidence*: a reading that sticks, or a coil that stays cold, looks like a good one until enough heat has gone in that it\n"
-      "must have moved; the time is counted from the fault all the same. *By the host*: a thermocouple that drifts cannot be told on the\n"
-      "device from a coil that cools; the plant that runs beside it can. *Cannot save*: with the switch welded no program can take the\n"
+      "must have moved; the time is counted from the fault all the same. *By the host*: a thermocouple that drifts slowly cannot be told\n"
+      "on the device from a coil that cools; the plant that runs beside it can. *Cannot save*: with the switch welded no program can take the\n"
       "current away; it says so, and the supply must be cut by hardware (docs/safety.md). A port that comes back under another name, and\n"
       "kill -9 of the host, need real time: tests/cli/test_hil.py.\n";
   if (only.empty()) {

@@ -108,14 +108,16 @@ static uint32_t now_us(void) {
   return ms * 1000u + steps * 4u;
 }
 
-/* Nothing is sent in parts: a frame for which there is no room is left out. The next telemetry is not far. */
+/* Nothing is sent in parts: a frame for which there is no room is left out; the next telemetry is not far. A zero goes before
+ * it too, so that what was cut off or garbled ahead of it ends there. */
 static void send_frame(uint32_t time_us) {
-  uint8_t wire[FRAME_WIRE_MOST], i, count;
+  uint8_t wire[1u + FRAME_WIRE_MOST], i, count;
   frame.version = FRAME_VERSION;
   frame.session = session;
   frame.sequence = ++sequence;
   frame.time_us = time_us;
-  count = frame_encode(&frame, wire);
+  wire[0] = 0;
+  count = (uint8_t)(1u + frame_encode(&frame, wire + 1));
   if ((uint8_t)((send_out - send_in - 1u) % SEND_BYTES) < count) return;
   for (i = 0; i < count; ++i) {
     send[send_in] = wire[i];

@@ -35,8 +35,10 @@ std::uint32_t Device::send(frame& out) {
   out.session = session_;
   out.sequence = ++sequence_;
   out.time_us = clock_begun_ ? clock_.device_us(now_us_) : 0;
-  std::array<std::uint8_t, FRAME_WIRE_MOST> wire;
-  const std::uint8_t count = frame_encode(&out, wire.data());
+  // A zero goes before it too, so that what was cut off or garbled ahead of it ends there.
+  std::array<std::uint8_t, 1 + FRAME_WIRE_MOST> wire;
+  wire[0] = 0;
+  const std::size_t count = 1u + frame_encode(&out, wire.data() + 1);
   now_us_ = link_.send({wire.data(), count});
   ++counters_.sent;
   return out.sequence;
@@ -44,9 +46,6 @@ std::uint32_t Device::send(frame& out) {
 
 std::optional<message_hello> Device::hello(std::uint8_t telemetry_period_ms) {
   hello_.reset();
-  // What lay in the port's buffers is of an earlier session, and the first frame behind it may be cut.
-  const std::uint8_t end = 0;
-  now_us_ = link_.send({&end, 1});
   const message_hello_request request{telemetry_period_ms};
   for (int i = 0; i < tries && !hello_; ++i) {
     frame out{};
@@ -116,7 +115,7 @@ bool Device::take(const frame& in) {
   heard_sequence_ = in.sequence;
   last_heard_us_ = now_us_;
   // What the wire itself takes is known, and is no latency.
-  const std::int64_t left_us = now_us_ - us_per_byte * (in.length + FRAME_HEADER_BYTES + FRAME_CHECK_BYTES + 2);
+  const std::int64_t left_us = now_us_ - us_per_byte * (in.length + FRAME_HEADER_BYTES + FRAME_CHECK_BYTES + 3);
   if (!clock_begun_) {
     clock_.begin(in.time_us, left_us);
     clock_begun_ = true;

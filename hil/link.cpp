@@ -22,6 +22,10 @@ Received TamperedLink::receive_until(std::int64_t deadline_us) {
     for (const std::uint8_t byte : received.bytes) {
       coming_.push_back(byte);
       if (byte != 0) continue;
+      if (coming_.size() == 1) {
+        through.push_back(std::exchange(coming_, {}).front());
+        continue;
+      }
       for (const Bytes& one : from_device_(std::exchange(coming_, {}), now_us_)) through.insert(through.end(), one.begin(), one.end());
     }
     if (!through.empty() || received.now_us >= deadline_us) return {received.now_us, std::move(through)};

@@ -36,7 +36,8 @@ class Link {
 // A frame on its way: what becomes of it. Nothing: it is lost; two: it comes twice; another: it was damaged.
 using Tamper = std::function<std::vector<Bytes>(Bytes frame, std::int64_t now_us)>;
 
-// A link on which frames are tampered with. What was sent in one call is taken for one frame; what comes is cut at 0x00.
+// A link on which frames are tampered with. What was sent in one call is taken for one frame; what comes is cut at 0x00, and a
+// zero by itself goes through.
 class TamperedLink : public Link {
  public:
   TamperedLink(Link& inner, Tamper to_device, Tamper from_device)
