@@ -56,7 +56,6 @@ Board::Board(const std::string& elf, Surroundings& surroundings) : surroundings_
   avr_->vcc = avr_->avcc = avr_->aref = 5000;
   avr_->sleep = do_not_sleep;
   avr_->log = LOG_ERROR;
-  avr_->run_cycle_limit = 64;
   connect();
   reset(Reset::power_on);
 }
