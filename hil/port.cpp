@@ -31,11 +31,11 @@ class Port::Implementation {
   Implementation(const std::string& path, const Clock& given) : clock(given), port(context) {
     asio::error_code error;
     port.open(path, error);
-    if (error == std::errc::no_such_file_or_directory)
+    if (error.value() == ENOENT)
       fail(path, "no such port", "is the board plugged in? `ls /dev/serial/by-id` names those that are");
-    if (error == std::errc::permission_denied)
+    if (error.value() == EACCES)
       fail(path, "permission denied", "add yourself to the group that owns it: sudo adduser $USER dialout, then log in anew");
-    if (error == std::errc::device_or_resource_busy) fail(path, "in use", "another program has the port open: close it");
+    if (error.value() == EBUSY) fail(path, "in use", "another program has the port open: close it");
     if (error) fail(path, error.message(), "must be a serial port");
     if (::ioctl(port.native_handle(), TIOCEXCL) != 0 || ::flock(port.native_handle(), LOCK_EX | LOCK_NB) != 0)
       fail(path, "in use", "another session has the port: end it first");

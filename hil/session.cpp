@@ -61,14 +61,14 @@ class Session {
         link_(link),
         device_(link, settings.session),
         backend_(device_, period_us_),
-        supervisor_(scenario.limb, plant::Start{scenario.start, {}}, scenario.sample_period_s),
         driver_(scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
-    if (settings.twin) twin_.emplace(*settings.twin, scenario.sensors, scenario.sample_period_s);
   }
 
   SessionResult run() {
     greet();
     arm();
+    supervisor_.emplace(scenario_.limb, start_of(scenario_.limb, scenario_.start), scenario_.sample_period_s);
+    if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
     result_.recording_csv = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
     try {
       loop();
@@ -150,6 +150,18 @@ class Session {
     throw Refused(why);
   }
 
+  // As the scenario says, but for wires that are found at another temperature: warm from the session before.
+  plant::Start start_of(const plant::Limb<double>& limb, std::vector<std::optional<double>> given) const {
+    constexpr double same_K = 2.0;
+    given.resize(plant::layout_of(limb.on).size());
+    for (const std::size_t j : plant::coils) {
+      std::optional<double>& wire_degC = given[plant::core_state::temperature + j];
+      const double found_degC = device_.telemetry()->said.temperature_cdegC[j] / 100.0;
+      if (std::abs(found_degC - wire_degC.value_or(limb.core.ambient_temperature_degC)) > same_K) wire_degC = found_degC;
+    }
+    return {given, {}};
+  }
+
   void loop() {
     sim::Measurement measured = backend_.begin();
     const std::int64_t last = scenario_.ticks() - 1;
@@ -159,7 +171,7 @@ class Session {
       view.measured = measured;
       const Telemetry before = *backend_.telemetry();
       if (std::isnan(measured.angle_deg)) ++ticks_without_telemetry_;
-      supervisor_.look(measured, {before.said.thermocouple_raw[0], before.said.thermocouple_raw[1]});
+      supervisor_->look(measured, {before.said.thermocouple_raw[0], before.said.thermocouple_raw[1]});
       if (twin_) {
         const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
         view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
@@ -170,14 +182,14 @@ class Session {
         end(SessionStatus::tripped, "the device tripped: " + std::string(words(static_cast<trip_cause>(before.said.trip_cause))));
       if (settings_.should_stop && settings_.should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
       sim::Command command = driver_.command(measured, view.time_s);
-      const std::int64_t lowered = supervisor_.lowered();
-      command.duty_fraction = supervisor_.lower(command.duty_fraction, measured);
+      const std::int64_t lowered = supervisor_->lowered();
+      command.duty_fraction = supervisor_->lower(command.duty_fraction, measured);
       command.tick = tick;
-      if (supervisor_.objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_.objection());
+      if (supervisor_->objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_->objection());
       const bool ends = tick == last || result_.status != SessionStatus::finished;
       if (ends) command.duty_fraction = {};
-      view.lowered = supervisor_.lowered() > lowered;
-      view.predicted_degC = supervisor_.predicted_degC();
+      view.lowered = supervisor_->lowered() > lowered;
+      view.predicted_degC = supervisor_->predicted_degC();
       view.duty_fraction = command.duty_fraction;
       if (!ends) {
         try {
@@ -190,7 +202,7 @@ class Session {
         // The pins' own word; where it did not come, what was sent.
         if (!std::isnan(measured.angle_deg))
           for (const std::size_t j : plant::coils) view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
-        supervisor_.applied(view.duty_fraction);
+        supervisor_->applied(view.duty_fraction);
         if (twin_) twin_->applied(view.duty_fraction);
         const std::int64_t late_us = device_.now_us() - backend_.deadline_us(tick + 1);
         lateness_us_.push_back(late_us);
@@ -259,7 +271,7 @@ class Session {
     json["brought_to_rest"] = result_.brought_to_rest;
     json["ticks"] = result_.ticks;
     json["ticks_without_telemetry"] = ticks_without_telemetry_;
-    json["commands_lowered_by_host"] = supervisor_.lowered();
+    json["commands_lowered_by_host"] = supervisor_->lowered();
     json["overruns"] = overruns_;
     json["device"] = {{"firmware_hash", hexadecimal(hello_.firmware_hash)},
                       {"limits_hash", hexadecimal(hello_.limits_hash)},
@@ -300,7 +312,7 @@ class Session {
   Link& link_;
   Device device_;
   SerialBackend backend_;
-  HostSupervisor supervisor_;
+  std::optional<HostSupervisor> supervisor_;
   sim::Driver driver_;
   std::optional<Twin> twin_;
   message_hello hello_{};

@@ -19,8 +19,8 @@ constexpr double timing_K = 0.25, timing_deg = 0.35;
 
 }  // namespace
 
-Twin::Twin(const plant::Limb<double>& limb, const sim::Sensors& sensors, double period_s)
-    : plant_(limb, plant::Start{}, {plant::Method::automatic, 1e-6}), period_s_(period_s) {
+Twin::Twin(const plant::Limb<double>& limb, const plant::Start& start, const sim::Sensors& sensors, double period_s)
+    : plant_(limb, start, {plant::Method::automatic, 1e-6}), period_s_(period_s) {
   const auto noise = [](const sim::SensorSettings& one, double timing) {
     return std::sqrt(one.noise * one.noise + one.step * one.step / 12.0 + timing * timing);
   };

@@ -19,7 +19,7 @@ inline constexpr std::array<const char*, 3> channel_names{"temperature_A", "temp
 
 class Twin {
  public:
-  Twin(const plant::Limb<double>& limb, const sim::Sensors& sensors, double period_s);
+  Twin(const plant::Limb<double>& limb, const plant::Start& start, const sim::Sensors& sensors, double period_s);
 
   // The limb measured this at the tick; temperatures are that old, the angle is the mean over its sixteen milliseconds.
   // Returns what it has to say now, each channel once.

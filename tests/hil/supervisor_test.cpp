@@ -147,7 +147,7 @@ TEST_CASE("twin: a limb that is the twin never leaves it in an hour, one that lo
     scenario.start.assign(plant::layout_of(scenario.limb.on).size(), std::nullopt);
     sim::SimulatedBackend limb(scenario);
     sim::Driver driver(scenario.input, 1, period_s);
-    hil::Twin twin({}, scenario.sensors, period_s);
+    hil::Twin twin({}, {}, scenario.sensors, period_s);
     sim::Measurement measured = limb.begin();
     std::vector<hil::Departure> all;
     for (std::int64_t tick = 0; tick < scenario.ticks() - 1; ++tick) {
