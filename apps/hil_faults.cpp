@@ -106,7 +106,7 @@ hil::Tamper flip_every_byte() {
     return {std::move(frame)};
   });
 }
-// From `from_s` on every frame comes `count` frames later.
+// From `from_s` on every frame comes `count` frames later; there are two a tick.
 hil::Tamper delay(std::size_t count, double from_s) {
   auto held = std::make_shared<std::vector<Bytes>>();
   return [=](Bytes frame, std::int64_t now_us) -> std::vector<Bytes> {
@@ -182,9 +182,9 @@ std::vector<Row> all_rows() {
   link("one frame in ten lost, both ways", Due::nothing, [=](double) { return lost(); }, [=](double) { return lost(); });
   link("every frame twice, both ways", Due::nothing, [=](double) { return hil::Tamper(twice); }, [=](double) { return hil::Tamper(twice); });
   link("commands exchanged in pairs", Due::nothing, always(exchange_pairs), nullptr);
-  link("commands come 1 tick late", Due::nothing, [](double from_s) { return delay(1, from_s); }, nullptr);
-  link("commands come 3 ticks late", Due::trip, [](double from_s) { return delay(3, from_s); }, nullptr, "silence");
-  link("commands come 10 ticks late", Due::trip, [](double from_s) { return delay(10, from_s); }, nullptr, "silence");
+  link("commands come 1 tick late", Due::nothing, [](double from_s) { return delay(2, from_s); }, nullptr);
+  link("commands come 3 ticks late", Due::trip, [](double from_s) { return delay(6, from_s); }, nullptr, "silence");
+  link("commands come 10 ticks late", Due::trip, [](double from_s) { return delay(20, from_s); }, nullptr, "silence");
   link("300 bytes of garbage before one frame in ten", Due::nothing, always(garbage_before), nullptr);
   link("one frame in ten cut in the middle, both ways", Due::nothing, [=](double) { return cut(); }, [=](double) { return cut(); });
   link("cable pulled, or host killed or stopped: nothing goes through any more", Due::trip, [](double from_s) { return lose_all(from_s); },

@@ -72,6 +72,8 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select_a, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select_b, this);
+  for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
+    avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register, this);
 }
 
 std::int64_t Board::now_us() const { return static_cast<std::int64_t>(avr_->cycle) / cycles_per_us; }
@@ -107,7 +109,7 @@ void Board::run(std::int64_t until_us, bool stop_at_frame_end) {
       avr_cycle_timer_register(avr_, static_cast<avr_cycle_count_t>(sending_.front().done_cycle - now), wake, &sending_);
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the emulated processor stopped");
-    look_at_gates();
+    if (gates_written_) look_at_gates();
   }
 }
 
@@ -120,6 +122,7 @@ std::vector<std::uint8_t> Board::take_sent() {
 // Averaged over the PWM's period, from the registers: a pin that the timer drives has the compare value's share, one that
 // it does not drive its port bit, and one that is no output is pulled to ground.
 void Board::look_at_gates() {
+  gates_written_ = false;
   const std::uint8_t* const r = avr_->data;
   std::uint32_t compare;
   std::memcpy(&compare, r + ocr1a, 4);
@@ -164,6 +167,8 @@ void Board::set_time_ms(std::uint32_t time_ms) {
   if (time_ms_address_ == 0) throw std::runtime_error("the firmware has no symbol time_ms");
   std::memcpy(avr_->data + time_ms_address_, &time_ms, 4);
 }
+
+void Board::on_gate_register(avr_irq_t*, std::uint32_t, void* self) { static_cast<Board*>(self)->gates_written_ = true; }
 
 void Board::on_uart(avr_irq_t*, std::uint32_t value, void* self) {
   Board& board = *static_cast<Board*>(self);

@@ -70,9 +70,11 @@ class Board {
   std::deque<SentByte> sending_;
   std::vector<std::uint8_t> sent_;
   std::uint64_t gate_registers_ = 0;
+  bool gates_written_ = true;
   plant::PerCoil<double> gates_{};
   std::size_t selected_ = 2;
   std::uint32_t time_ms_address_ = 0;
+  static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
   static void on_uart(::avr_irq_t*, std::uint32_t, void*);
   static void on_spi(::avr_irq_t*, std::uint32_t, void*);
   static void on_adc(::avr_irq_t*, std::uint32_t, void*);

@@ -71,7 +71,7 @@ enum command_result supervisor_command(struct supervisor* s, const struct messag
 }
 
 static uint32_t on_time_ms(const struct supervisor* s, uint8_t j) {
-  uint32_t sum = s->bucket_on_us[j] / 1000u;
+  uint32_t sum = ON_us(s->bucket_on[j]) / 1000u;
   uint8_t i;
   for (i = 0; i < LIMIT_ON_TIME_WINDOW_s; ++i) sum += s->on_ms[j][i];
   return sum;
@@ -82,16 +82,16 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   uint8_t j;
   s->last_tick_us = now_us;
   for (j = 0; j < 2; ++j) {
-    const uint32_t on_us = s->duty[j] == 0 ? 0 : step_us / 16u * s->duty[j] / (DUTY_ONE / 16u);
-    s->thermocouple[j].on_us += on_us;
-    s->thermocouple[j].unchanged_on_us += on_us;
-    s->bucket_on_us[j] += on_us;
+    const uint32_t on = step_us / ON_STEP_us * s->duty[j];
+    s->thermocouple[j].on += on;
+    s->thermocouple[j].unchanged_on += on;
+    s->bucket_on[j] += on;
   }
   if (since_us(now_us, s->bucket_us) >= 1000000) {
     s->bucket_us += 1000000u;
     for (j = 0; j < 2; ++j) {
-      s->on_ms[j][s->bucket] = (uint16_t)(s->bucket_on_us[j] / 1000u);
-      s->bucket_on_us[j] = 0;
+      s->on_ms[j][s->bucket] = (uint16_t)(ON_us(s->bucket_on[j]) / 1000u);
+      s->bucket_on[j] = 0;
     }
     s->bucket = (uint8_t)((s->bucket + 1u) % LIMIT_ON_TIME_WINDOW_s);
     for (j = 0; j < 2; ++j)
@@ -133,7 +133,7 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
   if (!believed_before) { /* begins anew */
     t->readings = 0;
     t->warmed_mK = t->expected_mK = 0;
-    t->on_us = t->unchanged_on_us = 0;
+    t->on = t->unchanged_on = 0;
   }
   for (i = SUPERVISOR_READINGS - 1u; i > 0; --i) t->last_cdegC[i] = t->last_cdegC[i - 1u];
   t->last_cdegC[0] = t->temperature_cdegC;
@@ -144,12 +144,12 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
     return TRIP_JUNCTION;
   if (t->temperature_cdegC - was_cdegC > LIMIT_JUMP_cK || was_cdegC - t->temperature_cdegC > LIMIT_JUMP_cK) return TRIP_SENSOR_JUMP;
 
-  if (changed) t->unchanged_on_us = 0;
-  if (t->unchanged_on_us > LIMIT_STUCK_on_time_ms * 1000ul) return TRIP_SENSOR_STUCK;
+  if (changed) t->unchanged_on = 0;
+  if (ON_us(t->unchanged_on) > LIMIT_STUCK_on_time_ms * 1000ul) return TRIP_SENSOR_STUCK;
 
-  expected_mK_s = (int32_t)(t->on_us / 1000u) * LIMIT_HEATING_mK_s / period_ms -
+  expected_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms -
                   (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
-  t->on_us = 0;
+  t->on = 0;
   t->expected_mK += expected_mK_s * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
   t->warmed_mK += (t->temperature_cdegC - was_cdegC) * 10 - t->warmed_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
   if (t->expected_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < t->expected_mK / 4) return TRIP_NOT_FOLLOWING;

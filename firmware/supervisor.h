@@ -18,6 +18,10 @@ extern "C" {
 
 #define SUPERVISOR_READINGS 6u
 
+/* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
+#define ON_STEP_us 8u
+#define ON_us(sum) ((sum) / (DUTY_ONE / ON_STEP_us))
+
 struct thermocouple {
   uint32_t raw;
   int32_t temperature_cdegC;
@@ -25,8 +29,8 @@ struct thermocouple {
   uint8_t fault; /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
   uint8_t readings; /* how many of `last_cdegC` are there */
   int32_t last_cdegC[SUPERVISOR_READINGS]; /* newest first */
-  uint32_t unchanged_on_us;   /* duty times time since the reading changed last */
-  uint32_t on_us;             /* duty times time since the last reading */
+  uint32_t unchanged_on; /* duty times time since the reading changed last, in ON_us */
+  uint32_t on;           /* the same since the last reading */
   int32_t warmed_mK, expected_mK; /* both through the same high pass */
 };
 
@@ -38,7 +42,7 @@ struct supervisor {
   struct thermocouple thermocouple[2];
   uint16_t on_ms[2][LIMIT_ON_TIME_WINDOW_s]; /* duty times time, a bucket a second */
   uint32_t bucket_us;                        /* when the current one began */
-  uint32_t bucket_on_us[2];
+  uint32_t bucket_on[2];
   uint8_t bucket;
 };
 

@@ -9,7 +9,8 @@
 namespace sinew::hil {
 namespace {
 
-constexpr std::int64_t longest_silence_us = 100'000;
+// A command is sent again this often: then one or two that are lost or damaged are no silence to the device.
+constexpr std::int64_t longest_silence_us = 50'000;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 std::uint16_t on_wire(double duty_fraction) {
@@ -20,11 +21,10 @@ std::uint16_t on_wire(double duty_fraction) {
 }  // namespace
 
 std::uint8_t telemetry_period_ms(std::int64_t period_us) {
-  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 5000, 5, 100));
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 5, 100));
 }
 std::uint16_t time_to_live_ms(std::int64_t period_us) {
-  const std::int64_t sent_every_us = std::min(period_us, longest_silence_us);
-  return static_cast<std::uint16_t>(std::clamp<std::int64_t>(sent_every_us * 22 / 10'000, 60, LIMIT_DEAD_MAN_ms));
+  return static_cast<std::uint16_t>(std::clamp<std::int64_t>(period_us * 22 / 10'000, 60, LIMIT_DEAD_MAN_ms));
 }
 
 sim::Measurement SerialBackend::begin() {

@@ -1,6 +1,6 @@
 // The physical limb behind the seam of sim/signals.h: a device, over a link.
 //
-// exchange(command of tick k) sends the command at tick k's deadline, repeats it while the period is long, and returns at the
+// exchange(command of tick k) sends the command at tick k's deadline, repeats it every 50 ms, and returns at the
 // deadline of tick k + 1 what telemetry said last. Deadlines are absolute: begin + k * period.
 #pragma once
 

@@ -15,7 +15,7 @@ using hil::HostSupervisor;
 
 namespace {
 
-constexpr double period_s = 0.1, nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double period_s = 0.1, missing = std::numeric_limits<double>::quiet_NaN();
 
 std::uint32_t word(double temperature_degC) {
   return (static_cast<std::uint32_t>(std::lround(temperature_degC * 4.0) & 0x3fff) << 18) | (400u << 4);
@@ -79,7 +79,7 @@ TEST_CASE("host supervisor: the budget of duty in the window is kept below the d
   HostSupervisor supervisor(cold, {}, period_s);
   std::vector<double> on;
   for (int k = 0; k < 600; ++k) {
-    const auto duty = supervisor.lower({0.6, 0.0}, {k, {nan, nan}, nan});
+    const auto duty = supervisor.lower({0.6, 0.0}, {k, {missing, missing}, missing});
     supervisor.applied(duty);
     on.push_back(duty[0] * period_s);
     double sum_s = 0.0;
@@ -90,7 +90,7 @@ TEST_CASE("host supervisor: the budget of duty in the window is kept below the d
 
 TEST_CASE("host supervisor: a command that is not a number is zero duty and the end") {
   HostSupervisor supervisor({}, {}, period_s);
-  const auto duty = supervisor.lower({nan, 0.5}, {0, {25.0, 25.0}, 0.0});
+  const auto duty = supervisor.lower({missing, 0.5}, {0, {25.0, 25.0}, 0.0});
   CHECK(duty[0] == 0.0);
   CHECK(duty[1] == 0.0);
   CHECK(supervisor.objection().value().find("not a number") != std::string::npos);
@@ -115,7 +115,7 @@ TEST_CASE("host supervisor: a sensor's number that cannot be is objected to") {
 TEST_CASE("host supervisor: a thermocouple that falls silent is objected to after half a second") {
   HostSupervisor supervisor({}, {}, period_s);
   int ticks = 0;
-  while (!supervisor.objection() && ticks < 100) supervisor.look({ticks++, {nan, 25.0}, 0.0}, {word(25.0), word(25.0)});
+  while (!supervisor.objection() && ticks < 100) supervisor.look({ticks++, {missing, 25.0}, 0.0}, {word(25.0), word(25.0)});
   CHECK(ticks == 6);
 }
 
