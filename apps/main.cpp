@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
       "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
       "  sinew diagnose --train recording.csv --plant plant/limbs/paper_limb.yaml --out results/diagnosis\n"
       "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
+      "  sinew hil scenarios/babble_bidirectional.yaml --emulate\n"
       "  sinew effects");
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
   int exit_code = 0;

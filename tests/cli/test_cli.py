@@ -22,7 +22,7 @@ PAPER_LIMB = ROOT / "plant/limbs/paper_limb.yaml"
 RUN_FILES = ["recording.csv", "run.json", "scenario.yaml", "truth.csv"]
 CALIBRATE_FILES = ["calibration.json", "figure.svg", "plant.yaml", "report.html"]
 DIAGNOSE_FILES = ["diagnosis.json", "heldout_prediction.csv", "plant.yaml", "report.html", "run.json"]
-SUBCOMMANDS = ["run", "calibrate", "diagnose", "prove", "compare", "effects", "convert"]
+SUBCOMMANDS = ["run", "calibrate", "diagnose", "prove", "compare", "effects", "convert", "hil", "replay", "hil-faults", "doctor"]
 WRONG_INPUT, INTERRUPTED = 2, 130
 
 program = ""
