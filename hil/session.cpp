@@ -133,6 +133,10 @@ class Session {
       say("trip cleared: " + cause);
     }
     must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash()), "arming");
+    // Telemetry that was on its way still tells of before.
+    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
+    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
+      device_.listen_until(wait_until_us, FRAME_TELEMETRY);
     begun_device_us_ = device_.clock().device_us_since_begin();
   }
 
