@@ -4,7 +4,7 @@ namespace sinew::hil {
 namespace {
 
 constexpr std::int64_t answer_time_us = 300'000, us_per_byte = 20;
-constexpr int tries = 3;
+constexpr int tries = 3, hello_tries = 8;  // opening the port resets many boards, whose bootloader takes two seconds
 
 template <std::size_t n>
 std::string_view word_of(const std::array<std::string_view, n>& all, std::size_t i) {
@@ -47,7 +47,7 @@ std::uint32_t Device::send(frame& out) {
 std::optional<message_hello> Device::hello(std::uint8_t telemetry_period_ms) {
   hello_.reset();
   const message_hello_request request{telemetry_period_ms};
-  for (int i = 0; i < tries && !hello_; ++i) {
+  for (int i = 0; i < hello_tries && !hello_; ++i) {
     frame out{};
     put_hello_request(&out, &request);
     send(out);

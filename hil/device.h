@@ -35,7 +35,7 @@ class Device {
  public:
   Device(Link& link, std::uint16_t session) : link_(link), session_(session) { frame_decoder_start(&decoder_); }
 
-  // Begins the session: the device is disarmed. Nothing after three tries: nullopt.
+  // Begins the session: the device is disarmed. Nothing within 2.4 s: nullopt.
   std::optional<message_hello> hello(std::uint8_t telemetry_period_ms);
   // Nothing: no answer came.
   std::optional<answer> arm(std::uint32_t firmware_hash, std::uint32_t limits_hash);
