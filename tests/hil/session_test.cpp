@@ -162,12 +162,26 @@ TEST_CASE("session: an overrun of a period ends it, unless that is allowed") {
     settings.allow_overruns = allowed;
     settings.show = [&](const SessionView& view) {
       if (view.time_s == 3.0)
-        for (int ms = 0; ms < 130; ++ms) board.step();  // less than the dead-man allows
+        for (int ms = 0; ms < 25; ++ms) board.step();  // at 100 Hz; less than the dead-man allows
     };
-    const SessionResult result = run_session(scenario(), board, settings);
+    const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", 0.01), board, settings);
     CHECK(result.status == (allowed ? SessionStatus::finished : SessionStatus::overrun));
     CHECK(board.s.state == DEVICE_DISARMED);
+    CHECK(result.report_json.find("\"overruns\":1") != std::string::npos);
   }
+}
+
+TEST_CASE("session: at 10 Hz an overrun is silence to the device before it is one to the host, and ends in a trip") {
+  FakeBoard board;
+  SessionSettings settings;
+  settings.allow_overruns = true;
+  settings.show = [&](const SessionView& view) {
+    if (view.time_s == 3.0)
+      for (int ms = 0; ms < 210; ++ms) board.step();
+  };
+  const SessionResult result = run_session(scenario(), board, settings);
+  CHECK(result.status == SessionStatus::tripped);
+  CHECK(board.s.trip_cause == TRIP_SILENCE);
 }
 
 TEST_CASE("session: played again from its wire it gives the same recording and the same report") {
