@@ -207,7 +207,7 @@ static void obey(uint32_t time_us) {
     session = frame.session;
     last_sequence = heard;
     last_command = 0;
-    telemetry_period_ms = request.telemetry_period_ms < 5u ? 5u : request.telemetry_period_ms;
+    telemetry_period_ms = request.telemetry_period_ms < 3u ? 3u : request.telemetry_period_ms;
     send_hello(time_us);
     return;
   }

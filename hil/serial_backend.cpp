@@ -21,7 +21,7 @@ std::uint16_t on_wire(double duty_fraction) {
 }  // namespace
 
 std::uint8_t telemetry_period_ms(std::int64_t period_us) {
-  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 5, 100));
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 3, 100));
 }
 std::uint16_t time_to_live_ms(std::int64_t period_us) {
   return static_cast<std::uint16_t>(std::clamp<std::int64_t>(period_us * 22 / 10'000, 60, LIMIT_DEAD_MAN_ms));
