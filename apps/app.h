@@ -19,6 +19,10 @@ void add_train(CLI::App& program, int& exit_code);
 void add_rollout(CLI::App& program, int& exit_code);
 void add_evaluate(CLI::App& program, int& exit_code);
 void add_paper_table(CLI::App& program, int& exit_code);
+void add_hil(CLI::App& program, int& exit_code);
+void add_replay(CLI::App& program, int& exit_code);
+void add_hil_faults(CLI::App& program, int& exit_code);
+void add_doctor(CLI::App& program, int& exit_code);
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {

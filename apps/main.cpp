@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
       "  sinew diagnose --train recording.csv --plant plant/limbs/paper_limb.yaml --out results/diagnosis\n"
       "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
       "  sinew train results/set --case 3 --out results/lstm3\n"
+      "  sinew hil scenarios/babble_bidirectional.yaml --emulate\n"
       "  sinew effects");
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
   int exit_code = 0;
@@ -35,6 +36,10 @@ int main(int argc, char** argv) {
   apps::add_rollout(program, exit_code);
   apps::add_evaluate(program, exit_code);
   apps::add_paper_table(program, exit_code);
+  apps::add_hil(program, exit_code);
+  apps::add_replay(program, exit_code);
+  apps::add_hil_faults(program, exit_code);
+  apps::add_doctor(program, exit_code);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);

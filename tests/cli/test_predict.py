@@ -153,6 +153,20 @@ def test_train_and_use():
     check("paper-table: the same bytes again", before == bytes_of("paper"))
 
 
+def test_beside_a_session():
+    result = sinew("hil", "short.yaml", "--emulate", "--predict", "stateful4", "--out", "session")
+    check("hil --predict: a session with a predictor beside it", result.returncode == 0 and "prediction.csv" in result.stdout and
+          "off the prediction" in result.stderr, said(result))
+    sinew("rollout", "stateful4", "--recording", "session/recording.csv", "--out", "again_roll")
+    rows = lambda path: [r for r in csv.DictReader(line for line in (folder / path).read_text().splitlines() if not line.startswith("#"))]
+    live, later = rows("session/prediction.csv"), rows("again_roll/rollout.csv")
+    check("hil --predict: what it said is the rollout of the recording",
+          len(live) == len(later) and all(abs(float(a["angle_predicted_deg"]) - float(b["angle_rollout_deg"])) < 1e-9 for a, b in zip(live, later)))
+    result = sinew("replay", "session")
+    check("hil --predict: the session's replay gives the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
+    refused("hil --predict: no weights there", sinew("hil", "short.yaml", "--emulate", "--predict", "nowhere", "--out", "never"), "nowhere")
+
+
 def test_wrong_input():
     bare = write("bare.csv", HEADER + "".join(f"{k / 10},0.1,0.1,,,{k % 7}\n" for k in range(300)))
     fast = write("fast.csv", HEADER + "".join(f"{k / 100},0.1,0.1,30,30,{k % 7}\n" for k in range(300)))
@@ -182,7 +196,7 @@ def main():
     program = str(Path(sys.argv[1]).resolve())
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for test in test_dataset, test_train_and_use, test_wrong_input:
+        for test in test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input:
             test()
     print(f"{counts[True]} passed, {counts[False]} failed")
     sys.exit(counts[False] > 0)

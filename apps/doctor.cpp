@@ -1,0 +1,179 @@
+// sinew doctor: looks at a port and at the board behind it, and says what is wrong and what to do. It never arms.
+#include <grp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/app.h"
+#include "firmware_hash.h"
+#include "hil/device.h"
+#include "hil/limits.h"
+#include "hil/port.h"
+#include "sim/input_error.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Findings {
+ public:
+  void good(const std::string& what) { std::printf("ok    %s\n", what.c_str()); }
+  void warn(const std::string& what, const std::string& advice) { std::printf("warn  %s\n      %s\n", what.c_str(), advice.c_str()); }
+  void bad(const std::string& what, const std::string& advice) {
+    std::printf("FAIL  %s\n      %s\n", what.c_str(), advice.c_str());
+    any_bad_ = true;
+  }
+  bool any_bad() const { return any_bad_; }
+
+ private:
+  bool any_bad_ = false;
+};
+
+std::vector<fs::path> boards() {
+  std::vector<fs::path> all;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator("/dev/serial/by-id", none)) all.push_back(entry.path());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+// False: there is nothing to open.
+bool look_at_file(const std::string& port, Findings& findings) {
+  struct stat facts {};
+  if (::stat(port.c_str(), &facts) != 0) {
+    std::string there;
+    for (const auto& one : boards()) there += "\n        " + one.string();
+    findings.bad(port + ": not there", there.empty() ? "no USB serial device is plugged in (nothing in /dev/serial/by-id)" : "there are:" + there);
+    return false;
+  }
+  if (!S_ISCHR(facts.st_mode)) {
+    findings.bad(port + ": is no device", "must be a serial port, as /dev/serial/by-id/... or /dev/ttyACM0");
+    return false;
+  }
+  if (::access(port.c_str(), R_OK | W_OK) != 0) {
+    const group* owner = ::getgrgid(facts.st_gid);
+    const std::string name = owner ? owner->gr_name : std::to_string(facts.st_gid);
+    findings.bad(port + ": may not be read and written by you", "it belongs to the group " + name + ": sudo adduser $USER " + name + ", then log in anew");
+    return false;
+  }
+  findings.good("may be read and written");
+  const fs::path real = fs::canonical(port);
+  if (real.string().starts_with("/dev/tty") && !port.starts_with("/dev/serial/"))
+    findings.warn(port + " is a name that another board may have tomorrow", "use its name in /dev/serial/by-id");
+  const fs::path latency = fs::path("/sys/bus/usb-serial/devices") / real.filename() / "latency_timer";
+  if (fs::exists(latency)) {
+    const std::string text(sim::trimmed(sim::read_file(latency)));
+    const int ms = std::atoi(text.c_str());
+    if (ms > 1)
+      findings.warn("its USB chip holds bytes back for up to " + std::to_string(ms) + " ms", "echo 1 | sudo tee " + latency.string());
+    else
+      findings.good("latency timer: 1 ms");
+  }
+  return true;
+}
+
+void look_at_board(const std::string& port, Findings& findings) {
+  const hil::MonotonicClock clock;
+  std::unique_ptr<hil::Port> link;
+  try {
+    link = std::make_unique<hil::Port>(port, clock);
+  } catch (const sim::InputError& error) {
+    findings.bad("cannot be opened", error.advice);
+    return;
+  }
+  findings.good("opened for this program alone, 500000 Bd 8N1");
+  hil::Device device(*link, static_cast<std::uint16_t>(1 + clock.now_us() / 1000 % 65000));
+  // A board that is reset by opening its port needs its time.
+  device.listen_until(clock.now_us() + 500'000);
+  const auto hello = device.hello(20);
+  const auto& refused = device.counters().refused;
+  if (!hello) {
+    if (device.other_version())
+      findings.bad("speaks another version of the protocol than " + std::to_string(FRAME_VERSION), "flash the firmware that belongs to this program: docs/hardware.md");
+    else if (std::any_of(refused.begin(), refused.end(), [](std::int64_t n) { return n > 0; }))
+      findings.bad("sends bytes, and no valid frame among them", "another device, or other firmware: docs/hardware.md says how to flash");
+    else
+      findings.bad("does not answer", "another device, a board without power, or one that hangs in its bootloader: push its reset button");
+    return;
+  }
+  findings.good("answers, protocol version " + std::to_string(FRAME_VERSION));
+  char text[96];
+  if (hello->firmware_hash == SINEW_FIRMWARE_HASH) {
+    findings.good("firmware is this program's");
+  } else {
+    std::snprintf(text, sizeof text, "firmware %08x, this program's is %08x", static_cast<unsigned>(hello->firmware_hash), static_cast<unsigned>(SINEW_FIRMWARE_HASH));
+    findings.bad(text, "flash the firmware that belongs to this program: docs/hardware.md");
+  }
+  if (hello->limits_hash == limits_hash())
+    findings.good("limits are this program's");
+  else
+    findings.bad("limits are not this program's", "build and flash both from the same hil/limits.h");
+  const std::string cause{hil::words(static_cast<reset_cause>(hello->reset_cause))};
+  if (hello->reset_cause == RESET_WATCHDOG || hello->reset_cause == RESET_BROWN_OUT)
+    findings.warn("last reset: " + cause, hello->reset_cause == RESET_WATCHDOG ? "its program hung; tell us how it came to that" : "its 5 V sag: a better supply, or a shorter cable");
+  else
+    findings.good("last reset: " + cause);
+  if (hello->state == DEVICE_TRIPPED)
+    findings.bad("tripped: " + std::string(hil::words(static_cast<trip_cause>(hello->trip_cause))), "find out why, let the coils cool, then `sinew hil ... --clear-trip`");
+  else
+    findings.good("not tripped");
+  const std::int64_t before = device.counters().received, missing_before = device.counters().missing, began_us = device.now_us();
+  device.listen_until(began_us + 2'000'000);
+  const std::int64_t frames = device.counters().received - before, missing = device.counters().missing - missing_before;
+  if (frames < 80 || missing > 0) {
+    std::snprintf(text, sizeof text, "%lld of 100 telemetry frames in 2 s, %lld missing", static_cast<long long>(frames), static_cast<long long>(missing));
+    findings.bad(text, "cable, hub or a machine that is too busy");
+    if (frames == 0) return;
+  } else {
+    std::snprintf(text, sizeof text, "telemetry: %lld frames in 2 s, none missing", static_cast<long long>(frames));
+    findings.good(text);
+  }
+  const message_telemetry& said = device.telemetry()->said;
+  for (const std::size_t j : plant::coils) {
+    const std::string name = std::string("thermocouple ") + "AB"[j];
+    if (said.sensor[j] == TRIP_NONE) {
+      std::snprintf(text, sizeof text, "%s: %.2f degC", name.c_str(), said.temperature_cdegC[j] / 100.0);
+      findings.good(text);
+    } else {
+      findings.bad(name + ": " + std::string(hil::words(static_cast<trip_cause>(said.sensor[j]))), "wiring of thermocouple and amplifier: docs/hardware.md");
+    }
+  }
+  std::snprintf(text, sizeof text, "bend sensor: %.2f deg", said.angle_cdeg / 100.0);
+  if (said.angle_raw < 160 || said.angle_raw > 16208)
+    findings.bad(text, "at the end of its range: a wire is off");
+  else
+    findings.good(text);
+}
+
+int doctor_command(const std::string& port) {
+  Findings findings;
+  if (port.empty()) {
+    const auto all = boards();
+    if (all.empty()) {
+      findings.bad("no USB serial device is plugged in", "nothing in /dev/serial/by-id");
+      return 1;
+    }
+    for (const auto& one : all) std::printf("%s\n", one.c_str());
+    return 0;
+  }
+  if (look_at_file(port, findings)) look_at_board(port, findings);
+  return findings.any_bad() ? 1 : 0;
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& program, int& exit_code) {
+  auto port = std::make_shared<std::string>();
+  CLI::App* command = program.add_subcommand("doctor", "Look at a port and the limb's board behind it; says what to do. Never arms.");
+  command->add_option("--port", *port, "the limb's serial port; without it, those that are there are listed");
+  command->footer("Example:\n  sinew doctor --port /dev/serial/by-id/usb-...");
+  command->callback([port, &exit_code] { exit_code = doctor_command(*port); });
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,298 @@
+// sinew hil: a scenario on the physical limb, or on its firmware in the emulator. sinew replay: a session again.
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "apps/app.h"
+#include "apps/limb_link.h"
+#include "apps/training.h"
+#include "hil/limits.h"
+#include "hil/lock_step_link.h"
+#include "hil/port.h"
+#include "hil/replay.h"
+#include "hil/session.h"
+#include "hil/wire_log.h"
+#include "model/predictor.h"
+#include "model/weights_file.h"
+#include "sim/input_error.h"
+#include "sim/plant_file.h"
+#include "sim/text.h"
+
+namespace sinew::apps {
+namespace {
+
+struct HilArguments {
+  std::string scenario, port, out, twin, predict;
+  std::vector<std::string> faults;
+  std::int64_t seed = -1;
+  double corrupt_share = 0.0;
+  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false;
+};
+
+// The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
+class View {
+ public:
+  View(double duration_s, double line_every_s) : in_place_(isatty(STDERR_FILENO) == 1), duration_s_(duration_s), line_every_s_(line_every_s) {}
+  ~View() { settle(); }
+
+  void say(const std::string& line) {
+    settle();
+    std::fprintf(stderr, "%s\n", line.c_str());
+  }
+
+  void show(const hil::SessionView& v, std::optional<double> predicted_deg) {
+    for (const hil::Departure& one : v.departures) {
+      char text[160];
+      std::snprintf(text, sizeof text, "at %.1f s: %s has left the twin by more than noise since %.1f s (now %+.2f %s)", one.said_s,
+                    hil::channel_names[one.channel], one.onset_s, (*v.residual)[one.channel], one.channel < 2 ? "K" : "deg");
+      say(text);
+    }
+    if (in_place_) {
+      // Ten a second at most: a terminal is slower than lock step.
+      const auto now = std::chrono::steady_clock::now();
+      if (now - shown_ < std::chrono::milliseconds(90) && v.time_s < duration_s_) return;
+      shown_ = now;
+      erase();
+      std::fprintf(stderr, "%7.1f s of %.0f s   %s%s\n", v.time_s, duration_s_, state_of(v), v.lowered ? ", duty lowered by the host" : "");
+      std::fprintf(stderr, "  A  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", v.measured.temperature_degC[0], v.duty_fraction[0],
+                   v.predicted_degC[0], residual(v, 0).c_str());
+      std::fprintf(stderr, "  B  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", v.measured.temperature_degC[1], v.duty_fraction[1],
+                   v.predicted_degC[1], residual(v, 1).c_str());
+      std::fprintf(stderr, "  angle %7.2f deg%s%s\n", v.measured.angle_deg, residual(v, 2).c_str(), off_prediction(v, predicted_deg).c_str());
+      lines_ = 4;
+    } else if (v.time_s + 1e-9 >= next_line_s_) {
+      next_line_s_ += line_every_s_;
+      std::fprintf(stderr, "%8.1f s  A %6.2f degC %.3f  B %6.2f degC %.3f  %7.2f deg  %s%s%s\n", v.time_s, v.measured.temperature_degC[0],
+                   v.duty_fraction[0], v.measured.temperature_degC[1], v.duty_fraction[1], v.measured.angle_deg, state_of(v),
+                   v.lowered ? " lowered" : "", ((v.residual ? residual(v, 0) + residual(v, 1) + residual(v, 2) : "") + off_prediction(v, predicted_deg)).c_str());
+    }
+  }
+
+ private:
+  static const char* state_of(const hil::SessionView& v) {
+    return v.state == DEVICE_ARMED ? "armed" : v.state == DEVICE_TRIPPED ? "TRIPPED" : "disarmed";
+  }
+  static std::string residual(const hil::SessionView& v, std::size_t channel) {
+    if (!v.residual) return "";
+    char text[48];
+    std::snprintf(text, sizeof text, "  %s%+.2f %s", "off the twin ", (*v.residual)[channel], channel < 2 ? "K" : "deg");
+    return text;
+  }
+  static std::string off_prediction(const hil::SessionView& v, std::optional<double> predicted_deg) {
+    if (!predicted_deg) return "";
+    char text[48];
+    std::snprintf(text, sizeof text, "  off the prediction %+.2f deg", v.measured.angle_deg - *predicted_deg);
+    return text;
+  }
+  void erase() {
+    for (; lines_ > 0; --lines_) std::fputs("\033[A\033[2K", stderr);
+  }
+  void settle() { lines_ = 0; }
+  bool in_place_;
+  double duration_s_, line_every_s_, next_line_s_ = 0.0;
+  int lines_ = 0;
+  std::chrono::steady_clock::time_point shown_{};
+};
+
+// A predictor beside the session, open loop from the first angle that is measured. It sees what the case sees, and holds a
+// temperature that is missing.
+class Companion {
+ public:
+  explicit Companion(const model::Model& model) : channels_(model::channels_of(model.paper_case)), predictor_(model), v_(static_cast<Eigen::Index>(channels_.size())) {
+    v_.setZero();
+  }
+  // The angle at this tick, in degrees; nothing before the first measured one.
+  std::optional<double> at(const hil::SessionView& view) {
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      const std::size_t coil = channels_[c].coil;
+      const double value = channels_[c].temperature ? view.measured.temperature_degC[coil] : view.duty_fraction[coil];
+      if (!std::isnan(value)) v_(static_cast<Eigen::Index>(c)) = value;
+    }
+    if (!predicted_deg_) {
+      if (std::isnan(view.measured.angle_deg)) return std::nullopt;
+      predictor_.begin(view.measured.angle_deg, v_);
+      predicted_deg_ = view.measured.angle_deg;
+    } else {
+      predicted_deg_ = predictor_.open_loop(v_);
+    }
+    for (const double value : {view.time_s, view.measured.angle_deg, *predicted_deg_}) {
+      if (csv_.back() != '\n') csv_ += ',';
+      if (!std::isnan(value)) sim::append_shortest(csv_, value);
+    }
+    csv_ += '\n';
+    return predicted_deg_;
+  }
+  const std::string& csv() const { return csv_; }
+
+ private:
+  std::vector<model::Channel> channels_;
+  model::Predictor predictor_;
+  model::Vector<double> v_;
+  std::optional<double> predicted_deg_;
+  std::string csv_ = "# open loop from the first measured angle, beside the session\ntime_s,angle_deg,angle_predicted_deg\n";
+};
+
+// The first of results/session_001, _002, ... that is not there.
+std::filesystem::path free_folder() {
+  for (int k = 1;; ++k) {
+    char name[32];
+    std::snprintf(name, sizeof name, "session_%03d", k);
+    const std::filesystem::path folder = std::filesystem::path("results") / name;
+    if (!std::filesystem::exists(folder)) return folder;
+  }
+}
+
+void write_session(const std::filesystem::path& out, const std::map<std::string, std::string>& files) {
+  std::filesystem::create_directories(out);
+  for (const auto& [name, content] : files)
+    if (name != "session.json") sim::write_file_whole(out / name, content);
+  sim::write_file_whole(out / "session.json", files.at("session.json"));  // last: it says that all are there
+}
+
+int hil_command(const HilArguments& arguments) {
+  if (arguments.emulate == !arguments.port.empty())
+    throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
+  if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay))
+    throw sim::InputError({.key = "--fault, --corrupt, --relay", .advice = "are for --emulate: the limb is not made to fail"});
+  sim::Scenario scenario = sim::read_scenario(arguments.scenario);
+  if (arguments.seed >= 0) scenario.seed = arguments.seed;
+  if (scenario.sample_period_s < 0.005)
+    throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
+                           .advice = "must be 0.005 or more: the device speaks up to 200 times a second"});
+  hil::SessionSettings settings;
+  std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
+  if (!arguments.twin.empty()) {
+    settings.twin = sim::read_plant_file(arguments.twin);
+    files["twin.yaml"] = "# The plant that ran beside the limb.\n" + sim::plant_to_yaml(*settings.twin);
+  }
+  std::optional<Companion> companion;
+  if (!arguments.predict.empty()) {
+    if (std::abs(scenario.sample_period_s - model::period_s) > 1e-12)
+      throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
+                             .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
+    companion.emplace(model::read_model(weights_path(arguments.predict)));
+  }
+  const std::filesystem::path out = arguments.out.empty() ? free_folder() : std::filesystem::path(arguments.out);
+  if (!arguments.emulate && std::filesystem::exists(out / "session.json"))
+    throw sim::InputError({.file = (out / "session.json").string(), .advice = "a session is there already, and cannot be made again; give another --out"});
+
+  const hil::MonotonicClock clock;
+  std::unique_ptr<hil::Link> link;
+  std::unique_ptr<hil::TamperedLink> tampered;
+  std::int64_t damaged = 0;
+  std::string limb = arguments.port;
+  if (arguments.emulate) {
+    limb = "emulated, lock step";
+    std::vector<std::string> command = emulator_command(arguments.scenario, arguments.faults);
+    command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
+    if (arguments.relay) command.push_back("--relay");
+    link = std::make_unique<hil::LockStepLink>(command);
+    if (arguments.corrupt_share > 0.0) {
+      const auto seed = static_cast<std::uint64_t>(scenario.seed);
+      tampered = std::make_unique<hil::TamperedLink>(*link, hil::corrupt_share(arguments.corrupt_share, seed, "link.down", damaged),
+                                                     hil::corrupt_share(arguments.corrupt_share, seed, "link.up", damaged));
+    }
+  } else {
+    link = std::make_unique<hil::Port>(arguments.port, clock);
+    settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
+  }
+  hil::LoggedLink logged(tampered ? *tampered : *link);
+  View view(scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
+  settings.clear_trip = arguments.clear_trip;
+  settings.allow_overruns = arguments.allow_overruns;
+  settings.should_stop = [](std::int64_t) { return interrupted(); };
+  settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
+  settings.say = [&](const std::string& line) { view.say(line); };
+  hil::SessionResult result;
+  try {
+    result = hil::run_session(scenario, logged, settings);
+  } catch (const hil::Refused& refused) {
+    std::fprintf(stderr, "not armed: %s\n", refused.what());
+    return 1;
+  } catch (const hil::LinkLost& lost) {
+    std::fprintf(stderr, "not armed: the link was lost: %s\n", lost.what());
+    return 1;
+  }
+  files["recording.csv"] = result.recording_csv;
+  files["wire.bin"] = logged.log();
+  files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
+  write_session(out, files);
+  if (companion) sim::write_file_whole(out / "prediction.csv", companion->csv());
+  std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
+  if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
+  std::printf("written: %s/{%s}\n", out.string().c_str(), [&] {
+    std::string names;
+    for (const auto& [name, content] : files) names += (names.empty() ? "" : ", ") + name;
+    return names + (companion ? ", prediction.csv" : "");
+  }().c_str());
+  if (result.status == hil::SessionStatus::finished) return 0;
+  std::fprintf(stderr, "%s\n", result.why.c_str());
+  if (!result.brought_to_rest)
+    std::fprintf(stderr, "the device did not confirm that it is disarmed; its dead-man takes the duty away within %u ms\n",
+                 static_cast<unsigned>(LIMIT_DEAD_MAN_ms));
+  return result.status == hil::SessionStatus::stopped ? interrupted_exit_code : 1;
+}
+
+struct ReplayArguments {
+  std::string folder, out;
+};
+
+int replay_command(const ReplayArguments& arguments) {
+  hil::Replayed replayed;
+  try {
+    replayed = hil::replay_session(arguments.folder);
+  } catch (const hil::ReplayDiffers& differs) {
+    std::fprintf(stderr, "the replay takes another course: %s\n  was the session made by another version of this program?\n", differs.what());
+    return 1;
+  }
+  if (!arguments.out.empty()) write_session(arguments.out, replayed.files);
+  bool same = true;
+  for (const auto& [name, content] : replayed.files) {
+    const bool equal = content == replayed.stored.at(name);
+    if (!equal) std::printf("%s differs\n", name.c_str());
+    same = same && equal;
+  }
+  std::printf("%lld samples, %s; %s\n", static_cast<long long>(replayed.result.ticks),
+              std::string(hil::words(replayed.result.status)).c_str(), same ? "the same bytes" : "not the same bytes");
+  return same ? 0 : 1;
+}
+
+}  // namespace
+
+void add_hil(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<HilArguments>();
+  CLI::App* command = program.add_subcommand("hil", "Run a scenario on the physical limb, or on its firmware in the emulator.");
+  command->add_option("scenario", arguments->scenario, "scenario in YAML; its plant is what the host's supervisor predicts with")->required();
+  command->add_option("--port", arguments->port, "the limb's serial port, best /dev/serial/by-id/...");
+  command->add_flag("--emulate", arguments->emulate, "the real firmware in the emulator, in lock step");
+  command->add_option("--out", arguments->out, "folder for recording.csv, session.json, wire.bin, scenario.yaml [results/session_NNN]");
+  command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
+  command->add_option("--twin", arguments->twin, "plant in YAML that runs alongside; says when the limb leaves it");
+  command->add_option("--predict", arguments->predict, "weights.h5, or the folder of `train`: a predictor that runs alongside, open loop");
+  command->add_flag("--clear-trip", arguments->clear_trip, "clear the trip that the device has latched, once its coils are cool");
+  command->add_flag("--allow-overruns", arguments->allow_overruns, "go on when a deadline is missed by a whole period");
+  command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
+  command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")->check(CLI::Range(0.0, 1.0));
+  command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
+  command->footer("Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
+                  "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
+                  "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
+                  "  sinew hil scenarios/step.yaml --emulate --fault sensor_open:A@3.0");
+  command->callback([arguments, &exit_code] { exit_code = hil_command(*arguments); });
+}
+
+void add_replay(CLI::App& program, int& exit_code) {
+  auto arguments = std::make_shared<ReplayArguments>();
+  CLI::App* command = program.add_subcommand("replay", "Play a session of `hil` again, without hardware, and compare the bytes.");
+  command->add_option("folder", arguments->folder, "the session's folder")->required();
+  command->add_option("--out", arguments->out, "folder for what is made now");
+  command->footer("Example:\n  sinew replay results/session_001");
+  command->callback([arguments, &exit_code] { exit_code = replay_command(*arguments); });
+}
+
+}  // namespace sinew::apps

@@ -1,0 +1,208 @@
+#include "emulator/board.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+
+extern "C" {
+#include <avr_adc.h>
+#include <avr_ioport.h>
+#include <avr_spi.h>
+#include <avr_uart.h>
+#include <sim_avr.h>
+#include <sim_elf.h>
+}
+
+namespace sinew::emulator {
+namespace {
+
+constexpr std::int64_t cycles_per_byte = 320;  // ten bits at 500000 Bd
+constexpr std::uint32_t frequency_Hz = 16'000'000;
+// Addresses in data space, ATmega328P data sheet, section 35.
+constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, ocr1a = 0x88,
+              ocr1b = 0x8a;
+
+void log_errors(avr_t*, const int level, const char* format, va_list arguments) {
+  if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
+}
+
+void do_not_sleep(avr_t*, avr_cycle_count_t) {}
+avr_cycle_count_t wake(avr_t*, avr_cycle_count_t, void*) { return 0; }
+
+}  // namespace
+
+Board::Board(const std::string& elf, Surroundings& surroundings) : surroundings_(surroundings) {
+  avr_global_logger_set(log_errors);
+  elf_firmware_t firmware{};
+  if (std::FILE* file = std::fopen(elf.c_str(), "rb"))
+    std::fclose(file);
+  else
+    throw std::runtime_error(elf + ": cannot read");
+  if (elf_read_firmware(elf.c_str(), &firmware) != 0 || firmware.flashsize == 0)
+    throw std::runtime_error(elf + ": is no AVR program");
+  avr_ = avr_make_mcu_by_name("atmega328p");
+  if (!avr_) throw std::runtime_error("simavr knows no atmega328p");
+  avr_init(avr_);
+  std::strcpy(firmware.mmcu, "atmega328p");
+  firmware.eesize = 0;  // a new board has erased cells
+  firmware.frequency = frequency_Hz;
+  avr_load_firmware(avr_, &firmware);
+  for (std::uint32_t i = 0; i < firmware.symbolcount; ++i)
+    if (std::string(firmware.symbol[i]->symbol) == "time_ms") time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
+  avr_->frequency = frequency_Hz;
+  avr_->vcc = avr_->avcc = avr_->aref = 5000;
+  avr_->sleep = do_not_sleep;
+  avr_->log = LOG_ERROR;
+  connect();
+  reset(Reset::power_on);
+}
+
+Board::~Board() {
+  if (avr_) avr_terminate(avr_);
+}
+
+void Board::connect() {
+  std::uint32_t flags = 0;
+  avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_uart, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT), on_spi, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select_a, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select_b, this);
+  for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
+    avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register, this);
+}
+
+std::int64_t Board::now_us() const { return static_cast<std::int64_t>(avr_->cycle) / cycles_per_us; }
+bool Board::relay() const { return (avr_->data[portd] >> 7) & 1; }
+
+void Board::send(const std::vector<std::uint8_t>& bytes) {
+  const auto now = static_cast<std::int64_t>(avr_->cycle);
+  if (arriving_.empty() && next_arrival_cycle_ < now) next_arrival_cycle_ = now;
+  arriving_.insert(arriving_.end(), bytes.begin(), bytes.end());
+}
+
+void Board::run(std::int64_t until_us, bool stop_at_frame_end) {
+  const std::int64_t until = until_us * cycles_per_us;
+  for (;;) {
+    const auto now = static_cast<std::int64_t>(avr_->cycle);
+    bool frame_ended = false;
+    while (!sending_.empty() && sending_.front().done_cycle <= now) {
+      sent_.push_back(sending_.front().byte);
+      frame_ended = frame_ended || sending_.front().byte == 0;
+      sending_.pop_front();
+    }
+    if (now >= until || (frame_ended && stop_at_frame_end)) return;
+    if (!arriving_.empty()) {
+      if (next_arrival_cycle_ <= now) {
+        avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), arriving_.front());
+        arriving_.pop_front();
+        next_arrival_cycle_ = std::max(next_arrival_cycle_, now - cycles_per_byte) + cycles_per_byte;
+      } else {
+        avr_cycle_timer_register(avr_, static_cast<avr_cycle_count_t>(next_arrival_cycle_ - now), wake, this);
+      }
+    }
+    if (!sending_.empty() && sending_.front().done_cycle > now)
+      avr_cycle_timer_register(avr_, static_cast<avr_cycle_count_t>(sending_.front().done_cycle - now), wake, &sending_);
+    const int state = avr_run(avr_);
+    if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the emulated processor stopped");
+    if (gates_written_) look_at_gates();
+  }
+}
+
+std::vector<std::uint8_t> Board::take_sent() {
+  std::vector<std::uint8_t> bytes;
+  bytes.swap(sent_);
+  return bytes;
+}
+
+// Averaged over the PWM's period, from the registers: a pin that the timer drives has the compare value's share, one that
+// it does not drive its port bit, and one that is no output is pulled to ground.
+void Board::look_at_gates() {
+  gates_written_ = false;
+  const std::uint8_t* const r = avr_->data;
+  std::uint32_t compare;
+  std::memcpy(&compare, r + ocr1a, 4);
+  const std::uint64_t registers = compare | (std::uint64_t{r[tccr1a]} << 32) | (std::uint64_t{r[ddrb]} << 40) |
+                                  (std::uint64_t{r[portb]} << 48) | (std::uint64_t{r[tccr1b]} << 56);
+  if (registers == gate_registers_) return;
+  gate_registers_ = registers;
+  plant::PerCoil<double> duty{};
+  const double top = r[icr1] + 256.0 * r[icr1 + 1];
+  for (const std::size_t j : plant::coils) {
+    const int pin = j == plant::A ? 1 : 2, mode = (r[tccr1a] >> (j == plant::A ? 6 : 4)) & 3;
+    const int at = j == plant::A ? ocr1a : ocr1b;
+    if (!((r[ddrb] >> pin) & 1)) continue;
+    if (mode == 0)
+      duty[j] = (r[portb] >> pin) & 1;
+    else
+      duty[j] = (r[tccr1b] & 7) == 0 ? 1.0 : std::min(1.0, (r[at] + 256.0 * r[at + 1] + 1.0) / (top + 1.0));
+  }
+  if (duty == gates_) return;
+  gates_ = duty;
+  surroundings_.gates(now_us(), duty);
+}
+
+void Board::reset(Reset cause) {
+  avr_reset(avr_);
+  avr_->data[mcusr] = cause == Reset::power_on ? 1 : cause == Reset::external ? 2 : 4;
+  arriving_.clear();
+  selected_ = 2;
+  look_at_gates();
+}
+
+void Board::hang(bool interrupts_served) {
+  constexpr std::uint32_t place = 0x7f00;  // of flash, which the program does not fill
+  avr_->flash[place] = 0xff;               // rjmp .-2
+  avr_->flash[place + 1] = 0xcf;
+  avr_->pc = place;
+  avr_->sreg[S_I] = interrupts_served;
+  if (avr_->state == cpu_Sleeping) avr_->state = cpu_Running;
+}
+
+void Board::set_time_ms(std::uint32_t time_ms) {
+  if (time_ms_address_ == 0) throw std::runtime_error("the firmware has no symbol time_ms");
+  std::memcpy(avr_->data + time_ms_address_, &time_ms, 4);
+}
+
+void Board::on_gate_register(avr_irq_t*, std::uint32_t, void* self) { static_cast<Board*>(self)->gates_written_ = true; }
+
+void Board::on_uart(avr_irq_t*, std::uint32_t value, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  const auto now = static_cast<std::int64_t>(board.avr_->cycle);
+  const std::int64_t free = board.sending_.empty() ? now : std::max(now, board.sending_.back().done_cycle);
+  board.sending_.push_back({static_cast<std::uint8_t>(value), free + cycles_per_byte});
+}
+
+void Board::on_spi(avr_irq_t*, std::uint32_t, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  const std::uint8_t byte = board.selected_ < 2 ? board.surroundings_.clock_out(board.selected_) : 0xff;
+  avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_INPUT), byte);
+}
+
+void Board::on_adc(avr_irq_t*, std::uint32_t, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0),
+                static_cast<std::uint32_t>(board.surroundings_.bend_sensor_mV(board.now_us())));
+}
+
+// Chip selects are active low.
+void Board::on_select_a(avr_irq_t*, std::uint32_t value, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  const bool selected = (value & 1) == 0;
+  if (selected) board.selected_ = plant::A;
+  if (!selected && board.selected_ == plant::A) board.selected_ = 2;
+  board.surroundings_.select(board.now_us(), plant::A, selected);
+}
+void Board::on_select_b(avr_irq_t*, std::uint32_t value, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  const bool selected = (value & 1) == 0;
+  if (selected) board.selected_ = plant::B;
+  if (!selected && board.selected_ == plant::B) board.selected_ = 2;
+  board.surroundings_.select(board.now_us(), plant::B, selected);
+}
+
+}  // namespace sinew::emulator

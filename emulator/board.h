@@ -1,0 +1,85 @@
+// The board in simavr: the firmware's .elf on an ATmega328P, with what is soldered to it.
+//
+// Plant, sensors and serial bytes are driven from the loop in run(), not from simavr's cycle timers: a watchdog reset drops
+// those. Time is the processor's count of cycles and never goes back.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "plant/scalar.h"
+
+struct avr_t;
+struct avr_irq_t;
+
+namespace sinew::emulator {
+
+inline constexpr std::int64_t cycles_per_us = 16;
+
+// What is soldered to the pins.
+class Surroundings {
+ public:
+  virtual ~Surroundings() = default;
+  // Duty that reaches the gates: from now on.
+  virtual void gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) = 0;
+  virtual void select(std::int64_t now_us, std::size_t coil, bool selected) = 0;
+  virtual std::uint8_t clock_out(std::size_t coil) = 0;  // the amplifier's next byte
+  virtual int bend_sensor_mV(std::int64_t now_us) = 0;
+};
+
+enum class Reset { power_on, external, brown_out };
+
+class Board {
+ public:
+  // Throws std::runtime_error where the file is no firmware for an ATmega328P.
+  Board(const std::string& elf, Surroundings& surroundings);
+  ~Board();
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  std::int64_t now_us() const;
+  // Bytes on their way to the receiver; they arrive one after the other at the baud rate.
+  void send(const std::vector<std::uint8_t>& bytes);
+  // Runs until then. Stops early once a byte 0x00 has been sent whole, if asked to.
+  void run(std::int64_t until_us, bool stop_at_frame_end);
+  std::vector<std::uint8_t> take_sent();
+  bool something_sent() const { return !sent_.empty(); }
+
+  void reset(Reset cause);
+  // The program counter on an instruction that jumps to itself: with interrupts served or not.
+  void hang(bool interrupts_served);
+  // Sets the firmware's millisecond count, so that a wrap need not be waited for.
+  void set_time_ms(std::uint32_t time_ms);
+  const plant::PerCoil<double>& gates() const { return gates_; }
+  bool relay() const;  // PD7
+
+ private:
+  struct SentByte {
+    std::uint8_t byte;
+    std::int64_t done_cycle;
+  };
+  void connect();
+  void look_at_gates();
+  avr_t* avr_ = nullptr;
+  Surroundings& surroundings_;
+  std::deque<std::uint8_t> arriving_;
+  std::int64_t next_arrival_cycle_ = 0;
+  std::deque<SentByte> sending_;
+  std::vector<std::uint8_t> sent_;
+  std::uint64_t gate_registers_ = 0;
+  bool gates_written_ = true;
+  plant::PerCoil<double> gates_{};
+  std::size_t selected_ = 2;
+  std::uint32_t time_ms_address_ = 0;
+  static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
+  static void on_uart(::avr_irq_t*, std::uint32_t, void*);
+  static void on_spi(::avr_irq_t*, std::uint32_t, void*);
+  static void on_adc(::avr_irq_t*, std::uint32_t, void*);
+  static void on_select_a(::avr_irq_t*, std::uint32_t, void*);
+  static void on_select_b(::avr_irq_t*, std::uint32_t, void*);
+};
+
+}  // namespace sinew::emulator

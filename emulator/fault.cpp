@@ -1,0 +1,90 @@
+#include "emulator/fault.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "sim/input_error.h"
+#include "sim/text.h"
+
+namespace sinew::emulator {
+namespace {
+
+constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count)> descriptions{{
+    {"sensor_open", true, false, true, "thermocouple wire broken"},
+    {"sensor_ground", true, false, true, "thermocouple shorted to ground"},
+    {"sensor_supply", true, false, true, "thermocouple shorted to supply"},
+    {"sensor_zeros", true, false, true, "amplifier dead: all bits 0"},
+    {"sensor_ones", true, false, true, "data line hangs high: all bits 1"},
+    {"sensor_garbled", true, false, true, "a bit set that is always 0"},
+    {"sensor_stuck", true, false, true, "the same reading for ever"},
+    {"sensor_drift", true, true, true, "reads too cold, by VALUE K more each second"},
+    {"sensors_swapped", false, false, true, "thermocouples exchanged"},
+    {"junction_jump", true, true, true, "cold junction off by VALUE K"},
+    {"hang", false, false, false, "the main loop never comes round, interrupts are served"},
+    {"hang_masked", false, false, false, "the same with interrupts off"},
+    {"brown_out", false, false, false, "the processor's supply sags: a reset"},
+    {"reset", false, false, false, "somebody pushes the button"},
+    {"power_cycle", false, false, false, "power off and on"},
+    {"coil_welded", true, false, true, "the switch conducts whatever its gate says"},
+    {"coil_open", true, false, true, "no current"},
+    {"supply_V", false, true, true, "the coils' supply is VALUE V"},
+    {"time_ms", false, true, false, "the device's count of milliseconds becomes VALUE"},
+}};
+
+}  // namespace
+
+const FaultDescription& description(FaultKind kind) { return descriptions[static_cast<std::size_t>(kind)]; }
+
+std::string fault_help() {
+  std::string text = "KIND[:COIL]@FROM_s[+FOR_s][=VALUE], COIL A or B. Kinds:\n";
+  for (const FaultDescription& one : descriptions)
+    text += std::string("  ") + one.name + (one.of_a_coil ? ":COIL" : "") + (one.has_value ? " (=VALUE)" : "") + ": " + one.meaning + "\n";
+  return text;
+}
+
+Fault parse_fault(const std::string& text) {
+  const auto fail = [&](const std::string& advice) -> void {
+    throw sim::InputError({.key = "--fault", .value = text, .advice = advice + "\n" + fault_help()});
+  };
+  Fault fault{};
+  const std::size_t at = text.find('@');
+  if (at == std::string::npos) fail("says no time");
+  std::string kind = text.substr(0, at), rest = text.substr(at + 1);
+  bool has_coil = false;
+  if (const std::size_t colon = kind.find(':'); colon != std::string::npos) {
+    const std::string coil = kind.substr(colon + 1);
+    if (coil != "A" && coil != "B") fail("the coil must be A or B");
+    fault.coil = coil == "A" ? plant::A : plant::B;
+    has_coil = true;
+    kind.resize(colon);
+  }
+  std::size_t k = 0;
+  while (k < descriptions.size() && kind != descriptions[k].name) ++k;
+  if (k == descriptions.size()) fail("there is no such fault");
+  fault.kind = static_cast<FaultKind>(k);
+  if (has_coil && !descriptions[k].of_a_coil) fail("is of the board, not of a coil");
+  const auto cut = [&](char mark) -> std::optional<double> {
+    const std::size_t found = rest.find(mark);
+    if (found == std::string::npos) return std::nullopt;
+    const auto number = sim::parse_number(rest.substr(found + 1));
+    if (!number || std::isnan(*number)) fail(std::string("no number behind ") + mark);
+    rest.resize(found);
+    return number;
+  };
+  const auto value = cut('=');
+  const auto lasts_s = cut('+');
+  const auto from_s = sim::parse_number(rest);
+  if (!from_s || !(*from_s >= 0.0 && *from_s < 1e6)) fail("the time must be seconds from 0 on");
+  if (value.has_value() != descriptions[k].has_value) fail(value ? "takes no value" : "wants a value");
+  fault.value = value.value_or(0.0);
+  fault.from_us = std::llround(*from_s * 1e6);
+  if (lasts_s) {
+    if (!descriptions[k].lasts) fail("happens at a moment and does not last");
+    if (!(*lasts_s > 0.0 && *lasts_s < 1e6)) fail("must last longer than 0 s");
+    fault.until_us = fault.from_us + std::llround(*lasts_s * 1e6);
+  }
+  return fault;
+}
+
+}  // namespace sinew::emulator

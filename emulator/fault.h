@@ -1,0 +1,56 @@
+// What is made to go wrong, and when: KIND[:COIL]@FROM_s[+FOR_s][=VALUE].
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "plant/scalar.h"
+
+namespace sinew::emulator {
+
+enum class FaultKind {
+  sensor_open,       // thermocouple wire broken
+  sensor_ground,     // shorted to ground
+  sensor_supply,     // shorted to supply
+  sensor_zeros,      // amplifier dead: all bits 0
+  sensor_ones,       // data line hangs high
+  sensor_garbled,    // a reserved bit set
+  sensor_stuck,      // the same reading for ever
+  sensor_drift,      // VALUE kelvin a second, the reading too cold by it
+  sensors_swapped,
+  junction_jump,     // cold junction VALUE kelvin off
+  hang,              // the main loop never comes round, interrupts are served
+  hang_masked,       // the same with interrupts off
+  brown_out,
+  reset,             // somebody pushes the button
+  power_cycle,
+  coil_welded,       // the switch conducts whatever its gate says
+  coil_open,         // no current
+  supply_V,          // VALUE volts
+  time_ms,           // the device's millisecond count becomes VALUE
+  count
+};
+
+// Name, whether it is of one coil, whether it wants a value.
+struct FaultDescription {
+  const char* name;
+  bool of_a_coil, has_value, lasts;
+  const char* meaning;
+};
+const FaultDescription& description(FaultKind kind);
+
+struct Fault {
+  FaultKind kind;
+  std::size_t coil = plant::A;
+  std::int64_t from_us = 0;
+  std::int64_t until_us = std::numeric_limits<std::int64_t>::max();
+  double value = 0.0;
+};
+
+// Throws sim::InputError.
+Fault parse_fault(const std::string& text);
+std::string fault_help();
+
+}  // namespace sinew::emulator

@@ -1,0 +1,158 @@
+#include "emulator/limb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "plant/units.h"
+#include "sim/text.h"
+
+namespace sinew::emulator {
+namespace {
+
+constexpr std::int64_t conversion_us = 100'000, grid_us = 10'000;
+constexpr double angle_span_deg = 180.0, reference_mV = 5000.0;
+constexpr double conversions_summed = 16.0;  // by the firmware: its mean has the scenario's noise
+
+std::uint32_t word(double temperature_degC, double junction_degC) {
+  const auto hot = static_cast<std::int32_t>(std::lround(std::clamp(temperature_degC, -270.0, 1800.0) * 4.0));
+  const auto cold = static_cast<std::int32_t>(std::lround(std::clamp(junction_degC, -55.0, 125.0) * 16.0));
+  return (static_cast<std::uint32_t>(hot & 0x3fff) << 18) | (static_cast<std::uint32_t>(cold & 0xfff) << 4);
+}
+
+}  // namespace
+
+Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
+    : scenario_(scenario),
+      faults_(std::move(faults)),
+      trace_(trace),
+      integrator_(scenario.limb, plant::Start{scenario.start, {}}, {plant::Method::automatic, 1e-7}),
+      temperature_noise_{sim::RandomStream(static_cast<std::uint64_t>(scenario.seed), "temperature_A.noise"),
+                         sim::RandomStream(static_cast<std::uint64_t>(scenario.seed), "temperature_B.noise")},
+      angle_noise_(static_cast<std::uint64_t>(scenario.seed), "angle.noise") {
+  row(0);
+}
+
+const Fault* Limb::active(FaultKind kind, std::size_t coil, std::int64_t now_us) const {
+  for (const Fault& fault : faults_)
+    if (fault.kind == kind && now_us >= fault.from_us && now_us < fault.until_us &&
+        (fault.coil == coil || !description(kind).of_a_coil))
+      return &fault;
+  return nullptr;
+}
+
+void Limb::move_plant(std::int64_t now_us) {
+  if (now_us <= moved_us_) return;
+  if (const auto failure = integrator_.advance_to(static_cast<double>(now_us) / 1e6))
+    throw std::runtime_error("the plant behind the board failed: " + failure->reason);
+  moved_us_ = now_us;
+}
+
+// What flows: a welded switch conducts, an open coil does not, and heat goes with the square of the supply.
+void Limb::hold(std::int64_t now_us) {
+  plant::PerCoil<double> duty = gates_;
+  for (const std::size_t j : plant::coils) {
+    if (active(FaultKind::coil_welded, j, now_us)) duty[j] = 1.0;
+    if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
+    if (const Fault* sag = active(FaultKind::supply_V, j, now_us))
+      duty[j] *= std::pow(sag->value / scenario_.limb.core.supply_voltage_V, 2);
+  }
+  integrator_.hold(duty);
+}
+
+void Limb::row(std::int64_t now_us) {
+  if (!trace_) return;
+  const auto now = integrator_.instant();
+  sim::append_shortest(trace_csv_, static_cast<double>(now_us) / 1e6);
+  for (const double value : {gates_[0], gates_[1], now.temperature_degC[0], now.temperature_degC[1]}) {
+    trace_csv_ += ',';
+    sim::append_shortest(trace_csv_, value);
+  }
+  trace_csv_ += '\n';
+}
+
+void Limb::gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) {
+  move_plant(now_us);
+  gates_ = duty_fraction;
+  hold(now_us);
+  row(now_us);
+}
+
+void Limb::relay(std::int64_t now_us, bool closed) {
+  if (closed == relay_closed_) return;
+  move_plant(now_us);
+  relay_closed_ = closed;
+  hold(now_us);
+}
+
+std::int64_t Limb::next_us() const {
+  std::int64_t next = (moved_us_ / grid_us + 1) * grid_us;
+  for (const Amplifier& one : amplifiers_)
+    if (one.begun_us >= 0) next = std::min(next, one.begun_us + conversion_us);
+  for (const Fault& fault : faults_) {
+    if (fault.from_us > moved_us_) next = std::min(next, fault.from_us);
+    if (fault.until_us > moved_us_) next = std::min(next, fault.until_us);
+  }
+  return next;
+}
+
+void Limb::advance(std::int64_t now_us) {
+  move_plant(now_us);
+  hold(now_us);
+  for (const std::size_t j : plant::coils)
+    if (amplifiers_[j].begun_us >= 0 && now_us >= amplifiers_[j].begun_us + conversion_us) {
+      amplifiers_[j].shown = convert(j, now_us);
+      amplifiers_[j].begun_us = -1;
+    }
+  row(now_us);
+}
+
+std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
+  const std::uint64_t n = amplifiers_[coil].conversions++;
+  const std::size_t from = active(FaultKind::sensors_swapped, coil, now_us) ? 1 - coil : coil;
+  const sim::SensorSettings& settings = scenario_.sensors.temperature[coil];
+  double shown = integrator_.reading().temperature_degC[from] + settings.bias + settings.noise * temperature_noise_[coil].normal(n);
+  double junction = scenario_.limb.core.ambient_temperature_degC;
+  if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
+    shown -= drift->value * static_cast<double>(now_us - drift->from_us) / 1e6;
+  // The chip adds its cold junction to what the thermocouple says: an error there is one here.
+  if (const Fault* jump = active(FaultKind::junction_jump, coil, now_us)) {
+    junction += jump->value;
+    shown += jump->value;
+  }
+  if (active(FaultKind::sensor_stuck, coil, now_us)) return amplifiers_[coil].shown;
+  const std::uint32_t good = word(shown, junction);
+  if (active(FaultKind::sensor_open, coil, now_us)) return good | 0x00010001u;
+  if (active(FaultKind::sensor_ground, coil, now_us)) return good | 0x00010002u;
+  if (active(FaultKind::sensor_supply, coil, now_us)) return good | 0x00010004u;
+  if (active(FaultKind::sensor_garbled, coil, now_us)) return good | 0x00020000u;
+  return good;
+}
+
+void Limb::select(std::int64_t now_us, std::size_t coil, bool selected) {
+  Amplifier& one = amplifiers_[coil];
+  if (!selected) {
+    one.begun_us = now_us;
+    return;
+  }
+  one.begun_us = -1;
+  one.shifting = one.shown;
+  // A dead chip or line is so at once, not from the next conversion on.
+  if (active(FaultKind::sensor_zeros, coil, now_us)) one.shifting = 0;
+  if (active(FaultKind::sensor_ones, coil, now_us)) one.shifting = 0xffffffffu;
+}
+
+std::uint8_t Limb::clock_out(std::size_t coil) {
+  const auto byte = static_cast<std::uint8_t>(amplifiers_[coil].shifting >> 24);
+  amplifiers_[coil].shifting <<= 8;
+  return byte;
+}
+
+int Limb::bend_sensor_mV(std::int64_t) {
+  const sim::SensorSettings& settings = scenario_.sensors.angle;
+  const double noise_deg = settings.noise * std::sqrt(conversions_summed) * angle_noise_.normal(angle_conversions_++);
+  const double shown_deg = integrator_.reading().angle_rad / plant::radians_per_degree + settings.bias + noise_deg;
+  return static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
+}
+
+}  // namespace sinew::emulator

@@ -1,0 +1,58 @@
+// The limb behind the pins: the plant, two MAX31855 on SPI and a bend sensor on the ADC, with the scenario's noise.
+//
+// An amplifier converts within 100 ms, beginning when its chip select is let go; a select before that stops it and the old
+// value stays (MAX31855 data sheet). Its steps are those of the chip: 0.25 K, and 1/16 K for the cold junction.
+#pragma once
+
+#include <string>
+
+#include "emulator/board.h"
+#include "emulator/fault.h"
+#include "sim/random.h"
+#include "sim/scenario.h"
+
+namespace sinew::emulator {
+
+class Limb : public Surroundings {
+ public:
+  // `trace`: keep a row every 10 ms and whenever the gates change.
+  Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace);
+
+  void gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) override;
+  void select(std::int64_t now_us, std::size_t coil, bool selected) override;
+  std::uint8_t clock_out(std::size_t coil) override;
+  int bend_sensor_mV(std::int64_t now_us) override;
+
+  // The next moment at which something here changes by itself.
+  std::int64_t next_us() const;
+  void advance(std::int64_t now_us);
+  const std::string& trace_csv() const { return trace_csv_; }
+  // A relay that follows PD7 sits in the coils' supply.
+  void relay(std::int64_t now_us, bool closed);
+
+ private:
+  struct Amplifier {
+    std::int64_t begun_us = 0;  // of the conversion; -1: selected, or done
+    std::uint32_t shown = 0, shifting = 0;
+    std::uint64_t conversions = 0;
+  };
+  const Fault* active(FaultKind kind, std::size_t coil, std::int64_t now_us) const;
+  void move_plant(std::int64_t now_us);
+  void hold(std::int64_t now_us);
+  std::uint32_t convert(std::size_t coil, std::int64_t now_us);
+  void row(std::int64_t now_us);
+  const sim::Scenario& scenario_;
+  std::vector<Fault> faults_;
+  bool trace_;
+  plant::Integrator integrator_;
+  plant::PerCoil<double> gates_{};
+  bool relay_closed_ = true;
+  plant::PerCoil<Amplifier> amplifiers_;
+  plant::PerCoil<sim::RandomStream> temperature_noise_;
+  sim::RandomStream angle_noise_;
+  std::uint64_t angle_conversions_ = 0;
+  std::int64_t moved_us_ = 0;
+  std::string trace_csv_ = "time_s,gate_A,gate_B,coil_A_degC,coil_B_degC\n";
+};
+
+}  // namespace sinew::emulator

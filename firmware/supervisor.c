@@ -1,0 +1,181 @@
+#include "firmware/supervisor.h"
+
+#include <string.h>
+
+static int32_t since_us(uint32_t now_us, uint32_t then_us) { return (int32_t)(now_us - then_us); }
+
+void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us) {
+  uint8_t j;
+  memset(s, 0, sizeof *s);
+  s->last_tick_us = s->last_reading_us = s->bucket_us = now_us;
+  for (j = 0; j < 2; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
+  if (latched != TRIP_NONE) supervisor_trip(s, latched);
+}
+
+void supervisor_disarm(struct supervisor* s) {
+  s->duty[0] = s->duty[1] = 0;
+  if (s->state == DEVICE_ARMED) s->state = DEVICE_DISARMED;
+}
+
+/* The first cause is the one that is kept: what follows is often its consequence. */
+void supervisor_trip(struct supervisor* s, uint8_t cause) {
+  s->duty[0] = s->duty[1] = 0;
+  if (s->state != DEVICE_TRIPPED) s->trip_cause = cause;
+  s->state = DEVICE_TRIPPED;
+}
+
+static enum answer cool_and_believed(const struct supervisor* s) {
+  uint8_t j;
+  for (j = 0; j < 2; ++j)
+    if (s->thermocouple[j].fault != TRIP_NONE) return ANSWER_SENSOR;
+  for (j = 0; j < 2; ++j)
+    if (s->thermocouple[j].temperature_cdegC >= LIMIT_COOL_cdegC) return ANSWER_HOT;
+  return ANSWER_DONE;
+}
+
+enum answer supervisor_arm(struct supervisor* s, uint32_t now_us) {
+  enum answer answer;
+  if (s->state == DEVICE_TRIPPED) return ANSWER_TRIPPED;
+  answer = cool_and_believed(s);
+  if (answer != ANSWER_DONE) return answer;
+  s->duty[0] = s->duty[1] = 0;
+  s->state = DEVICE_ARMED;
+  s->valid_until_us = now_us + LIMIT_DEAD_MAN_ms * 1000ul;
+  return ANSWER_DONE;
+}
+
+enum answer supervisor_clear_trip(struct supervisor* s, uint8_t cause) {
+  enum answer answer;
+  if (s->state != DEVICE_TRIPPED) return ANSWER_DONE;
+  if (cause != s->trip_cause) return ANSWER_OTHER_CAUSE;
+  answer = cool_and_believed(s);
+  if (answer != ANSWER_DONE) return answer;
+  s->state = DEVICE_DISARMED;
+  s->trip_cause = TRIP_NONE;
+  return ANSWER_DONE;
+}
+
+enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us,
+                                       uint32_t now_us) {
+  uint32_t live_us = (command->time_to_live_ms < LIMIT_DEAD_MAN_ms ? command->time_to_live_ms : LIMIT_DEAD_MAN_ms) * 1000ul;
+  const int32_t age_us = since_us(now_us, stamped_us);
+  if (s->state != DEVICE_ARMED) return COMMAND_NOT_ARMED;
+  /* The host's estimate of this clock may be off by some milliseconds, not by more. */
+  if (age_us < -20000 || age_us >= (int32_t)live_us) return COMMAND_STALE;
+  if (command->duty[0] > LIMIT_HIGHEST_DUTY || command->duty[1] > LIMIT_HIGHEST_DUTY) return COMMAND_TOO_MUCH;
+  s->duty[0] = command->duty[0];
+  s->duty[1] = command->duty[1];
+  /* A stamp ahead of time must not lengthen the life. */
+  s->valid_until_us = (age_us < 0 ? now_us : stamped_us) + live_us;
+  return COMMAND_TAKEN;
+}
+
+static uint32_t on_time_ms(const struct supervisor* s, uint8_t j) {
+  uint32_t sum = ON_us(s->bucket_on[j]) / 1000u;
+  uint8_t i;
+  for (i = 0; i < LIMIT_ON_TIME_WINDOW_s; ++i) sum += s->on_ms[j][i];
+  return sum;
+}
+
+void supervisor_tick(struct supervisor* s, uint32_t now_us) {
+  const uint32_t step_us = now_us - s->last_tick_us;
+  uint8_t j;
+  s->last_tick_us = now_us;
+  for (j = 0; j < 2; ++j) {
+    const uint32_t on = step_us / ON_STEP_us * s->duty[j];
+    s->thermocouple[j].on += on;
+    s->thermocouple[j].unchanged_on += on;
+    s->bucket_on[j] += on;
+  }
+  if (since_us(now_us, s->bucket_us) >= 1000000) {
+    s->bucket_us += 1000000u;
+    for (j = 0; j < 2; ++j) {
+      s->on_ms[j][s->bucket] = (uint16_t)(ON_us(s->bucket_on[j]) / 1000u);
+      s->bucket_on[j] = 0;
+    }
+    s->bucket = (uint8_t)((s->bucket + 1u) % LIMIT_ON_TIME_WINDOW_s);
+    for (j = 0; j < 2; ++j)
+      if (s->state == DEVICE_ARMED && on_time_ms(s, j) > LIMIT_ON_TIME_ms) supervisor_trip(s, TRIP_ON_TIME);
+  }
+  if (s->state != DEVICE_ARMED) return;
+  if (since_us(now_us, s->valid_until_us) >= 0) supervisor_trip(s, TRIP_SILENCE);
+  if (since_us(now_us, s->last_reading_us) >= (int32_t)(LIMIT_READING_SILENCE_ms * 1000ul)) supervisor_trip(s, TRIP_SENSOR_SILENT);
+}
+
+/* What the 32 bits say of themselves; MAX31855 data sheet (Maxim 19-5793, rev 5), table 2. */
+static uint8_t fault_of(uint32_t raw) {
+  if (raw == 0) return TRIP_SENSOR_ZEROS;
+  if (raw == 0xffffffffu) return TRIP_SENSOR_ONES;
+  if (raw & 0x00020008u) return TRIP_SENSOR_GARBLED;
+  if (raw & 1u) return TRIP_SENSOR_OPEN;
+  if (raw & 2u) return TRIP_SENSOR_SHORT_TO_GROUND;
+  if (raw & 4u) return TRIP_SENSOR_SHORT_TO_SUPPLY;
+  if (raw & 0x00010000u) return TRIP_SENSOR_GARBLED; /* a fault without a kind */
+  return TRIP_NONE;
+}
+
+/* Reads one amplifier; returns why it is not to be believed. */
+static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t period_ms) {
+  const uint8_t fault = fault_of(raw);
+  const uint32_t changed = (raw ^ t->raw) >> 18;
+  const int32_t was_cdegC = t->temperature_cdegC, junction_was_cdegC = t->junction_cdegC;
+  const uint8_t believed_before = t->fault == TRIP_NONE;
+  int32_t expected_mK_s;
+  uint8_t i;
+  t->raw = raw;
+  if (fault != TRIP_NONE) return fault;
+  /* Steps of a quarter and of a sixteenth of a degree, signed. */
+  t->temperature_cdegC = ((int32_t)raw >> 18) * 25;
+  t->junction_cdegC = ((int32_t)(raw << 16) >> 20) * 25 / 4;
+  if (t->temperature_cdegC < LIMIT_COLDEST_cdegC || t->temperature_cdegC > 2 * LIMIT_COIL_cdegC) return TRIP_SENSOR_RANGE;
+  if (t->junction_cdegC < LIMIT_JUNCTION_COLDEST_cdegC || t->junction_cdegC > LIMIT_JUNCTION_HOTTEST_cdegC) return TRIP_JUNCTION;
+
+  if (!believed_before) { /* begins anew */
+    t->readings = 0;
+    t->warmed_mK = t->expected_mK = 0;
+    t->on = t->unchanged_on = 0;
+  }
+  for (i = SUPERVISOR_READINGS - 1u; i > 0; --i) t->last_cdegC[i] = t->last_cdegC[i - 1u];
+  t->last_cdegC[0] = t->temperature_cdegC;
+  if (t->readings < SUPERVISOR_READINGS) ++t->readings;
+  if (t->readings < 2) return TRIP_NONE;
+
+  if (t->junction_cdegC - junction_was_cdegC > LIMIT_JUNCTION_JUMP_cK || junction_was_cdegC - t->junction_cdegC > LIMIT_JUNCTION_JUMP_cK)
+    return TRIP_JUNCTION;
+  if (t->temperature_cdegC - was_cdegC > LIMIT_JUMP_cK || was_cdegC - t->temperature_cdegC > LIMIT_JUMP_cK) return TRIP_SENSOR_JUMP;
+
+  if (changed) t->unchanged_on = 0;
+  if (ON_us(t->unchanged_on) > LIMIT_STUCK_on_time_ms * 1000ul) return TRIP_SENSOR_STUCK;
+
+  expected_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms -
+                  (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
+  t->on = 0;
+  t->expected_mK += expected_mK_s * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  t->warmed_mK += (t->temperature_cdegC - was_cdegC) * 10 - t->warmed_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  if (t->expected_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < t->expected_mK / 4) return TRIP_NOT_FOLLOWING;
+  return TRIP_NONE;
+}
+
+void supervisor_reading(struct supervisor* s, const uint32_t raw[2], uint32_t now_us) {
+  int32_t period_ms = since_us(now_us, s->last_reading_us) / 1000;
+  uint8_t j;
+  if (period_ms < 1) period_ms = 1;
+  s->last_reading_us = now_us;
+  for (j = 0; j < 2; ++j) {
+    struct thermocouple* const t = &s->thermocouple[j];
+    int32_t rise_cK;
+    t->fault = read_thermocouple(t, raw[j], period_ms);
+    if (t->fault != TRIP_NONE) {
+      if (s->state == DEVICE_ARMED) supervisor_trip(s, t->fault);
+      continue;
+    }
+    rise_cK = t->temperature_cdegC - t->last_cdegC[t->readings - 1u];
+    /* Heat is spoken of while disarmed too: then the switch does not obey, and whoever looks should know. */
+    if (t->temperature_cdegC + (rise_cK > 0 ? rise_cK / 2 : 0) >= LIMIT_TRIP_cdegC) supervisor_trip(s, TRIP_OVER_TEMPERATURE);
+    if (s->state == DEVICE_ARMED && t->readings == SUPERVISOR_READINGS &&
+        rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
+      supervisor_trip(s, TRIP_RATE_OF_RISE);
+    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0))
+      supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+  }
+}

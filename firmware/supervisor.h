@@ -1,0 +1,70 @@
+/* The device's supervisor: it alone decides what duty reaches the pins. It trusts neither the host nor the sensors.
+ *
+ * Plain C without hardware, so that the host's tests run the very code that the board runs. Time comes in as the device's
+ * clock in microseconds, which wraps; nothing here is compared but by difference.
+ *
+ * A trip takes the duty away at once and stays until it is cleared by name with cool coils. It is for the caller to
+ * store trip_cause where a reset does not reach it. */
+#pragma once
+
+#include <stdint.h>
+
+#include "hil/limits.h"
+#include "hil/message.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SUPERVISOR_READINGS 6u
+
+/* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
+#define ON_STEP_us 8u
+#define ON_us(sum) ((sum) / (DUTY_ONE / ON_STEP_us))
+
+struct thermocouple {
+  uint32_t raw;
+  int32_t temperature_cdegC;
+  int32_t junction_cdegC;
+  uint8_t fault; /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
+  uint8_t readings; /* how many of `last_cdegC` are there */
+  int32_t last_cdegC[SUPERVISOR_READINGS]; /* newest first */
+  uint32_t unchanged_on; /* duty times time since the reading changed last, in ON_us */
+  uint32_t on;           /* the same since the last reading */
+  int32_t warmed_mK, expected_mK; /* both through the same high pass */
+};
+
+struct supervisor {
+  uint8_t state, trip_cause;
+  uint16_t duty[2];
+  uint32_t valid_until_us; /* of the duty */
+  uint32_t last_tick_us, last_reading_us;
+  struct thermocouple thermocouple[2];
+  uint16_t on_ms[2][LIMIT_ON_TIME_WINDOW_s]; /* duty times time, a bucket a second */
+  uint32_t bucket_us;                        /* when the current one began */
+  uint32_t bucket_on[2];
+  uint8_t bucket;
+};
+
+/* `latched`: the cause that was stored; TRIP_NONE: none. */
+void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us);
+
+/* A session begins or ends: zero duty, disarmed. A trip stays. */
+void supervisor_disarm(struct supervisor* s);
+enum answer supervisor_arm(struct supervisor* s, uint32_t now_us);
+enum answer supervisor_clear_trip(struct supervisor* s, uint8_t cause);
+void supervisor_trip(struct supervisor* s, uint8_t cause);
+
+enum command_result { COMMAND_TAKEN, COMMAND_STALE, COMMAND_NOT_ARMED, COMMAND_TOO_MUCH };
+/* `stamped_us`: the device's time at which the host sent it, as the host estimates it. */
+enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us,
+                                       uint32_t now_us);
+
+/* Every millisecond or so. */
+void supervisor_tick(struct supervisor* s, uint32_t now_us);
+/* Every LIMIT_READING_PERIOD_ms: the 32 bits of each amplifier. */
+void supervisor_reading(struct supervisor* s, const uint32_t raw[2], uint32_t now_us);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,59 @@
+/* The limits of the limb, compiled into host and firmware alike: a device with others is not armed (limits_hash).
+ *
+ * For the limb of the paper: Ni-Ti wire of 0.51 mm in Smooth-Sil 945, 7 V. Another limb has other limits; after a change,
+ * build and flash anew. Times in milliseconds, temperatures in hundredths of a degree, duty in ten-thousandths. */
+#pragma once
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The coil must never be hotter than this: Flexinol loses its memory and the silicone hardens. */
+#define LIMIT_COIL_cdegC 15000
+/* The device trips here already, by what it measures or will measure a quarter of a second on. */
+#define LIMIT_TRIP_cdegC 14000
+/* The host keeps its prediction below this. */
+#define LIMIT_HOST_cdegC 13000
+/* Arming wants both coils cooler than this. */
+#define LIMIT_COOL_cdegC 5000
+#define LIMIT_COLDEST_cdegC (-1000)
+
+#define LIMIT_HIGHEST_DUTY 7000u
+/* Silence: a command is good for its time to live, and never for longer than this. */
+#define LIMIT_DEAD_MAN_ms 220u
+
+/* Over the last five readings. Full duty from cold is 23 K/s. */
+#define LIMIT_RISE_cK_s 4000
+/* Between two readings; 23 K/s are 2.4 K. */
+#define LIMIT_JUMP_cK 1000
+#define LIMIT_JUNCTION_COLDEST_cdegC (-1000)
+#define LIMIT_JUNCTION_HOTTEST_cdegC 6000
+#define LIMIT_JUNCTION_JUMP_cK 300
+
+/* Duty times time over which a reading must have changed. */
+#define LIMIT_STUCK_on_time_ms 800u
+
+/* What a coil warms by, roughly: duty 1 heats at HEATING, and each kelvin above the cold junction cools at COOLING. */
+#define LIMIT_HEATING_mK_s ((int32_t)23000)
+#define LIMIT_COOLING_1_ks ((int32_t)47)
+/* Warming is compared with what is expected over about this long. */
+#define LIMIT_FOLLOW_WINDOW_ms ((int32_t)2000)
+#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)10000) /* expected this much, and less than a quarter of it came: not following */
+#define LIMIT_UNEXPECTED_mK ((int32_t)9000)       /* warmed this much more than twice what was expected */
+
+/* Duty times time in the window. */
+#define LIMIT_ON_TIME_ms 9000u
+#define LIMIT_ON_TIME_WINDOW_s 20u
+
+/* The amplifiers convert in at most 100 ms, and reading stops a conversion: so they are read no more often than this. */
+#define LIMIT_READING_PERIOD_ms 105u
+#define LIMIT_READING_SILENCE_ms 240u
+
+/* Over all of the above. */
+uint32_t limits_hash(void);
+
+#ifdef __cplusplus
+}
+#endif

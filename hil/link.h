@@ -1,0 +1,58 @@
+// A way for bytes to the device and back, and the time at which they come. Whoever uses a link takes the time from it and
+// from nowhere else; so a session can be played again from what its link gave (replay.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+namespace sinew::hil {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// End of file, an I/O error, a hang-up: the link is gone. What comes after is a new session.
+class LinkLost : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Received {
+  std::int64_t now_us;  // monotonic
+  Bytes bytes;
+};
+
+class Link {
+ public:
+  virtual ~Link() = default;
+  // All of them, in order. Returns the time. Throws LinkLost.
+  virtual std::int64_t send(std::span<const std::uint8_t> bytes) = 0;
+  // As soon as bytes have come, or at the deadline, empty. A deadline that has passed still takes what has come. Throws
+  // LinkLost.
+  virtual Received receive_until(std::int64_t deadline_us) = 0;
+};
+
+// A frame on its way: what becomes of it. Nothing: it is lost; two: it comes twice; another: it was damaged.
+using Tamper = std::function<std::vector<Bytes>(Bytes frame, std::int64_t now_us)>;
+
+// A link on which frames are tampered with. What was sent in one call is taken for one frame; what comes is cut at 0x00, and a
+// zero by itself goes through.
+class TamperedLink : public Link {
+ public:
+  TamperedLink(Link& inner, Tamper to_device, Tamper from_device)
+      : inner_(inner), to_device_(std::move(to_device)), from_device_(std::move(from_device)) {}
+  std::int64_t send(std::span<const std::uint8_t> bytes) override;
+  Received receive_until(std::int64_t deadline_us) override;
+
+ private:
+  Link& inner_;
+  Tamper to_device_, from_device_;
+  std::int64_t now_us_ = 0;
+  Bytes coming_;
+};
+
+// One bit of that share of the frames is turned, which and where by chance from the seed. `damaged` counts them.
+Tamper corrupt_share(double share, std::uint64_t seed, const char* stream, std::int64_t& damaged);
+
+}  // namespace sinew::hil

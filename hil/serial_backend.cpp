@@ -1,0 +1,56 @@
+#include "hil/serial_backend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "hil/limits.h"
+
+namespace sinew::hil {
+namespace {
+
+// A command is sent again this often: then one or two that are lost or damaged are no silence to the device.
+constexpr std::int64_t longest_silence_us = 50'000;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+std::uint16_t on_wire(double duty_fraction) {
+  const double all = duty_fraction * DUTY_ONE;
+  return all > 0.0 ? static_cast<std::uint16_t>(std::lround(std::min(all, static_cast<double>(LIMIT_HIGHEST_DUTY)))) : std::uint16_t{0};
+}
+
+}  // namespace
+
+std::uint8_t telemetry_period_ms(std::int64_t period_us) {
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 3, 100));
+}
+std::uint16_t time_to_live_ms(std::int64_t period_us) {
+  return static_cast<std::uint16_t>(std::clamp<std::int64_t>(period_us * 22 / 10'000, 60, LIMIT_DEAD_MAN_ms));
+}
+
+sim::Measurement SerialBackend::begin() {
+  begin_us_ = device_.now_us();
+  return measure(0);
+}
+
+sim::Measurement SerialBackend::exchange(const sim::Command& command) {
+  const std::array<std::uint16_t, 2> duty{on_wire(command.duty_fraction[0]), on_wire(command.duty_fraction[1])};
+  const std::int64_t end_us = deadline_us(command.tick + 1);
+  const std::int64_t parts = (period_us_ + longest_silence_us - 1) / longest_silence_us;
+  for (std::int64_t part = 1; part <= parts; ++part) {
+    device_.command(duty, time_to_live_ms(period_us_));
+    device_.listen_until(part == parts ? end_us : deadline_us(command.tick) + period_us_ * part / parts);
+  }
+  return measure(command.tick + 1);
+}
+
+sim::Measurement SerialBackend::measure(std::int64_t tick) {
+  const auto& telemetry = device_.telemetry();
+  if (!telemetry || telemetry->arrived_us == measured_arrival_us_) return {tick, {nan, nan}, nan};
+  measured_arrival_us_ = telemetry->arrived_us;
+  sim::Measurement measured{tick, {nan, nan}, telemetry->said.angle_cdeg / 100.0};
+  for (const std::size_t j : plant::coils)
+    if (telemetry->said.sensor[j] == TRIP_NONE) measured.temperature_degC[j] = telemetry->said.temperature_cdegC[j] / 100.0;
+  return measured;
+}
+
+}  // namespace sinew::hil

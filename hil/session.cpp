@@ -1,0 +1,359 @@
+#include "hil/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "firmware_hash.h"
+#include "hil/limits.h"
+#include "sim/manifest.h"
+#include "sim/text.h"
+
+namespace sinew::hil {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Sorted shares, and how many lie in each bin; a bin ends where the next begins.
+Json histogram(std::vector<std::int64_t> all_us) {
+  Json json;
+  std::sort(all_us.begin(), all_us.end());
+  json["count"] = all_us.size();
+  if (all_us.empty()) return json;
+  const auto share_us = [&](double share) {
+    return all_us[std::min(all_us.size() - 1, static_cast<std::size_t>(share * static_cast<double>(all_us.size())))];
+  };
+  json["median_us"] = share_us(0.5);
+  json["share_99_us"] = share_us(0.99);
+  json["share_99_9_us"] = share_us(0.999);
+  json["most_us"] = all_us.back();
+  constexpr std::array<std::int64_t, 11> edges{100, 200, 500, 1000, 2000, 5000, 10'000, 20'000, 50'000, 100'000, 1'000'000};
+  auto from = all_us.begin();
+  for (const std::int64_t edge : edges) {
+    const auto to = std::lower_bound(from, all_us.end(), edge);
+    if (to != from) json["under_us"][std::to_string(edge)] = to - from;
+    from = to;
+  }
+  if (from != all_us.end()) json["under_us"]["more"] = all_us.end() - from;
+  return json;
+}
+
+std::string hexadecimal(std::uint32_t value) {
+  std::array<char, 9> text{};
+  std::snprintf(text.data(), text.size(), "%08x", value);
+  return text.data();
+}
+
+std::string degrees(double value_degC) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f degC", value_degC);
+  return text.data();
+}
+
+class Session {
+ public:
+  Session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings)
+      : scenario_(scenario),
+        settings_(settings),
+        period_us_(std::llround(scenario.sample_period_s * 1e6)),
+        link_(link),
+        device_(link, settings.session),
+        backend_(device_, period_us_),
+        driver_(scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
+  }
+
+  SessionResult run() {
+    greet();
+    arm();
+    supervisor_.emplace(scenario_.limb, start_of(scenario_.limb, scenario_.start), scenario_.sample_period_s);
+    if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
+    result_.recording_csv = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
+    try {
+      loop();
+    } catch (const LinkLost& lost) {
+      end(SessionStatus::link_lost, lost.what());
+    } catch (...) {
+      bring_to_rest();
+      throw;
+    }
+    bring_to_rest();
+    result_.report_json = report().dump();
+    return std::move(result_);
+  }
+
+ private:
+  void say(const std::string& line) {
+    if (settings_.say) settings_.say(line);
+  }
+  void end(SessionStatus status, const std::string& why) {
+    if (result_.status != SessionStatus::finished) return;
+    result_.status = status;
+    result_.why = why;
+  }
+
+  void greet() {
+    const auto hello = device_.hello(telemetry_period_ms(period_us_));
+    if (!hello) {
+      if (device_.other_version())
+        throw Refused("the device speaks another version of the protocol than " + std::to_string(FRAME_VERSION) +
+                      "\n  flash the firmware that belongs to this program: docs/hardware.md");
+      const auto& refused = device_.counters().refused;
+      const bool noise = std::any_of(refused.begin(), refused.end(), [](std::int64_t n) { return n > 0; });
+      throw Refused(noise ? "what answers is no limb's board: bytes come, and no frame among them is valid\n  is it another device, or other firmware?"
+                          : "no answer to the hello\n  is the board powered, and is this its port? `sinew doctor --port ...` looks further");
+    }
+    hello_ = *hello;
+    if (hello_.firmware_hash != SINEW_FIRMWARE_HASH)
+      throw Refused("the device's firmware is " + hexadecimal(hello_.firmware_hash) + ", this program's is " +
+                    hexadecimal(SINEW_FIRMWARE_HASH) + "\n  flash the firmware that belongs to this program: docs/hardware.md");
+    if (hello_.limits_hash != limits_hash())
+      throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" +
+                    hexadecimal(limits_hash()) + ")\n  build and flash both from the same hil/limits.h");
+    if (hello_.reset_cause == RESET_WATCHDOG || hello_.reset_cause == RESET_BROWN_OUT)
+      say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
+  }
+
+  void arm() {
+    // Both thermocouples are believed from their second conversion on.
+    const auto believed = [&] {
+      const auto& t = device_.telemetry();
+      return t && t->said.sensor[0] == TRIP_NONE && t->said.sensor[1] == TRIP_NONE;
+    };
+    const std::int64_t give_up_us = device_.now_us() + 1'000'000;
+    while (!believed() && device_.now_us() < give_up_us) device_.listen_until(give_up_us, FRAME_TELEMETRY);
+    if (!device_.telemetry()) throw Refused("the device says hello and then nothing: no telemetry within 1 s");
+    if (hello_.state == DEVICE_TRIPPED) {
+      const std::string cause{words(static_cast<trip_cause>(hello_.trip_cause))};
+      if (!settings_.clear_trip)
+        throw Refused("the device is tripped: " + cause +
+                      "\n  find out why; then give --clear-trip, with both coils below " + degrees(LIMIT_COOL_cdegC / 100.0));
+      must(device_.clear_trip(hello_.trip_cause), "clearing the trip (" + cause + ")");
+      say("trip cleared: " + cause);
+    }
+    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash()), "arming");
+    // Telemetry that was on its way still tells of before.
+    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
+    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
+      device_.listen_until(wait_until_us, FRAME_TELEMETRY);
+    begun_device_us_ = device_.clock().device_us_since_begin();
+  }
+
+  void must(const std::optional<answer>& got, const std::string& what) {
+    if (!got) throw Refused(what + ": the device did not answer");
+    if (*got == ANSWER_DONE) return;
+    std::string why = what + ": " + std::string(words(*got));
+    const message_telemetry& said = device_.telemetry()->said;
+    for (const std::size_t j : plant::coils) {
+      if (*got == ANSWER_HOT) why += std::string(j ? ", B " : "\n  A ") + degrees(said.temperature_cdegC[j] / 100.0);
+      if (*got == ANSWER_SENSOR)
+        why += std::string(j ? ", B " : "\n  A ") + std::string(words(static_cast<trip_cause>(said.sensor[j])));
+    }
+    if (*got == ANSWER_HOT) why += "; must be below " + degrees(LIMIT_COOL_cdegC / 100.0);
+    throw Refused(why);
+  }
+
+  // As the scenario says, but for wires that are found at another temperature: warm from the session before.
+  plant::Start start_of(const plant::Limb<double>& limb, std::vector<std::optional<double>> given) const {
+    constexpr double same_K = 2.0;
+    given.resize(plant::layout_of(limb.on).size());
+    for (const std::size_t j : plant::coils) {
+      std::optional<double>& wire_degC = given[plant::core_state::temperature + j];
+      const double found_degC = device_.telemetry()->said.temperature_cdegC[j] / 100.0;
+      if (std::abs(found_degC - wire_degC.value_or(limb.core.ambient_temperature_degC)) > same_K) wire_degC = found_degC;
+    }
+    return {given, {}};
+  }
+
+  void loop() {
+    sim::Measurement measured = backend_.begin();
+    const std::int64_t last = scenario_.ticks() - 1;
+    for (std::int64_t tick = 0; tick <= last; ++tick) {
+      SessionView view;
+      view.time_s = scenario_.time_s(tick);
+      view.measured = measured;
+      const Telemetry before = *backend_.telemetry();
+      if (std::isnan(measured.angle_deg)) ++ticks_without_telemetry_;
+      supervisor_->look(measured, {before.said.thermocouple_raw[0], before.said.thermocouple_raw[1]});
+      if (twin_) {
+        const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
+        view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
+        for (const Departure& one : view.departures) departures_.push_back(one);
+        view.residual = twin_->residual();
+      }
+      if (before.said.state == DEVICE_TRIPPED)
+        end(SessionStatus::tripped, "the device tripped: " + std::string(words(static_cast<trip_cause>(before.said.trip_cause))));
+      if (settings_.should_stop && settings_.should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
+      sim::Command command = driver_.command(measured, view.time_s);
+      const std::int64_t lowered = supervisor_->lowered();
+      command.duty_fraction = supervisor_->lower(command.duty_fraction, measured);
+      command.tick = tick;
+      if (supervisor_->objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_->objection());
+      const bool ends = tick == last || result_.status != SessionStatus::finished;
+      if (ends) command.duty_fraction = {};
+      view.lowered = supervisor_->lowered() > lowered;
+      view.predicted_degC = supervisor_->predicted_degC();
+      view.duty_fraction = command.duty_fraction;
+      if (!ends) {
+        try {
+          measured = backend_.exchange(command);
+        } catch (...) {
+          row(view);
+          throw;
+        }
+        const Telemetry& now = *backend_.telemetry();
+        // The pins' own word; where it did not come, what was sent.
+        if (!std::isnan(measured.angle_deg))
+          for (const std::size_t j : plant::coils) view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
+        supervisor_->applied(view.duty_fraction);
+        if (twin_) twin_->applied(view.duty_fraction);
+        const std::int64_t late_us = device_.now_us() - backend_.deadline_us(tick + 1);
+        lateness_us_.push_back(late_us);
+        ages_us_.push_back(device_.now_us() - now.made_us);
+        if (late_us >= period_us_) {
+          ++overruns_;
+          if (!settings_.allow_overruns)
+            end(SessionStatus::overrun, "tick " + std::to_string(tick + 1) + " came " + std::to_string(late_us / 1000) +
+                                            " ms late, a period or more\n  is the machine busy? --allow-overruns goes on");
+        }
+        if (device_.now_us() - device_.last_heard_us() > std::max<std::int64_t>(500'000, 3 * period_us_))
+          end(SessionStatus::link_lost, "nothing heard for " +
+                                            std::to_string((device_.now_us() - device_.last_heard_us()) / 1000) + " ms");
+      }
+      view.state = backend_.telemetry()->said.state;
+      row(view);
+      if (settings_.show) settings_.show(view);
+      if (ends) break;
+    }
+  }
+
+  void row(const SessionView& view) {
+    std::string& csv = result_.recording_csv;
+    bool first = true;
+    for (const double value : {view.time_s, view.duty_fraction[0], view.duty_fraction[1], view.measured.temperature_degC[0],
+                               view.measured.temperature_degC[1], view.measured.angle_deg}) {
+      if (!first) csv += ',';
+      first = false;
+      if (!std::isnan(value)) sim::append_shortest(csv, value);
+    }
+    csv += '\n';
+    ++result_.ticks;
+  }
+
+  // Zero duty, then disarm. Where nothing answers, the device's own dead-man has done it; a device that was reset is asked
+  // why.
+  void bring_to_rest() noexcept {
+    try {
+      if (const auto& t = device_.telemetry()) counters_at_end_ = t->said;
+      device_.command({0, 0}, LIMIT_DEAD_MAN_ms);
+      const auto answered = device_.disarm();
+      result_.brought_to_rest = answered.has_value();
+      if (answered) {
+        counters_at_end_ = device_.telemetry()->said;
+        return;
+      }
+      Device anew(link_, static_cast<std::uint16_t>(settings_.session + 1));
+      if (const auto hello = anew.hello(100)) {
+        result_.brought_to_rest = true;
+        result_.why += "\n  the device was reset: " + std::string(words(static_cast<reset_cause>(hello->reset_cause)));
+        if (hello->state == DEVICE_TRIPPED) {
+          result_.why += "; it is tripped: " + std::string(words(static_cast<trip_cause>(hello->trip_cause)));
+          reset_trip_ = std::string(words(static_cast<trip_cause>(hello->trip_cause)));
+        }
+      }
+    } catch (const std::exception&) {
+      // The link is gone; the device goes to zero duty by itself when the last command's time is up.
+    }
+  }
+
+  Json report() const {
+    Json json;
+    json["status"] = words(result_.status);
+    if (!result_.why.empty()) json["why"] = result_.why;
+    if (reset_trip_) json["trip_after_reset"] = *reset_trip_;
+    json["brought_to_rest"] = result_.brought_to_rest;
+    json["ticks"] = result_.ticks;
+    json["ticks_without_telemetry"] = ticks_without_telemetry_;
+    json["commands_lowered_by_host"] = supervisor_->lowered();
+    json["overruns"] = overruns_;
+    json["device"] = {{"firmware_hash", hexadecimal(hello_.firmware_hash)},
+                      {"limits_hash", hexadecimal(hello_.limits_hash)},
+                      {"reset_cause", words(static_cast<reset_cause>(hello_.reset_cause))}};
+    Json& link = json["link"];
+    const LinkCounters& counters = device_.counters();
+    link["frames_sent"] = counters.sent;
+    link["frames_received"] = counters.received;
+    link["frames_missing"] = counters.missing;
+    std::int64_t refused = 0;
+    for (std::size_t i = 0; i < FRAME_FAULTS; ++i) {
+      refused += counters.refused[i];
+      link["refused_by_host"][counter_names[i]] = counters.refused[i];
+    }
+    link["refused_by_host_in_all"] = refused;
+    link["out_of_order"] = counters.out_of_order;
+    link["other_session"] = counters.other_session;
+    if (counters_at_end_)
+      for (std::size_t i = 0; i < DEVICE_COUNTERS; ++i) link["counted_by_device"][counter_names[i]] = counters_at_end_->counters[i];
+    json["clock"] = {{"skew_ppm", std::round(device_.clock().skew() * 1e8) / 100.0},
+                     {"device_s", static_cast<double>(device_.clock().device_us_since_begin() - begun_device_us_) / 1e6}};
+    json["lateness"] = histogram(lateness_us_);
+    if (!lateness_us_.empty())
+      json["lateness"]["share_within_5_ms"] =
+          static_cast<double>(std::count_if(lateness_us_.begin(), lateness_us_.end(), [](std::int64_t l) { return l <= 5000; })) /
+          static_cast<double>(lateness_us_.size());
+    auto round_trips = const_cast<Device&>(device_).round_trips_us();
+    json["round_trip"] = histogram(std::move(round_trips));
+    json["age_of_data"] = histogram(ages_us_);
+    for (const Departure& one : departures_)
+      json["departures_from_twin"].push_back({{"channel", channel_names[one.channel]}, {"onset_s", one.onset_s}, {"said_s", one.said_s}});
+    return json;
+  }
+
+  const sim::Scenario& scenario_;
+  const SessionSettings& settings_;
+  std::int64_t period_us_;
+  Link& link_;
+  Device device_;
+  SerialBackend backend_;
+  std::optional<HostSupervisor> supervisor_;
+  sim::Driver driver_;
+  std::optional<Twin> twin_;
+  message_hello hello_{};
+  std::int64_t begun_device_us_ = 0, ticks_without_telemetry_ = 0, overruns_ = 0;
+  std::vector<std::int64_t> lateness_us_, ages_us_;
+  std::vector<Departure> departures_;
+  std::optional<message_telemetry> counters_at_end_;
+  std::optional<std::string> reset_trip_;
+  SessionResult result_;
+};
+
+}  // namespace
+
+std::string_view words(SessionStatus status) {
+  constexpr std::array<std::string_view, 6> all{"finished", "stopped", "tripped", "objected", "overrun", "link_lost"};
+  return all[static_cast<std::size_t>(status)];
+}
+
+SessionResult run_session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings) {
+  return Session(scenario, link, settings).run();
+}
+
+std::string session_json(const sim::Scenario& scenario, const SessionSettings& settings, const SessionResult& result,
+                         const std::string& limb, const std::map<std::string, std::string>& files) {
+  const sim::Build build = sim::this_build();
+  Json json;
+  json["program"] = "sinew " + build.version;
+  json["commit"] = build.commit;
+  json["limb"] = limb;
+  json["seed"] = scenario.seed;
+  json["session"] = settings.session;
+  json["clear_trip"] = settings.clear_trip;
+  json["allow_overruns"] = settings.allow_overruns;
+  json["twin"] = settings.twin.has_value();
+  json.update(Json::parse(result.report_json));
+  for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace sinew::hil

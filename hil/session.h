@@ -1,0 +1,72 @@
+// A session with the limb: hello, arm, the scenario's loop at absolute deadlines under both supervisors, disarm.
+//
+// It takes the time from its link alone, so the same link's bytes give the same session: replay.h.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "hil/serial_backend.h"
+#include "hil/supervisor.h"
+#include "hil/twin.h"
+#include "sim/scenario.h"
+
+namespace sinew::hil {
+
+// The device was not armed: wrong version, firmware or limits, tripped, hot, a sensor. Nothing happened, nothing is written.
+class Refused : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// What a session shows while it runs.
+struct SessionView {
+  double time_s = 0.0;
+  sim::Measurement measured;
+  plant::PerCoil<double> duty_fraction{};      // at the pins
+  plant::PerCoil<double> predicted_degC{};     // by the host's supervisor, hottest over its horizon
+  bool lowered = false;                        // it lowered this command
+  std::uint8_t state = DEVICE_DISARMED;
+  std::optional<std::array<double, 3>> residual;  // against the twin
+  std::vector<Departure> departures;              // said now
+};
+
+struct SessionSettings {
+  std::uint16_t session = 1;
+  bool clear_trip = false;
+  bool allow_overruns = false;
+  std::optional<plant::Limb<double>> twin;
+  std::function<bool(std::int64_t tick)> should_stop;
+  std::function<void(const SessionView&)> show;
+  std::function<void(const std::string&)> say;  // a line that is worth keeping
+};
+
+enum class SessionStatus {
+  finished,
+  stopped,    // by who runs it
+  tripped,    // by the device
+  objected,   // by the host's supervisor
+  overrun,    // a deadline was missed by a whole period
+  link_lost,
+};
+std::string_view words(SessionStatus status);
+
+struct SessionResult {
+  SessionStatus status = SessionStatus::finished;
+  std::string why;            // of what is not `finished`
+  std::string recording_csv;  // as far as it came
+  std::string report_json;    // an object, without braces around other files' hashes: session_json adds those
+  std::int64_t ticks = 0;
+  bool brought_to_rest = false;  // the device said that it is disarmed, or tripped
+};
+
+// Throws Refused, and LinkLost where not even the hello came through.
+SessionResult run_session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings);
+
+// session.json: what happened, how the link and the clock did, and the hashes of the files beside it.
+std::string session_json(const sim::Scenario& scenario, const SessionSettings& settings, const SessionResult& result,
+                         const std::string& limb, const std::map<std::string, std::string>& files);
+
+}  // namespace sinew::hil

@@ -1,0 +1,236 @@
+#!/usr/bin/env python3
+"""Hardware in the loop as a person would use it, on the real firmware in the emulator: in lock step, and in real time on a
+pseudo-terminal.
+
+    python3 tests/cli/test_hil.py build/release/sinew
+
+One line a check; the last line is `N passed, N failed`; the exit code is 1 where one failed. Python's standard library alone.
+"""
+import json
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import test_cli as cli
+from test_cli import check, columns, content, files_in, refused, said, same_bytes, sinew, write
+
+SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "wire.bin"]
+BABBLE = """# Half a minute of babbling.
+format: 1
+seed: 5
+duration_s: 30
+input: { babble: { lowest_deg: -45, highest_deg: 45, longest_hold_s: 8 } }
+"""
+STEP = """# Coil A warm for a while.
+format: 1
+duration_s: 8
+input: { duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 7 } } }
+"""
+# So little heat that the coils stay cool enough to arm again at once.
+MILD = """# Coil A hardly warm.
+format: 1
+duration_s: 4
+input: { duty_A: { constant: { value_fraction: 0.02 } } }
+"""
+
+
+def session(folder):
+    return json.loads(content(f"{folder}/session.json"))
+
+
+def test_lock_step():
+    write("babble.yaml", BABBLE)
+    result = sinew("hil", "babble.yaml", "--emulate", "--out", "one", "--twin", cli.PAPER_LIMB)
+    check("hil --emulate: succeeds and says what it wrote", result.returncode == 0 and "301 samples, finished" in result.stdout, said(result))
+    check("hil: writes its files and nothing else", files_in("one") == sorted(SESSION_FILES + ["twin.yaml"]), files_in("one"))
+    sinew("hil", "babble.yaml", "--emulate", "--out", "two", "--twin", cli.PAPER_LIMB)
+    same_bytes("two sessions in lock step", "one", "two", SESSION_FILES)
+    report = session("one")
+    check("hil: ends at rest, every deadline kept, nothing lost", report["status"] == "finished" and report["brought_to_rest"]
+          and report["ticks_without_telemetry"] == 0 and report["link"]["frames_missing"] == 0 and report["overruns"] == 0, report)
+    check("hil: a limb that is its twin does not leave it", "departures_from_twin" not in report, report)
+    recording, duty = columns("one/recording.csv"), []
+    for name in ("duty_A", "duty_B"):
+        duty += recording[name]
+    check("hil: the recording has 301 rows at 10 Hz, driven and warm", recording["time_s"] == [k / 10 for k in range(301)]
+          and 0.1 < max(duty) <= 0.7 and max(recording["temperature_A_degC"] + recording["temperature_B_degC"]) > 60)
+    check("hil: no coil is measured beyond the host's limit", max(recording["temperature_A_degC"] + recording["temperature_B_degC"]) < 131)
+    result = sinew("run", "babble.yaml", "--out", "run")
+    check("hil: the same scenario runs on the plant as it is", result.returncode == 0, said(result))
+    result = sinew("compare", "one/recording.csv", "--plant", cli.PAPER_LIMB, "--json", "--at-rest")
+    shown = json.loads(result.stdout)
+    check("hil: compare takes the recording, and the plant explains it", result.returncode == 0
+          and cli.rmse(shown, "temperature_A_degC") < 1.5 and cli.rmse(shown, "angle_deg") < 1.5, said(result))
+    result = sinew("replay", "one")
+    check("replay: the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
+    result = sinew("replay", "one", "--out", "again")
+    same_bytes("replay --out", "one", "again", SESSION_FILES)
+    result = sinew("hil", "babble.yaml", "--emulate", "--out", "corrupt", "--corrupt", "0.01")
+    counted = session("corrupt")["link"]
+    damaged = int(re.search(r"(\d+) frames were damaged", result.stdout).group(1))
+    found = counted["refused_by_host_in_all"] + sum(counted["counted_by_device"][n] for n in
+                                                    ("too_long", "bad_stuffing", "too_short", "bad_check", "bad_length"))
+    check("--corrupt: the session runs on, and damaged frames are refused and counted", result.returncode == 0 and damaged > 5
+          # A flipped ending 0x00 makes one frame of two.
+          and damaged * 0.9 <= found <= damaged * 1.5, (damaged, counted))
+    check("replay of a session with damaged frames: the same bytes", sinew("replay", "corrupt").returncode == 0)
+
+
+def test_refusals():
+    write("step.yaml", STEP)
+    refused("hil with neither --port nor --emulate", ["hil", "step.yaml", "--out", "o"], r"one of the two")
+    refused("hil with both", ["hil", "step.yaml", "--emulate", "--port", "/dev/null", "--out", "o"], r"one of the two")
+    refused("hil with a fault for the limb", ["hil", "step.yaml", "--port", "/dev/null", "--fault", "hang@1"], r"for --emulate")
+    refused("hil at a port that is not there", ["hil", "step.yaml", "--port", "/dev/serial/by-id/no", "--out", "o"], r"no such port\n")
+    refused("hil at what is no port", ["hil", "step.yaml", "--port", "/dev/null", "--out", "o"], r"--port = /dev/null\n")
+    write("fast.yaml", STEP.replace("duration_s: 8", "duration_s: 8\nsample_period_s: 0.001"))
+    refused("hil at a kilohertz", ["hil", "fast.yaml", "--emulate", "--out", "o"], r"sample_period_s = 0\.001\n  must be 0\.005 or more")
+    refused("replay of a folder that is none", ["replay", "nowhere"], r"session\.json: cannot read")
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_opn:A@3")
+    check("a fault that there is not: said by the emulator, not armed, nothing written", result.returncode == 1
+          and "there is no such fault" in result.stderr and files_in("o") is None, said(result))
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
+    check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
+          and "a thermocouple is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
+    write("hot.yaml", STEP + "start: { temperature_A_degC: 80 }\n")
+    result = sinew("hil", "hot.yaml", "--emulate", "--out", "o")
+    check("a hot coil: not armed", result.returncode == 1 and "a coil is not cool yet" in result.stderr and files_in("o") is None, said(result))
+    sinew("hil", "step.yaml", "--emulate", "--out", "kept")
+    text = content("kept/recording.csv").decode()
+    (cli.folder / "kept/recording.csv").write_text(text.replace("0.4", "0.3", 1))
+    refused("replay of a session whose recording was touched", ["replay", "kept"], r"kept/recording\.csv\n  is not as the session wrote it|kept/recording\.csv: .*|is not as the session wrote it")
+
+
+def test_trips():
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "open", "--fault", "sensor_open:A@4")
+    report = session("open")
+    check("a thermocouple breaks: exit code 1, the cause on standard error and in session.json", result.returncode == 1
+          and "the device tripped: sensor_open" in result.stderr and report["status"] == "tripped" and report["brought_to_rest"], said(result))
+    rows = columns("open/recording.csv")["time_s"]
+    check("a thermocouple breaks: what was recorded until then is kept", 30 < len(rows) < 45, len(rows))
+    check("a tripped session plays again", sinew("replay", "open").returncode == 0)
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "sag", "--fault", "supply_V@3=5", "--twin", cli.PAPER_LIMB)
+    departures = session("sag").get("departures_from_twin", [])
+    check("the supply sags: the session goes on, and says while it runs that the limb has left its twin, where and since when",
+          result.returncode == 0 and "temperature_A has left the twin" in result.stderr and departures
+          and departures[0]["channel"] == "temperature_A" and 2.5 < departures[0]["onset_s"] < 4.0, said(result))
+
+
+def test_fault_rows():
+    """Rows of the fault table: among them all that is known to go wrong in a first version."""
+    for words, rows in (("hangs while hot", 2), ("nothing goes through", 1), ("trips, then", 2), ("thermocouple open", 1),
+                        ("a bit flipped", 1), ("1 tick late", 1)):
+        result = sinew("hil-faults", "--out", "faults", "--only", words, timeout=300)
+        check(f"fault table, {words}: as due, in time, and not too hot",
+              result.returncode == 0 and f"{rows} rows: 0 not as due, 0 late, 0 too hot" in result.stdout, said(result))
+
+
+class Limb:
+    """The emulator in real time on a pseudo-terminal with a name."""
+
+    def __init__(self, name, *options):
+        self.port = str(cli.folder / name)
+        self.process = subprocess.Popen([str(Path(cli.program).parent / "sinew-emulator"), "mild.yaml", "--firmware",
+                                         str(Path(cli.program).parent / "firmware.elf"), "--link", self.port, *options],
+                                        cwd=cli.folder, stdout=subprocess.PIPE, text=True)
+        self.process.stdout.readline()
+
+    def __enter__(self):
+        return self
+
+    def end(self):
+        if self.process.poll() is None:
+            self.process.terminate()
+            self.process.wait(20)
+
+    def __exit__(self, *_):
+        self.end()
+
+
+def start(*arguments):
+    return subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def running(process, seconds):
+    """Until it shows lines of a session, and some time more."""
+    line = process.stderr.readline()
+    time.sleep(seconds)
+    return line
+
+
+def test_real_time():
+    write("mild.yaml", MILD)
+    write("long.yaml", MILD.replace("duration_s: 4", "duration_s: 60"))
+    with Limb("board") as limb:
+        result = sinew("doctor", "--port", limb.port)
+        check("doctor: a board that is well", result.returncode == 0 and "FAIL" not in result.stdout and "thermocouple B: 2" in result.stdout,
+              said(result))
+        # A busy machine may be late by more than the dead-man allows, which then does what it must: so it has three tries.
+        for attempt in range(3):
+            result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", f"real{attempt}", "--allow-overruns",
+                           *(["--clear-trip"] if attempt else []))
+            if result.returncode == 0:
+                break
+        check("hil --port: a session in real time", result.returncode == 0 and "41 samples, finished" in result.stdout, said(result))
+        check("hil --port: a line a second, where there is no terminal", 4 <= len(re.findall(r"^ +\d+\.0 s  A ", result.stderr, re.M)) <= 6, said(result))
+        check("a session in real time plays again", sinew("replay", f"real{attempt}").returncode == 0)
+        refused("hil into a folder with a session", ["hil", "mild.yaml", "--port", limb.port, "--out", f"real{attempt}"], r"a session is there already")
+
+        first = start("hil", "long.yaml", "--port", limb.port, "--out", "first", "--allow-overruns")
+        running(first, 1.0)
+        refused("a second opener", ["hil", "mild.yaml", "--port", limb.port, "--out", "second"], r"in use")
+        first.send_signal(signal.SIGINT)
+        out, errors = first.communicate(timeout=20)
+        check("Ctrl-C: exit code 130, at rest, the recording is written", first.returncode == 130 and session("first")["brought_to_rest"]
+              and session("first")["status"] == "stopped", errors)
+        result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "after_stop", "--allow-overruns")
+        check("after Ctrl-C: the device is disarmed, not tripped", "not armed" not in result.stderr, said(result))
+
+        for what, number in (("kill -9", signal.SIGKILL), ("a host that is stopped", signal.SIGSTOP)):
+            process = start("hil", "long.yaml", "--port", limb.port, "--out", "killed", "--allow-overruns", "--clear-trip")
+            line = running(process, 1.0)
+            process.send_signal(number)
+            time.sleep(0.6)
+            process.kill()
+            rest = process.communicate()[1]
+            result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "no", "--allow-overruns")
+            check(f"{what}: the device went to zero by itself, and does not arm again unasked",
+                  result.returncode == 1 and "the device is tripped: silence" in result.stderr and files_in("no") is None, line + rest + said(result))
+            check(f"{what}: nothing half-written", files_in("killed") is None)
+        result = sinew("doctor", "--port", limb.port)
+        check("doctor: says that it is tripped, and why", result.returncode == 1 and "tripped: silence" in result.stdout, said(result))
+
+        process = start("hil", "long.yaml", "--port", limb.port, "--out", "pulled", "--allow-overruns", "--clear-trip")
+        running(process, 1.0)
+        limb.end()
+        out, errors = process.communicate(timeout=20)
+        check("the cable is pulled: exit code 1, link lost, the recording until then is kept", process.returncode == 1
+              and session("pulled")["status"] == "link_lost" and len(columns("pulled/recording.csv")["time_s"]) > 5, errors)
+    # The kernel gives the port another name; the link under which it is opened is the same.
+    with Limb("board") as limb:
+        result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "back", "--allow-overruns")
+        check("the port comes back under another name: a new session", "no such port" not in result.stderr and result.returncode in (0, 1)
+              and session("back")["ticks"] > 5, said(result))
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit("usage: test_hil.py path/to/sinew")
+    cli.program = str(Path(sys.argv[1]).resolve())
+    with tempfile.TemporaryDirectory(prefix="sinew_hil_") as name:
+        cli.folder = Path(name)
+        for test in (test_lock_step, test_refusals, test_trips, test_fault_rows, test_real_time):
+            try:
+                test()
+            except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
+                check(f"{test.__name__} runs to its end", False, f"{type(error).__name__}: {error}")
+    print(f"{cli.counts[True]} passed, {cli.counts[False]} failed")
+    return 1 if cli.counts[False] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

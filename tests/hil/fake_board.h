@@ -1,0 +1,139 @@
+// A board in memory: the device's own codec and supervisor, two coils that warm as they should, time that goes on as asked.
+// What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "firmware/supervisor.h"
+#include "firmware_hash.h"
+#include "hil/link.h"
+#include "hil/message.h"
+
+struct FakeBoard : sinew::hil::Link {
+  supervisor s{};
+  frame_decoder decoder{};
+  std::uint16_t session = 0;
+  std::uint32_t last_sequence = 0, last_command = 0, sequence = 0;
+  std::uint16_t counters[DEVICE_COUNTERS] = {};
+  std::uint8_t telemetry_period_ms = 20;
+  std::int64_t now_us = 0;
+  double temperature_degC[2] = {25.0, 25.0};
+  std::uint32_t forced_raw = 0x12345;  // instead of A's word, unless it is this
+  std::uint32_t firmware_hash = SINEW_FIRMWARE_HASH, limits = limits_hash();
+  double device_rate = 1.0;  // its crystal, against the host's
+  std::int64_t lost_from_us = -1;
+  std::vector<std::uint8_t> out, in;
+  int until_reading = 105, until_telemetry = 20;
+
+  FakeBoard() {
+    frame_decoder_start(&decoder);
+    supervisor_start(&s, TRIP_NONE, 0);
+  }
+  std::uint32_t device_us() const { return static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(now_us) * device_rate)); }
+
+  std::int64_t send(std::span<const std::uint8_t> bytes) override {
+    if (lost_from_us >= 0 && now_us >= lost_from_us) throw sinew::hil::LinkLost("pulled");
+    in.insert(in.end(), bytes.begin(), bytes.end());
+    return now_us;
+  }
+  sinew::hil::Received receive_until(std::int64_t deadline_us) override {
+    do {
+      if (lost_from_us >= 0 && now_us >= lost_from_us) throw sinew::hil::LinkLost("pulled");
+      if (now_us < deadline_us) step();
+      if (!out.empty()) return {now_us, std::exchange(out, {})};
+    } while (now_us < deadline_us);
+    return {now_us, {}};
+  }
+
+  void say(frame& f) {
+    f.version = FRAME_VERSION;
+    f.session = session;
+    f.sequence = ++sequence;
+    f.time_us = device_us();
+    std::uint8_t wire[FRAME_WIRE_MOST];
+    const std::uint8_t count = frame_encode(&f, wire);
+    out.insert(out.end(), wire, wire + count);
+  }
+  void answer_to(const frame& f, std::uint8_t answer) {
+    frame reply{};
+    const message_answer message{f.type, answer, f.sequence};
+    put_answer(&reply, &message);
+    say(reply);
+  }
+  void obey(const frame& f) {
+    if (f.type == FRAME_HELLO_REQUEST) {
+      message_hello_request request;
+      get_hello_request(&f, &request);
+      supervisor_disarm(&s);
+      session = f.session;
+      last_sequence = f.sequence;
+      telemetry_period_ms = request.telemetry_period_ms;
+      frame reply{};
+      const message_hello hello{firmware_hash, limits, RESET_POWER_ON, s.state, s.trip_cause};
+      put_hello(&reply, &hello);
+      say(reply);
+      return;
+    }
+    if (f.session != session) return void(++counters[COUNT_OTHER_SESSION]);
+    if (static_cast<std::int32_t>(f.sequence - last_sequence) <= 0) return void(++counters[COUNT_OUT_OF_ORDER]);
+    last_sequence = f.sequence;
+    if (f.type == FRAME_COMMAND) {
+      message_command command;
+      get_command(&f, &command);
+      switch (supervisor_command(&s, &command, f.time_us, device_us())) {
+        case COMMAND_TAKEN: last_command = f.sequence; break;
+        case COMMAND_STALE: ++counters[COUNT_STALE]; break;
+        case COMMAND_NOT_ARMED: ++counters[COUNT_NOT_ARMED]; break;
+        case COMMAND_TOO_MUCH: ++counters[COUNT_TOO_MUCH_DUTY]; break;
+      }
+    } else if (f.type == FRAME_ARM) {
+      answer_to(f, static_cast<std::uint8_t>(supervisor_arm(&s, device_us())));
+    } else if (f.type == FRAME_DISARM) {
+      supervisor_disarm(&s);
+      answer_to(f, ANSWER_DONE);
+    } else if (f.type == FRAME_CLEAR_TRIP) {
+      message_clear_trip clear;
+      get_clear_trip(&f, &clear);
+      answer_to(f, static_cast<std::uint8_t>(supervisor_clear_trip(&s, clear.cause)));
+    }
+  }
+  void step() {
+    now_us += 1000;
+    for (int j = 0; j < 2; ++j) temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    for (const std::uint8_t byte : std::exchange(in, {})) {
+      frame f{};
+      if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);
+    }
+    supervisor_tick(&s, device_us());
+    if (--until_reading == 0) {
+      until_reading = 105;
+      std::uint32_t raw[2];
+      for (int j = 0; j < 2; ++j)
+        raw[j] = (static_cast<std::uint32_t>(std::lround(temperature_degC[j] * 4.0) & 0x3fff) << 18) | (400u << 4);
+      if (forced_raw != 0x12345) raw[0] = forced_raw;
+      supervisor_reading(&s, raw, device_us());
+    }
+    if (--until_telemetry == 0) {
+      until_telemetry = telemetry_period_ms;
+      if (session == 0) return;
+      message_telemetry t{};
+      t.last_sequence = last_command;
+      t.state = s.state;
+      t.trip_cause = s.trip_cause;
+      for (int j = 0; j < 2; ++j) {
+        t.sensor[j] = s.thermocouple[j].fault;
+        t.duty[j] = s.duty[j];
+        t.thermocouple_raw[j] = s.thermocouple[j].raw;
+        t.temperature_cdegC[j] = s.thermocouple[j].temperature_cdegC;
+      }
+      t.angle_cdeg = 1250;
+      std::copy(counters, counters + DEVICE_COUNTERS, t.counters);
+      frame f{};
+      put_telemetry(&f, &t);
+      say(f);
+    }
+  }
+};

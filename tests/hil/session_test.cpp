@@ -1,0 +1,248 @@
+#include "hil/session.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "hil/wire_log.h"
+#include "sim/input_error.h"
+#include "sim/recording.h"
+#include "tests/hil/fake_board.h"
+
+using namespace sinew;
+using namespace sinew::hil;
+
+namespace {
+
+sim::Scenario scenario(const std::string& input = "{ duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 6 } } }", double period_s = 0.1) {
+  return sim::parse_scenario("format: 1\nduration_s: 8\nsample_period_s: " + std::to_string(period_s) + "\ninput: " + input + "\n", "s.yaml");
+}
+std::string refusal(Link& link, const SessionSettings& settings = {}) {
+  try {
+    run_session(scenario(), link, settings);
+  } catch (const Refused& refused) {
+    return refused.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
+  FakeBoard board;
+  const SessionResult result = run_session(scenario(), board, {});
+  CHECK(result.status == SessionStatus::finished);
+  CHECK(result.brought_to_rest);
+  CHECK(board.s.state == DEVICE_DISARMED);
+  CHECK(board.s.duty[0] == 0);
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  REQUIRE(recording.samples.size() == 81);
+  CHECK(recording.samples[9].duty_fraction[0] == 0.0);
+  CHECK(recording.samples[10].duty_fraction[0] == 0.4);
+  CHECK(recording.samples[59].duty_fraction[0] == 0.4);
+  CHECK(recording.samples[60].duty_fraction[0] == 0.0);
+  CHECK(recording.samples[60].temperature_degC[0] > 55.0);
+  CHECK(recording.samples[60].angle_deg == 12.5);
+  CHECK(recording.notes.summary().empty());
+}
+
+TEST_CASE("session: from 5 ms to half a second a sample, the deadlines are kept and the device stays armed") {
+  for (const double period_s : {0.005, 0.05, 0.5}) {
+    FakeBoard board;
+    const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", period_s), board, {});
+    CAPTURE(period_s);
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(result.ticks == std::llround(8.0 / period_s) + 1);
+  }
+}
+
+TEST_CASE("session: it is not armed with other firmware, other limits, a latched trip, a hot coil, a broken sensor, no answer") {
+  FakeBoard firmware;
+  firmware.firmware_hash ^= 1;
+  CHECK(refusal(firmware).find("firmware is") != std::string::npos);
+  CHECK(firmware.s.state == DEVICE_DISARMED);
+  FakeBoard limits;
+  limits.limits ^= 1;
+  CHECK(refusal(limits).find("limits") != std::string::npos);
+  FakeBoard tripped;
+  supervisor_trip(&tripped.s, TRIP_SILENCE);
+  CHECK(refusal(tripped).find("tripped: silence") != std::string::npos);
+  FakeBoard hot;
+  hot.temperature_degC[1] = 60.0;
+  CHECK(refusal(hot).find("not cool yet") != std::string::npos);
+  FakeBoard broken;
+  broken.forced_raw = 0x06410001;
+  CHECK(refusal(broken).find("A sensor_open") != std::string::npos);
+  struct : Link {
+    std::int64_t now_us = 0;
+    std::int64_t send(std::span<const std::uint8_t>) override { return now_us; }
+    Received receive_until(std::int64_t deadline_us) override { return {now_us = std::max(now_us, deadline_us), {}}; }
+  } nobody;
+  CHECK(refusal(nobody).find("no answer") != std::string::npos);
+}
+
+TEST_CASE("session: a trip is cleared when it is asked for, and not otherwise") {
+  FakeBoard board;
+  supervisor_trip(&board.s, TRIP_SILENCE);
+  SessionSettings settings;
+  settings.clear_trip = true;
+  CHECK(run_session(scenario(), board, settings).status == SessionStatus::finished);
+}
+
+TEST_CASE("session: a trip of the device ends it, with the cause, and what was recorded is kept") {
+  FakeBoard board;
+  SessionSettings settings;
+  settings.show = [&](const SessionView& view) {
+    if (view.time_s >= 4.0) board.forced_raw = 0x06410001;
+  };
+  const SessionResult result = run_session(scenario(), board, settings);
+  CHECK(result.status == SessionStatus::tripped);
+  CHECK(result.why.find("sensor_open") != std::string::npos);
+  CHECK(result.ticks > 40);
+  CHECK(result.ticks < 44);
+  CHECK(board.s.state == DEVICE_TRIPPED);
+}
+
+TEST_CASE("session: a pulled cable ends it as a lost link, and the device's dead-man takes the duty away") {
+  FakeBoard board;
+  board.lost_from_us = 5'000'000;
+  const SessionResult result = run_session(scenario(), board, {});
+  CHECK(result.status == SessionStatus::link_lost);
+  CHECK_FALSE(result.brought_to_rest);
+  REQUIRE(board.s.duty[0] > 0);
+  for (int ms = 0; ms < 221; ++ms) board.step();
+  CHECK(board.s.duty[0] == 0);
+  CHECK(board.s.trip_cause == TRIP_SILENCE);
+}
+
+TEST_CASE("session: an exception from whoever looks on leaves the device disarmed") {
+  FakeBoard board;
+  SessionSettings settings;
+  settings.show = [](const SessionView& view) {
+    if (view.time_s >= 3.0) throw std::logic_error("broken view");
+  };
+  CHECK_THROWS_AS(run_session(scenario(), board, settings), std::logic_error);
+  CHECK(board.s.state == DEVICE_DISARMED);
+  CHECK(board.s.duty[0] == 0);
+}
+
+TEST_CASE("session: who runs it can stop it, and the limb is at rest then") {
+  FakeBoard board;
+  SessionSettings settings;
+  settings.should_stop = [](std::int64_t tick) { return tick == 33; };
+  const SessionResult result = run_session(scenario(), board, settings);
+  CHECK(result.status == SessionStatus::stopped);
+  CHECK(result.ticks == 34);
+  CHECK(board.s.state == DEVICE_DISARMED);
+}
+
+TEST_CASE("session: a sample that did not come is missing in the recording, and counted") {
+  FakeBoard board;
+  std::int64_t frames = 0;
+  TamperedLink link(board, nullptr, [&](Bytes frame, std::int64_t now_us) -> std::vector<Bytes> {
+    ++frames;
+    if (now_us > 4'000'000 && now_us < 4'350'000) return {};
+    return {frame};
+  });
+  const SessionResult result = run_session(scenario(), link, {});
+  CHECK(result.status == SessionStatus::finished);
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  int missing = 0;
+  for (const sim::Sample& sample : recording.samples) missing += std::isnan(sample.angle_deg);
+  CHECK(missing >= 2);
+  CHECK(missing <= 4);
+  CHECK(result.report_json.find("\"ticks_without_telemetry\":" + std::to_string(missing)) != std::string::npos);
+}
+
+TEST_CASE("session: an overrun of a period ends it, unless that is allowed") {
+  for (const bool allowed : {false, true}) {
+    FakeBoard board;
+    SessionSettings settings;
+    settings.allow_overruns = allowed;
+    settings.show = [&](const SessionView& view) {
+      if (view.time_s == 3.0)
+        for (int ms = 0; ms < 25; ++ms) board.step();  // at 100 Hz; less than the dead-man allows
+    };
+    const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", 0.01), board, settings);
+    CHECK(result.status == (allowed ? SessionStatus::finished : SessionStatus::overrun));
+    CHECK(board.s.state == DEVICE_DISARMED);
+    CHECK(result.report_json.find("\"overruns\":1") != std::string::npos);
+  }
+}
+
+TEST_CASE("session: at 10 Hz an overrun is silence to the device before it is one to the host, and ends in a trip") {
+  FakeBoard board;
+  SessionSettings settings;
+  settings.allow_overruns = true;
+  settings.show = [&](const SessionView& view) {
+    if (view.time_s == 3.0)
+      for (int ms = 0; ms < 210; ++ms) board.step();
+  };
+  const SessionResult result = run_session(scenario(), board, settings);
+  CHECK(result.status == SessionStatus::tripped);
+  CHECK(board.s.trip_cause == TRIP_SILENCE);
+}
+
+TEST_CASE("session: played again from its wire it gives the same recording and the same report") {
+  FakeBoard board;
+  LoggedLink logged(board);
+  const SessionResult once = run_session(scenario(), logged, {});
+  ReplayLink replay(logged.log(), "wire.bin");
+  const SessionResult again = run_session(scenario(), replay, {});
+  CHECK(again.recording_csv == once.recording_csv);
+  CHECK(again.report_json == once.report_json);
+  CHECK(replay.at_end());
+  ReplayLink other(logged.log(), "wire.bin");
+  CHECK_THROWS_AS(run_session(scenario("{ duty_A: { constant: { value_fraction: 0.3 } } }"), other, {}), ReplayDiffers);
+}
+
+TEST_CASE("wire log: cut off or damaged anywhere it is an error, never a crash") {
+  FakeBoard board;
+  LoggedLink logged(board);
+  run_session(scenario("{}"), logged, {});
+  const std::string log = logged.log().substr(0, 3000);
+  int differs = 0, damaged = 0;
+  for (std::size_t at = 0; at < log.size(); at += 7)
+    for (const int kind : {0, 1}) {
+      std::string bad = log;
+      if (kind == 0)
+        bad.resize(at);
+      else
+        bad[at] = static_cast<char>(bad[at] ^ (1 << at % 8));
+      try {
+        ReplayLink replay(bad, "wire.bin");
+        run_session(scenario("{}"), replay, {});
+      } catch (const ReplayDiffers&) {
+        ++differs;
+      } catch (const sim::InputError&) {
+        ++damaged;
+      } catch (const Refused&) {
+        ++differs;
+      } catch (const LinkLost&) {
+        ++differs;
+      }
+    }
+  CHECK(differs > 0);
+  CHECK(damaged > 0);
+}
+
+TEST_CASE("clock map: a device whose crystal is 100 ppm off is followed to half a millisecond, and never stepped") {
+  ClockMap map;
+  std::int64_t host_us = 5'000'000, last_us = 0;
+  map.begin(0xfffff000u, host_us);
+  double most_off_us = 0.0;
+  std::int64_t most_step_us = 0;
+  const sim::RandomStream chance(5, "latency");
+  for (std::uint64_t n = 1; n < 200'000; ++n) {
+    const std::int64_t device_since_us = static_cast<std::int64_t>(n) * 20'000;
+    const auto made_us = static_cast<std::int64_t>(5'000'000.0 + static_cast<double>(device_since_us) * 1.0001);
+    const auto late_us = static_cast<std::int64_t>(chance.uniform(n) * 2000.0);
+    const std::int64_t mapped_us = map.take(static_cast<std::uint32_t>(0xfffff000u + device_since_us), made_us + late_us);
+    if (n > 3000) most_off_us = std::max(most_off_us, std::abs(static_cast<double>(mapped_us - made_us)));
+    if (n > 1) most_step_us = std::max(most_step_us, std::abs(mapped_us - last_us - 20'000));
+    last_us = mapped_us;
+  }
+  CHECK(most_off_us < 1000.0);
+  CHECK(most_step_us <= 60);  // of 20 ms: bent by 1000 ppm and a skew, no more
+}
