@@ -95,7 +95,7 @@ struct Stretch {
 };
 
 // The network over a stretch, forwards, and backwards through time and through the fed-back angle (Werbos 1990). Keeps what
-// the way back needs; nothing is allocated after the first stretch of a size.
+// the way back needs.
 template <class S>
 class Unrolled {
  public:

@@ -3,8 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <new>
+#include <cstddef>
 
 #include "model/errors.h"
 #include "model/linear.h"
@@ -13,6 +12,21 @@
 
 using namespace sinew;
 using namespace sinew::model;
+
+// The linker sends every malloc and operator new of this program's own objects here (tests/CMakeLists.txt).
+static thread_local long allocations = 0;
+extern "C" {
+void* __real_malloc(std::size_t);
+void* __wrap_malloc(std::size_t size) {
+  ++allocations;
+  return __real_malloc(size);
+}
+void* __real__Znwm(std::size_t);
+void* __wrap__Znwm(std::size_t size) {
+  ++allocations;
+  return __real__Znwm(size);
+}
+}
 
 namespace {
 
@@ -130,6 +144,25 @@ TEST_CASE("predictor: step by step is what the unrolled network gives") {
   const Vector<double> angle = rollout(model, series);
   for (Index t = 0; t < 199; ++t)
     REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.angle_deg(network.outputs()(0, t))).epsilon(1e-4));
+}
+TEST_CASE("predictor: a step allocates nothing") {
+  const Series series = first_order(3, 50);
+  for (const std::string method : {"published", "stateful"}) {
+    Model model;
+    model.paper_case = 1;
+    model.method = method;
+    model.scaling = scaling_of({series}, 1);
+    model.weights = first_weights({3, 300, 300, method == "published"}, 1);
+    const long before_all = allocations;
+    Predictor predictor(model);
+    CHECK(allocations > before_all);  // the counter counts
+    predictor.begin(series.angle_deg(0), series.v.col(0));
+    const long before = allocations;
+    double sum = 0.0;
+    for (Index k = 1; k < series.samples(); ++k) sum += predictor.open_loop(series.v.col(k)) + predictor.one_step(series.v.col(k), 1.0);
+    CHECK(allocations == before);
+    CHECK(std::isfinite(sum));
+  }
 }
 TEST_CASE("ARX: finds a lag of first order to the last digit; least squares on duty alone cannot") {
   const Series data = first_order(1, 2000), other = first_order(2, 2000);
