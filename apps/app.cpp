@@ -6,6 +6,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "sim/input_error.h"
+
 namespace sinew::apps {
 namespace {
 
@@ -24,6 +26,15 @@ double seconds_now() {
 }
 
 }  // namespace
+
+void check_folder(const std::filesystem::path& out) {
+  std::filesystem::path there = std::filesystem::absolute(out);
+  while (!std::filesystem::exists(there) && there.has_parent_path() && there.parent_path() != there) there = there.parent_path();
+  if (!std::filesystem::is_directory(there))
+    throw sim::InputError({.file = out.string(), .advice = "cannot be a folder: " + there.string() + " is a file"});
+  if (access(there.c_str(), W_OK) != 0)
+    throw sim::InputError({.file = out.string(), .advice = "cannot be written: no right to write in " + there.string()});
+}
 
 bool interrupted() { return signals_seen > 0; }
 

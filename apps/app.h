@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
 
 namespace sinew::apps {
@@ -23,6 +24,9 @@ void add_hil(CLI::App& program, int& exit_code);
 void add_replay(CLI::App& program, int& exit_code);
 void add_hil_faults(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
+
+// Throws InputError where `out` is not a folder and cannot become one, so that this is known before the work, not after.
+void check_folder(const std::filesystem::path& out);
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {

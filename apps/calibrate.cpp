@@ -133,6 +133,7 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
 }
 
 int calibrate_command(const CalibrateArguments& arguments) {
+  check_folder(arguments.out);
   const sim::Recording recording = sim::read_recording(arguments.recording);
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
   diagnose::PerChannel noise = diagnose::noise_of(recording);

@@ -22,6 +22,7 @@ struct DatasetArguments {
 };
 
 int dataset_command(const DatasetArguments& arguments) {
+  check_folder(arguments.out);
   const Ranks ranks;
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
@@ -60,6 +61,8 @@ int dataset_command(const DatasetArguments& arguments) {
   if (ranks.rank() != 0) return 0;
   sim::write_file_whole(out / "set.h5", model::set_in_hdf5(plan, out));
   sim::write_file_whole(out / "manifest.json", model::manifest_of(plan, out));
+  const std::int64_t failed = model::failed_runs(plan, out);
+  if (failed > 0) std::fprintf(stderr, "%lld of the runs failed; manifest.json says which, and they are not trained on\n", static_cast<long long>(failed));
   std::printf("%lld runs of %s s\nwritten: %s/{runs/, set.h5, manifest.json}\n", static_cast<long long>(plan.runs),
               sim::shortest(plan.scenario.duration_s).c_str(), out.string().c_str());
   return 0;
@@ -74,7 +77,7 @@ void add_dataset(CLI::App& program, int& exit_code) {
   command->add_option("--runs", arguments->runs, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
   command->add_option("--randomise", arguments->randomise, "what differs from run to run, in YAML");
   command->add_option("--out", arguments->out, "folder for runs/, set.h5, manifest.json")->required();
-  command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
+  command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
   command->add_option("--threads", arguments->threads, "runs at a time; changes no byte")->check(CLI::Range(1, 1024))->capture_default_str();
   command->footer("Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
                   "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"

@@ -35,6 +35,9 @@ struct EvaluateArguments {
   bool json = false;
 };
 
+// Beyond the runs that a set can have, so that no stress is a session that was trained on.
+constexpr std::int64_t first_run = 1000000;
+
 struct Stress {
   std::string name;
   model::Domain domain;
@@ -45,6 +48,12 @@ struct StressFile {
   std::vector<Stress> rows;  // the first is the base itself
 };
 
+std::string file_name(const std::string& name, std::int64_t seed) {
+  std::string text;
+  for (const char c : name) text += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return text + "-" + std::to_string(seed) + ".yaml";
+}
+
 StressFile read_stress(const std::filesystem::path& path) {
   const sim::YamlValue root = sim::read_yaml(path);
   sim::YamlMap map(root);
@@ -52,13 +61,17 @@ StressFile read_stress(const std::filesystem::path& path) {
   StressFile file;
   const sim::YamlValue& base = map.require("base", "a scenario, looked for beside this file");
   file.base = sim::read_scenario(path.parent_path() / base.text());
-  if (const auto* seeds = map.find("seeds")) file.seeds = static_cast<std::int64_t>(seeds->number_in({1.0, 1000.0}));
+  if (const auto* seeds = map.find("seeds")) {
+    file.seeds = seeds->whole_number();
+    if (file.seeds < 1 || file.seeds > 1000) seeds->complain("must lie in [1, 1000]");
+  }
   const auto* every = map.find("every_effect");
   const auto* rows = map.find("rows");
   map.finish();
   file.rows.push_back({"nothing: the limb of the base", {}});
   if (every && every->truth())
     for (std::size_t e = 0; e < plant::effect_count; ++e) file.rows.push_back({std::string(plant::effects()[e].name), {{}, {{e, 1.0, {}}}, {}, {}}});
+  if (rows && rows->kind != sim::YamlValue::Kind::list) rows->complain("must be a list, one stress an entry");
   if (rows)
     for (const sim::YamlValue& row : rows->list) {
       Stress stress;
@@ -69,15 +82,11 @@ StressFile read_stress(const std::filesystem::path& path) {
       });
       if (stress.name.empty()) row.complain("each row needs a name");
       stress.domain = model::read_domain(rest);
+      for (const Stress& other : file.rows)
+        if (file_name(other.name, 0) == file_name(stress.name, 0)) row.complain("there is a row of this name already: " + other.name);
       file.rows.push_back(std::move(stress));
     }
   return file;
-}
-
-std::string file_name(const std::string& name, std::int64_t seed) {
-  std::string text;
-  for (const char c : name) text += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-  return text + "-" + std::to_string(seed) + ".yaml";
 }
 
 struct Outcome {
@@ -94,6 +103,7 @@ report::TimePlot drift_plot(const model::Series& series, const model::Vector<dou
 }
 
 int evaluate_command(const EvaluateArguments& arguments) {
+  if (!arguments.out.empty()) check_folder(arguments.out);
   const model::Model predictor = model::read_model(weights_path(arguments.model));
   const StressFile stress = read_stress(arguments.stress);
   struct Job {
@@ -112,7 +122,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
   sim::in_parallel(jobs.size(), arguments.threads, [&](std::size_t j) {
     if (interrupted()) return;
     const Stress& row = stress.rows[jobs[j].row];
-    const model::DrawnRun one = model::drawn_run(stress.base, row.domain, jobs[j].seed);
+    const model::DrawnRun one = model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed);
     Outcome& outcome = outcomes[j];
     outcome.name = row.name;
     outcome.scenario_file = file_name(row.name, one.scenario.seed);
@@ -120,7 +130,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
     const sim::RunResult result = sim::run(one.scenario);
     if (result.failure) {
       outcome.failure = "the simulation failed: " + result.failure->reason;
-    } else {
+    } else try {
       const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file), predictor.paper_case, model::Missing::held);
       const model::Vector<double> open = model::rollout(predictor, series);
       const model::Errors off = model::errors_of(open, series);
@@ -128,6 +138,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
       outcome.last_minute_deg = off.last_minute_deg;
       outcome.one_step_deg = model::errors_of(model::one_step_ahead(predictor, series), series).rmse_deg;
       plots[j] = drift_plot(series, open, row.name);
+    } catch (const sim::InputError& e) {
+      outcome.failure = e.advice;
     }
     const std::scoped_lock lock(telling);
     progress.show(static_cast<double>(++done) / static_cast<double>(jobs.size()), row.name);
@@ -140,11 +152,12 @@ int evaluate_command(const EvaluateArguments& arguments) {
     std::string name;
     double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0;
     std::size_t worst_job = 0;
+    std::int64_t counted = 0;
     std::string failure;
   };
   std::vector<Row> rows;
   for (std::size_t r = 0; r < stress.rows.size(); ++r) {
-    Row row{.name = stress.rows[r].name, .failure = {}};
+    Row row{.name = stress.rows[r].name, .worst_job = r * static_cast<std::size_t>(stress.seeds), .failure = {}};
     std::int64_t count = 0;
     for (std::size_t j = 0; j < jobs.size(); ++j) {
       if (jobs[j].row != r) continue;
@@ -165,6 +178,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
     row.mean /= n;
     row.one_step /= n;
     row.last /= n;
+    row.counted = count;
+    if (count == 0) row.worst = std::nan("");
     rows.push_back(row);
   }
   const Row base = rows.front();
@@ -177,9 +192,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
                            report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
                           row.name == base.name, row.failure});
     json["rows"].push_back({{"stress", row.name}, {"rollout_rmse_deg", row.mean}, {"worst_seed_deg", row.worst}, {"last_minute_deg", row.last},
-                            {"one_step_rmse_deg", row.one_step}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
+                            {"one_step_rmse_deg", row.one_step}, {"seeds_counted", row.counted}, {"failure", row.failure}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
-  table.caption = "Root mean square error of rollouts from one measured angle, mean of " + std::to_string(stress.seeds) + " seeds, worst first. Missing samples are held.";
+  table.caption = "Root mean square error of rollouts from one measured angle, mean of " + std::to_string(stress.seeds) + " seeds (of those that finished), worst first. Missing samples are held.";
   if (!arguments.out.empty()) {
     const std::filesystem::path out = arguments.out;
     report::Page page;

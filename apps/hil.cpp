@@ -104,9 +104,9 @@ class View {
 class Companion {
  public:
   explicit Companion(const model::Model& model) : channels_(model::channels_of(model.paper_case)), predictor_(model), v_(static_cast<Eigen::Index>(channels_.size())) {
-    v_.setZero();
+    v_.setConstant(std::nan(""));
   }
-  // The angle at this tick, in degrees; nothing before the first measured one.
+  // The angle at this tick, in degrees; nothing before it and all else that the case needs was measured once.
   std::optional<double> at(const hil::SessionView& view) {
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       const std::size_t coil = channels_[c].coil;
@@ -114,7 +114,7 @@ class Companion {
       if (!std::isnan(value)) v_(static_cast<Eigen::Index>(c)) = value;
     }
     if (!predicted_deg_) {
-      if (std::isnan(view.measured.angle_deg)) return std::nullopt;
+      if (std::isnan(view.measured.angle_deg) || v_.hasNaN()) return std::nullopt;
       predictor_.begin(view.measured.angle_deg, v_);
       predicted_deg_ = view.measured.angle_deg;
     } else {
@@ -159,6 +159,7 @@ int hil_command(const HilArguments& arguments) {
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
   if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay))
     throw sim::InputError({.key = "--fault, --corrupt, --relay", .advice = "are for --emulate: the limb is not made to fail"});
+  if (!arguments.out.empty()) check_folder(arguments.out);
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   if (scenario.sample_period_s < 0.005)
@@ -221,8 +222,10 @@ int hil_command(const HilArguments& arguments) {
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
-  write_session(out, files);
+  std::filesystem::create_directories(out);
+  std::filesystem::remove(out / "prediction.csv");  // of an earlier session
   if (companion) sim::write_file_whole(out / "prediction.csv", companion->csv());
+  write_session(out, files);
   std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
   if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
   std::printf("written: %s/{%s}\n", out.string().c_str(), [&] {

@@ -25,19 +25,31 @@ struct RolloutArguments {
 };
 
 int rollout_command(const RolloutArguments& arguments) {
+  if (!arguments.out.empty()) check_folder(arguments.out);
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
   if (arguments.paper_case) unsaid.paper_case = arguments.paper_case;
   if (arguments.angle_range.size() == 2) {
+    if (!(arguments.angle_range[0] < arguments.angle_range[1]))
+      throw sim::InputError({.file = "", .key = "--angle-range", .value = sim::shortest(arguments.angle_range[0]) + "," + sim::shortest(arguments.angle_range[1]),
+                             .advice = "must be the lower angle, then the higher one"});
     unsaid.lowest_deg = arguments.angle_range[0];
     unsaid.highest_deg = arguments.angle_range[1];
   }
   const model::Model predictor = model::read_model(weights_path(arguments.model), unsaid);
+  if (std::filesystem::is_directory(arguments.recording))
+    throw sim::InputError({.file = arguments.recording, .key = "--recording", .advice = "is a folder; name one recording, of a set one of its runs/"});
   const model::Series whole = series_of_paths({arguments.recording}, predictor.paper_case, HUGE_VAL,
                                               arguments.hold_missing ? model::Missing::held : model::Missing::refused).front();
-  const auto first = static_cast<model::Index>(std::lround(std::max(0.0, arguments.from_s - whole.first_s) / model::period_s));
-  if (first + 2 > whole.samples())
+  // Samples from the first one to a time, never more than there are.
+  const auto samples_in = [&](double duration_s) {
+    return static_cast<model::Index>(std::lround(std::clamp(duration_s / model::period_s, 0.0, static_cast<double>(whole.samples()))));
+  };
+  const model::Index first = samples_in(arguments.from_s - whole.first_s);
+  if (!std::isfinite(arguments.from_s) || first + 2 > whole.samples())
     throw sim::InputError({.file = arguments.recording, .key = "--from", .value = sim::shortest(arguments.from_s), .advice = "the recording ends before"});
-  const model::Index count = std::min(whole.samples() - first, static_cast<model::Index>(std::lround(arguments.horizon_s / model::period_s)) + 1);
+  const model::Index count = std::min(whole.samples() - first, samples_in(arguments.horizon_s) + 1);
+  if (!std::isfinite(arguments.horizon_s) || count < 2)
+    throw sim::InputError({.file = "", .key = "--horizon", .value = sim::shortest(arguments.horizon_s), .advice = "must be a time of at least one step, 0.1 s"});
   const model::Series series = model::part_of(whole, first, count);
   const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
@@ -56,8 +68,8 @@ int rollout_command(const RolloutArguments& arguments) {
     table.rows.push_back({{"open loop, last minute", report::significant(off.last_minute_deg, 4), ""}});
   }
   if (arguments.windows.size() == 2) {
-    const auto a = static_cast<model::Index>(std::lround((arguments.windows[0] - series.first_s) / model::period_s));
-    const auto b = std::min(series.samples(), static_cast<model::Index>(std::lround((arguments.windows[1] - series.first_s) / model::period_s)) + 1);
+    const auto a = samples_in(arguments.windows[0] - series.first_s);
+    const auto b = std::min(series.samples(), samples_in(arguments.windows[1] - series.first_s) + 1);
     if (a < 1 || b <= a)
       throw sim::InputError({.file = arguments.recording, .key = "--count", .value = sim::shortest(arguments.windows[0]) + "," + sim::shortest(arguments.windows[1]),
                              .advice = "must lie inside the rollout"});

@@ -22,6 +22,7 @@ struct RunArguments {
 };
 
 int run_command(const RunArguments& arguments) {
+  check_folder(arguments.out);
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   const std::filesystem::path out = arguments.out;

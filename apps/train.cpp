@@ -28,6 +28,7 @@ struct TrainArguments {
 };
 
 int train_command(const TrainArguments& arguments) {
+  check_folder(arguments.out);
   const auto data = series_of_paths(arguments.data, arguments.paper_case, arguments.until_s,
                                     arguments.hold_missing ? model::Missing::held : model::Missing::refused);
   std::optional<model::Model> from;

@@ -199,6 +199,8 @@ DrawnRun drawn_run(const sim::Scenario& scenario, const Domain& domain, std::int
             result.drawn.emplace_back(name, field);
           }
       });
+  // What was drawn must be a scenario together too: a begin before its end, a lowest below its highest.
+  static_cast<void>(sim::parse_scenario(sim::to_yaml(one), "run " + std::to_string(run) + " of the domain"));
   return result;
 }
 

@@ -14,7 +14,7 @@
 //
 // A plain number is that number in every run. Of a sensor, stuck_from_s and stuck_until_s are as in a scenario.
 // Run k has the seed (scenario's seed) * 1000003 + k and draws from streams of that seed, one a name: to add a line leaves the
-// other draws as they were. A draw outside a parameter's range is drawn again.
+// other draws as they were. Draws that make no scenario together are an InputError. A draw outside a parameter's range is drawn again.
 #pragma once
 
 #include <filesystem>

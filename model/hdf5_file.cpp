@@ -41,9 +41,19 @@ Handle text_type(std::size_t size) {
   return type;
 }
 
-// As h5py writes text: of variable length where it stands alone, of fixed length in a list.
+// Of fixed length: text of variable length lies in a heap that the library reads without checking its lengths, so that a
+// damaged file could end the program. Attributes have a limit of 64 KiB; what is longer must take that way.
+constexpr std::size_t longest_fixed = 32768;
+
 void write_attribute(hid_t where, const std::string& name, const std::string& text) {
-  const Handle type = text_type(H5T_VARIABLE), space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  if (text.size() < longest_fixed) {
+    const Handle type = text_type(text.size() + 1);
+    const Handle attribute(H5Acreate2(where, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    expect(H5Awrite(attribute, type, text.c_str()));
+    return;
+  }
+  const Handle type = text_type(H5T_VARIABLE);
   const Handle attribute(H5Acreate2(where, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const char* pointer = text.c_str();
   expect(H5Awrite(attribute, type, &pointer));

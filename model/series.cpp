@@ -13,12 +13,12 @@ double of_channel(const sim::Sample& sample, const Channel& channel) {
   return channel.temperature ? sample.temperature_degC[channel.coil] : sample.duty_fraction[channel.coil];
 }
 
-[[noreturn]] void refuse_missing(const sim::Recording& recording, const std::string& column, std::size_t first, std::size_t count,
-                                 int paper_case) {
-  const bool all = count == recording.samples.size();
+[[noreturn]] void refuse_missing(const std::string& name, const std::vector<sim::Sample>& samples, const std::string& column,
+                                 std::size_t first, std::size_t count, int paper_case) {
+  const bool all = count == samples.size();
   throw sim::InputError(
-      {.file = recording.name, .key = column,
-       .value = all ? "nothing" : "not a number at " + sim::shortest(recording.samples[first].time_s) + " s",
+      {.file = name, .key = column,
+       .value = all ? "nothing" : "not a number at " + sim::shortest(samples[first].time_s) + " s",
        .advice = all ? "case " + std::to_string(paper_case) + " needs it, and the recording has none"
                      : std::to_string(count) + " samples are missing; with --hold-missing the value before each is taken"});
 }
@@ -39,16 +39,25 @@ std::vector<Channel> channels_of(int paper_case) {
 
 Series series_of(const sim::Recording& recording, int paper_case, Missing missing) {
   const auto channels = channels_of(paper_case);
-  const auto& samples = recording.samples;
   const double median_s = recording.median_period_s();
   if (!(std::abs(median_s - period_s) <= 0.02 * period_s))
     throw sim::InputError({.file = recording.name, .key = "time_s", .value = "a sample every " + sim::shortest(std::round(1e6 * median_s) / 1e6) + " s",
                            .advice = "the predictor works at 10 Hz, a sample every 0.1 s"});
-  for (std::size_t k = 1; k < samples.size() && missing == Missing::refused; ++k)
-    if (std::abs(samples[k].time_s - samples[k - 1].time_s - period_s) > 0.2 * period_s)
-      throw sim::InputError({.file = recording.name, .key = "time_s", .value = sim::shortest(samples[k].time_s),
-                             .advice = "comes " + sim::shortest(std::round(1e6 * (samples[k].time_s - samples[k - 1].time_s)) / 1e6) +
-                                       " s after the sample before; the predictor needs one every 0.1 s"});
+  std::vector<sim::Sample> samples;
+  for (const sim::Sample& sample : recording.samples) {
+    if (!samples.empty()) {
+      const double step_s = sample.time_s - samples.back().time_s, lost = std::round(step_s / period_s) - 1.0;
+      const bool held = missing == Missing::held && lost >= 1.0 && step_s <= longest_held_s;
+      if (!held && std::abs(step_s - period_s) > 0.2 * period_s)
+        throw sim::InputError({.file = recording.name, .key = "time_s", .value = sim::shortest(sample.time_s),
+                               .advice = "comes " + sim::shortest(std::round(1e6 * step_s) / 1e6) +
+                                         " s after the sample before; the predictor needs one every 0.1 s"});
+      const sim::Sample before = samples.back();
+      for (double k = 1.0; k <= lost; ++k)  // rows that are missing: the duty is held, all else is missing
+        samples.push_back({before.time_s + k * period_s, before.duty_fraction, {std::nan(""), std::nan("")}, std::nan("")});
+    }
+    samples.push_back(sample);
+  }
   Series series{recording.name, samples.front().time_s, Matrix<double>(channels.size(), samples.size()),
                 Vector<double>(samples.size())};
   const auto fill = [&](const std::string& column, auto&& value_of, auto&& entry) {
@@ -59,7 +68,7 @@ Series series_of(const sim::Recording& recording, int paper_case, Missing missin
         ++count;
       }
     if (count == samples.size() || (count > 0 && missing == Missing::refused))
-      refuse_missing(recording, column, first, count, paper_case);
+      refuse_missing(recording.name, samples, column, first, count, paper_case);
     double last = 0.0;
     for (std::size_t k = 0; k < samples.size(); ++k)  // what is missing at the very beginning is what comes first
       if (!std::isnan(value_of(samples[k]))) {

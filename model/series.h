@@ -34,13 +34,14 @@ struct Series {
   Index samples() const { return angle_deg.size(); }
 };
 
+inline constexpr double longest_held_s = 10.0;
 enum class Missing {
   refused,  // an InputError names the first one
   held,     // the value before is taken, as a predictor in a loop would have to
 };
 
 // Throws InputError where a channel that the case needs is not there, a sample is missing, or the recording is not one at
-// 10 Hz (a step off by more than a fifth of the period; with `held`, a gap is only refused as a rate that is not 10 Hz).
+// 10 Hz: a step off by more than a fifth of the period. With `held`, rows that are missing are held too, up to longest_held_s.
 Series series_of(const sim::Recording& recording, int paper_case, Missing missing = Missing::refused);
 
 // Samples from `first` on, `count` of them.

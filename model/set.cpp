@@ -76,6 +76,12 @@ std::string manifest_of(const SetPlan& plan, const fs::path& folder) {
   return json.dump(1) + "\n";
 }
 
+std::int64_t failed_runs(const SetPlan& plan, const fs::path& folder) {
+  std::int64_t failed = 0;
+  for (std::int64_t run = 0; run < plan.runs; ++run) failed += json_of(stem_of(folder, run).string() + ".json").at("status") != "finished";
+  return failed;
+}
+
 std::string set_in_hdf5(const SetPlan& plan, const fs::path& folder) {
   Hdf5File file;
   for (std::int64_t run = 0; run < plan.runs; ++run) {

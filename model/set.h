@@ -26,6 +26,7 @@ bool is_there(const SetPlan& plan, const std::filesystem::path& folder, std::int
 void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
 // Gathers all runs: the manifest's text; and the recordings in HDF5, [samples x columns] arrays /runs/0000 ...
 std::string manifest_of(const SetPlan& plan, const std::filesystem::path& folder);
+std::int64_t failed_runs(const SetPlan& plan, const std::filesystem::path& folder);
 std::string set_in_hdf5(const SetPlan& plan, const std::filesystem::path& folder);
 
 // The recordings of a set, those that failed left out, or of one CSV file. Throws InputError for a folder without manifest and

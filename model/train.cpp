@@ -14,6 +14,8 @@ namespace {
 
 // Streams that are worked on together by one thread. Part of the result: the order of sums depends on it.
 constexpr Index part_size = 25;
+// Weights are chosen by the error over at least so much of rollouts.
+constexpr double least_judged_s = 5.0;
 
 // One part of the streams of an update: its stretch, its state, its gradient.
 struct Part {
@@ -80,19 +82,20 @@ std::vector<Series> first_parts(const std::vector<Series>& recordings, double sh
   return parts;
 }
 
-// Over all samples of all series but the first ones of each, `lead_in` and at least the one that is given.
-double root_mean_square(const std::vector<Series>& series, Index lead_in, int threads,
+Index counted_of(const Series& one, Index lead_in) { return std::max(Index{0}, one.samples() - std::max(Index{1}, lead_in)); }
+
+// Over all samples of all series but the first ones of each, its lead-in and at least the one that is given.
+double root_mean_square(const std::vector<Series>& series, const std::vector<Index>& lead_in, int threads,
                         const std::function<Vector<double>(const Series&)>& predict) {
-  const auto counted = [&](const Series& one) { return std::max(Index{0}, one.samples() - std::max(Index{1}, lead_in)); };
   std::vector<double> sums(series.size());
   sim::in_parallel(series.size(), threads, [&](std::size_t i) {
-    sums[i] = (predict(series[i]) - series[i].angle_deg).tail(counted(series[i])).squaredNorm();
+    sums[i] = (predict(series[i]) - series[i].angle_deg).tail(counted_of(series[i], lead_in[i])).squaredNorm();
   });
   double sum = 0.0;
   Index count = 0;
   for (std::size_t i = 0; i < series.size(); ++i) {
     sum += sums[i];
-    count += counted(series[i]);
+    count += counted_of(series[i], lead_in[i]);
   }
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : std::nan("");
 }
@@ -181,7 +184,7 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
       adam.update(weights.all, parts.front().gradient.all, rates);
     }
     trained.curve.push_back({static_cast<Index>(adam.updates()), span_deg * std::sqrt(sum / static_cast<double>(count)),
-                             root_mean_square(rest, 1, run.threads, [&](const Series& one) { return one_step_ahead(trained.model, one); })});
+                             root_mean_square(rest, std::vector<Index>(rest.size(), 1), run.threads, [&](const Series& one) { return one_step_ahead(trained.model, one); })});
     if (run.progress) run.progress(static_cast<double>(epoch + 1) / static_cast<double>(settings.epochs), trained.curve.back());
   }
   trained.best_update = static_cast<Index>(adam.updates());
@@ -191,18 +194,27 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
 Trained train_stateful(const std::vector<Series>& recordings, const StatefulSettings& settings, const TrainingRun& run) {
   const auto settled_after = static_cast<Index>(std::lround(settings.settling_s / period_s));
   std::vector<Series> training = first_parts(recordings, settings.training_fraction, 2), validation;
+  std::vector<Index> lead_ins;  // of each recording set aside: what a rollout needs to settle, and is not judged by
   if (training.size() >= 5) {
     const auto aside = static_cast<std::size_t>(std::ceil(settings.validation_fraction * static_cast<double>(training.size())));
     validation.assign(training.end() - static_cast<std::ptrdiff_t>(aside), training.end());
     training.resize(training.size() - aside);
+    lead_ins.assign(aside, settled_after);
   } else {
     for (Series& one : training) {
       const auto aside = static_cast<Index>(std::ceil(settings.validation_fraction * static_cast<double>(one.samples())));
       const Index lead_in = std::min(settled_after, one.samples() - aside);
       validation.push_back(part_of(one, one.samples() - aside - lead_in, aside + lead_in));
+      lead_ins.push_back(lead_in);
       one = part_of(one, 0, one.samples() - aside);
     }
   }
+  Index judged = 0;
+  for (std::size_t i = 0; i < validation.size(); ++i) judged += counted_of(validation[i], lead_ins[i]);
+  if (static_cast<double>(judged) * period_s < least_judged_s)
+    throw std::invalid_argument("of what is set aside, " + sim::shortest(static_cast<double>(judged) * period_s) + " s are left to judge by after settling_s = " +
+                                sim::shortest(settings.settling_s) + " in each recording, at least " + sim::shortest(least_judged_s) +
+                                " are needed; longer recordings, a larger validation_fraction or a smaller settling_s would do");
   for (const Series& one : training)
     if (one.samples() <= settings.steps)
       throw std::invalid_argument(one.name + " is too short: " + std::to_string(one.samples()) +
@@ -271,7 +283,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   Model tried = trained.model;
   const double span_deg = trained.model.scaling.angle_span_deg;
   const auto error_of = [&](const Model& model) {
-    return root_mean_square(validation, settled_after, run.threads, [&](const Series& one) { return rollout(model, one); });
+    return root_mean_square(validation, lead_ins, run.threads, [&](const Series& one) { return rollout(model, one); });
   };
   if (run.from) {  // weights that came from elsewhere stay where training does not make them better
     best = error_of(trained.model);
@@ -304,6 +316,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     if (run.progress) run.progress(static_cast<double>(update + 1) / static_cast<double>(settings.updates), trained.curve.back());
     if (since_best >= settings.patience) break;
   }
+  if (!std::isfinite(best)) throw std::runtime_error("training diverged: no rollout over what was set aside had a finite error; a smaller rate may help");
   return trained;
 }
 

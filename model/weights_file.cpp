@@ -35,8 +35,12 @@ std::vector<Tensor> tensors_of(const Shape& shape) {
           {"dense_1", "dense_1/bias:0", "vars/1", {1}, at(w.output_bias())}};
 }
 
-std::string checksum(const Weights<float>& weights) {
-  return sim::sha256({reinterpret_cast<const char*>(weights.all.data()), static_cast<std::size_t>(weights.all.size()) * sizeof(float)});
+// Over the weights and over what is said of them, the checksum itself left out.
+std::string checksum(const Weights<float>& weights, Json json) {
+  json.erase("sha256");
+  std::string bytes = json.dump();
+  bytes.append(reinterpret_cast<const char*>(weights.all.data()), static_cast<std::size_t>(weights.all.size()) * sizeof(float));
+  return sim::sha256(bytes);
 }
 
 std::string unit_of(const Channel& channel) { return channel.temperature ? "degC" : "1"; }
@@ -52,9 +56,9 @@ Json said(const Model& model) {
                               {"span", model.scaling.v_span(static_cast<Index>(c))}});
   json["input_order"] = "v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span";
   json["output"] = {{"name", "angle_deg"}, {"unit", "deg"}, {"offset", model.scaling.angle_offset_deg}, {"span", model.scaling.angle_span_deg}};
-  json["weights_sha256"] = checksum(model.weights);
   json["trained_on"] = model.trained_on;
   json["made_by"] = "sinew " + sim::this_build().version;
+  json["sha256"] = checksum(model.weights, json);
   return json;
 }
 
@@ -124,7 +128,7 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
   if (root == file.text_attributes.end() || !root->second.count("model_config")) return method == "published";
   try {
     const Json config = Json::parse(root->second.at("model_config"));
-    std::string lstm, last;
+    std::string last;
     for (const Json& layer : config.at("config").at("layers")) {
       const std::string kind = layer.at("class_name");
       if (kind == "LSTM") {
@@ -132,6 +136,7 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
         if (c.value("activation", "tanh") != "tanh" || c.value("recurrent_activation", "sigmoid") != "sigmoid")
           complain(name, "model_config", c.value("recurrent_activation", ""), "the LSTM must have Keras's own activations, tanh and sigmoid");
       } else if (kind == "Dense") {
+        if (!last.empty() && last != "relu") complain(name, "model_config", last, "the activation of the dense layer must be relu");
         last = layer.at("config").value("activation", "linear");
       } else if (kind != "InputLayer") {
         complain(name, "model_config", kind, "is a layer that this architecture does not have");
@@ -216,8 +221,14 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
       model.scaling.angle_offset_deg = json.at("output").at("offset");
       model.scaling.angle_span_deg = json.at("output").at("span");
       model.trained_on = json.value("trained_on", "");
-      if (json.at("weights_sha256") != checksum(model.weights))
-        complain(name, "weights_sha256", json.at("weights_sha256"), "is not that of the weights in the file, which were changed");
+      if (json.at("sha256") != checksum(model.weights, json))
+        complain(name, "sha256", json.at("sha256"), "is not that of what is in the file: weights, scaling or names were changed");
+      const auto usable = [](const Vector<double>& offset, const Vector<double>& span) {
+        return offset.allFinite() && span.allFinite() && span.minCoeff() > 0.0;
+      };
+      if (!usable(model.scaling.v_offset, model.scaling.v_span) ||
+          !usable(Vector<double>::Constant(1, model.scaling.angle_offset_deg), Vector<double>::Constant(1, model.scaling.angle_span_deg)))
+        complain(name, "span", "", "scaling must be finite, and its spans above 0");
     } catch (const Json::exception& e) {
       complain(name, "sinew", "", std::string("is no description of a model: ") + e.what());
     } catch (const std::invalid_argument& e) {
@@ -228,7 +239,7 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
   } else {
     if (!unsaid.paper_case || unsaid.method.empty() || !unsaid.lowest_deg || !unsaid.highest_deg)
       complain(name, "sinew", "nothing",
-               "a file of Keras does not say these: give --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
+               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
     model.paper_case = *unsaid.paper_case;
     model.method = unsaid.method;
     const auto channels = static_cast<Index>(channels_of(model.paper_case).size());

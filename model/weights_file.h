@@ -5,7 +5,7 @@
 //   keras 3, weights alone    model.save_weights("x.weights.h5"):  /layers/lstm/cell/vars/0, ...
 //
 // All three are read; the first (a whole model) and the last are written. What Keras does not know stands in the attribute
-// `sinew` of the root, as JSON: case, method, names, units and scaling of the inputs, and the SHA-256 of the weights' bytes.
+// `sinew` of the root, as JSON: case, method, names, units and scaling of the inputs, and a SHA-256 over all that and the weights' bytes.
 #pragma once
 
 #include <filesystem>

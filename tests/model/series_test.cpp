@@ -53,6 +53,15 @@ TEST_CASE("series: what a case needs and a recording lacks is an error that name
   CHECK(message(hole, 4) ==
         "a.csv: temperature_A_degC = not a number at 0.1 s\n  1 samples are missing; with --hold-missing the value before each is taken");
   CHECK(series_of(hole, 4, Missing::held).v(1, 1) == 30.0);
+  // Rows that are missing are held, and every later sample keeps its time.
+  const auto gap = recording("0,0.1,0,30,30,5\n0.1,0.3,0,31,30,6\n0.5,0.4,0,32,30,7\n0.6,0.4,0,32,30,7\n");
+  CHECK(message(gap, 3).find("comes 0.4 s after") != std::string::npos);
+  const Series held = series_of(gap, 3, Missing::held);
+  REQUIRE(held.samples() == 7);
+  CHECK(held.v(0, 4) == 0.3);
+  CHECK(held.angle_deg(4) == 6.0);
+  CHECK(held.angle_deg(5) == 7.0);
+  CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n50,0,0,1,1,1\n"), 3, Missing::held).find("comes 49.8 s after") != std::string::npos);
   CHECK(message(recording("0,0,0,1,1,1\n0.01,0,0,1,1,1\n0.02,0,0,1,1,1\n"), 3) ==
         "a.csv: time_s = a sample every 0.01 s\n  the predictor works at 10 Hz, a sample every 0.1 s");
   CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n0.9,0,0,1,1,1\n"), 3).find("comes 0.7 s after") != std::string::npos);

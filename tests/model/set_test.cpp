@@ -60,6 +60,12 @@ TEST_CASE("domain: draws lie where they were told, differ from run to run, and o
   // 200 throws of a coin: between 70 and 130 but once in 20,000 times; the seed is fixed.
   CHECK((lagging > 70 && lagging < 130));
 }
+TEST_CASE("domain: what makes no scenario together is an error") {
+  const SetPlan plan = plan_of("sensors: { angle: { stuck_from_s: 2 } }\n");
+  CHECK_THROWS_AS(drawn_run(plan.scenario, plan.domain, 0), sim::InputError);
+  const SetPlan other = plan_of("input: { lowest_deg: 10, highest_deg: -10 }\n");
+  CHECK_THROWS_AS(drawn_run(other.scenario, other.domain, 0), sim::InputError);
+}
 TEST_CASE("domain: what is not there is an error with the place and what is near") {
   CHECK(message("parameters: { heat_los_A_W_K: 0.04 }") == "domain.yaml:1:31: parameters.heat_los_A_W_K = 0.04\n  no such number to draw; did you mean heat_loss_A_W_K?");
   CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);

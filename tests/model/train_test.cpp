@@ -116,6 +116,14 @@ TEST_CASE("training: weights that came from elsewhere stay where training does n
   CHECK(after.best_update == 0);
   CHECK(after.model.weights.all == good.model.weights.all);
 }
+TEST_CASE("training: where nothing is left to judge by, there are no weights") {
+  StatefulSettings settings = small();
+  settings.settling_s = 40.0;
+  const std::vector<Series> short_ones(6, first_order(1, 350));
+  CHECK_THROWS_WITH(train_stateful(short_ones, settings, run_of(1)),
+                    doctest::Contains("of what is set aside, 0 s are left to judge by after settling_s = 40"));
+  CHECK_THROWS_WITH(train_stateful({first_order(1, 280)}, settings, run_of(1)), doctest::Contains("4.2 s are left to judge by"));
+}
 TEST_CASE("training: the file that is shipped has every setting, at its default") {
   const TrainingFile file = read_training(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
   const auto text = [](auto settings) {

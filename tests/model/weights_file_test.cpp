@@ -87,7 +87,7 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
   // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
   CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
   CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
-  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these: give --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
+  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
   CHECK(message(name, {4, "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
 }
 TEST_CASE("weights: what does not fit is an error, never a layer left at zero") {
@@ -107,7 +107,11 @@ TEST_CASE("weights: what does not fit is an error, never a layer left at zero") 
   CHECK(message(folder.write(to_bytes(bad))) == bias + " = not a number\n  weights must be finite");
   bad = good;
   bad.arrays[bias].values[3] += 0.5;
-  CHECK(message(folder.write(to_bytes(bad))).find("is not that of the weights in the file, which were changed") != std::string::npos);
+  CHECK(message(folder.write(to_bytes(bad))).find("is not that of what is in the file: weights, scaling or names were changed") != std::string::npos);
+  bad = good;
+  std::string& said = bad.text_attributes["/"]["sinew"];
+  said.replace(said.find("\"span\":90.0"), 11, "\"span\":91.0");  // what is said of the weights counts too
+  CHECK(message(folder.write(to_bytes(bad))).find("weights, scaling or names were changed") != std::string::npos);
   CHECK(message(folder.write(to_hdf5(some_model())), {2, "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
   const std::string bytes = to_hdf5(some_model());
   CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
