@@ -96,7 +96,6 @@ void print_words(const DiagnosisWords& words) {
 }
 
 int diagnose_command(const DiagnoseArguments& arguments) {
-  check_folder(arguments.out);
   const std::filesystem::path out = arguments.out;
   if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
     throw sim::InputError(
