@@ -15,40 +15,18 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-WRONG_INPUT, INTERRUPTED = 2, 130
+import test_cli as cli
+from test_cli import INTERRUPTED, ROOT, WRONG_INPUT, check, said, sinew, write
+
 HEADER = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n"
-program = ""
-folder = Path()
-counts = {True: 0, False: 0}
-
-
-def check(what, holds, detail=""):
-    counts[bool(holds)] += 1
-    print(("ok      " if holds else "FAILED  ") + what, flush=True)
-    if not holds and detail:
-        print("        " + str(detail).strip()[:2000].replace("\n", "\n        "), flush=True)
-
-
-def sinew(*arguments, timeout=300):
-    return subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout)
-
-
-def said(result):
-    return f"exit code {result.returncode}\nstdout: {result.stdout}\nstderr: {result.stderr}"
-
-
-def write(name, text):
-    (folder / name).write_text(text)
-    return name
 
 
 def bytes_of(path):
     """One hash of all files below, with their names."""
     whole = hashlib.sha256()
-    for file in sorted((folder / path).rglob("*")):
+    for file in sorted((cli.folder / path).rglob("*")):
         if file.is_file():
-            whole.update(str(file.relative_to(folder / path)).encode() + file.read_bytes())
+            whole.update(str(file.relative_to(cli.folder / path)).encode() + file.read_bytes())
     return whole.hexdigest()
 
 
@@ -62,11 +40,11 @@ def test_dataset():
     domain = ROOT / "scenarios/domain.yaml"
     make = ["dataset", short, "--runs", 6, "--randomise", domain]
     one = sinew(*make, "--threads", 1, "--out", "set1")
-    check("dataset: six runs", one.returncode == 0 and len(list((folder / "set1/runs").glob("*.csv"))) == 6, said(one))
+    check("dataset: six runs", one.returncode == 0 and len(list((cli.folder / "set1/runs").glob("*.csv"))) == 6, said(one))
     sinew(*make, "--threads", 2, "--out", "set2")
     check("dataset: two threads write the same bytes as one", bytes_of("set1") == bytes_of("set2"))
-    (folder / "set2/manifest.json").unlink()
-    (folder / "set2/runs/0003.csv").unlink()
+    (cli.folder / "set2/manifest.json").unlink()
+    (cli.folder / "set2/runs/0003.csv").unlink()
     write("set2/runs/0004.csv", "half a fi")
     again = sinew(*make, "--out", "set2")
     check("dataset: what is missing or damaged is made again, and nothing else",
@@ -75,8 +53,8 @@ def test_dataset():
     mpirun = [shutil.which("mpirun") or "mpirun", "--allow-run-as-root", "--oversubscribe"]
     environment = os.environ | {"OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
     def ranks(n, out, arguments=()):
-        return subprocess.Popen([*mpirun, "-n", str(n), program, *map(str, make), *map(str, arguments), "--threads", "1", "--out", out],
-                                cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        return subprocess.Popen([*mpirun, "-n", str(n), cli.program, *map(str, make), *map(str, arguments), "--threads", "1", "--out", out],
+                                cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     process = ranks(2, "set3")
     output = process.communicate(timeout=120)
     check("dataset: two ranks under mpirun write the same bytes", process.returncode == 0 and bytes_of("set1") == bytes_of("set3"), output)
@@ -86,26 +64,26 @@ def test_dataset():
     make[1:4] = [long_one, "--runs", 40]
     process = ranks(2, "set4")
     deadline = time.time() + 60
-    while len(list((folder / "set4").glob("runs/*.json"))) < 3 and time.time() < deadline:
+    while len(list((cli.folder / "set4").glob("runs/*.json"))) < 3 and time.time() < deadline:
         time.sleep(0.02)
-    victims = subprocess.run(["pgrep", "-f", f"{program} dataset .*set4"], capture_output=True, text=True).stdout.split()
+    victims = subprocess.run(["pgrep", "-f", f"{cli.program} dataset .*set4"], capture_output=True, text=True).stdout.split()
     ours = [int(v) for v in victims if "mpirun" not in Path(f"/proc/{v}/cmdline").read_bytes().decode().split("\0")[0]]
     os.kill(ours[-1], signal.SIGKILL)
     process.communicate(timeout=60)
-    left = len(list((folder / "set4").glob("runs/*.csv")))
+    left = len(list((cli.folder / "set4").glob("runs/*.csv")))
     check("dataset: a rank that is killed ends the job with an error, without a manifest",
-          process.returncode != 0 and not (folder / "set4/manifest.json").exists() and 0 < left < 40, left)
+          process.returncode != 0 and not (cli.folder / "set4/manifest.json").exists() and 0 < left < 40, left)
     process = ranks(2, "set4")
     output = process.communicate(timeout=200)
     sinew(*make, "--out", "set5")
     check("dataset: restarted, it has the bytes of a job that was not killed",
           process.returncode == 0 and "there already" in output[1] and
-          (folder / "set4/manifest.json").read_bytes() == (folder / "set5/manifest.json").read_bytes(), output)
+          (cli.folder / "set4/manifest.json").read_bytes() == (cli.folder / "set5/manifest.json").read_bytes(), output)
 
     refused("dataset: a domain that names nothing is refused with its place",
             sinew("dataset", short, "--randomise", write("d.yaml", "parameters:\n  heat_los_A_W_K: { lowest: 1, highest: 2 }\n"), "--out", "no"),
             "d.yaml:2:", "did you mean heat_loss_A_W_K?")
-    check("dataset: and nothing is written", not (folder / "no").exists())
+    check("dataset: and nothing is written", not (cli.folder / "no").exists())
 
 
 def test_train_and_use():
@@ -117,42 +95,42 @@ def test_train_and_use():
         for case in 1, 4:
             result = sinew(*train, "--case", case, "--method", method, "--out", f"{method}{case}")
             check(f"train: case {case}, {method}", result.returncode == 0 and
-                  sorted(p.name for p in (folder / f"{method}{case}").iterdir()) == ["report.html", "training.json", "weights.h5"], said(result))
+                  sorted(p.name for p in (cli.folder / f"{method}{case}").iterdir()) == ["report.html", "training.json", "weights.h5"], said(result))
     sinew(*train, "--case", 4, "--threads", 1, "--out", "again")
-    check("train: one thread writes the same bytes as two", (folder / "again/weights.h5").read_bytes() == (folder / "stateful4/weights.h5").read_bytes())
+    check("train: one thread writes the same bytes as two", (cli.folder / "again/weights.h5").read_bytes() == (cli.folder / "stateful4/weights.h5").read_bytes())
     check("train: another seed, other weights",
           sinew(*train, "--case", 4, "--seed", 2, "--out", "other").returncode == 0 and
-          (folder / "other/weights.h5").read_bytes() != (folder / "stateful4/weights.h5").read_bytes())
+          (cli.folder / "other/weights.h5").read_bytes() != (cli.folder / "stateful4/weights.h5").read_bytes())
 
-    recording = folder / "set1/runs/0005.csv"
+    recording = cli.folder / "set1/runs/0005.csv"
     result = sinew("rollout", "stateful4", "--recording", recording, "--json")
     json_of = json.loads(result.stdout) if result.returncode == 0 else {}
     check("rollout: JSON with the errors", {"rollout_rmse_deg", "one_step_rmse_deg"} <= set(json_of), said(result))
     result = sinew("rollout", "stateful4", "--recording", recording, "--out", "roll", "--count", "30,60")
-    rows = [r for r in (folder / "roll/rollout.csv").read_text().splitlines() if not r.startswith("#")]
+    rows = [r for r in (cli.folder / "roll/rollout.csv").read_text().splitlines() if not r.startswith("#")]
     off = [float(r["angle_rollout_deg"]) - float(r["angle_deg"]) for r in csv.DictReader(rows)][1:]
     check("rollout: the file gives the error that is said", abs((sum(e * e for e in off) / len(off)) ** 0.5 - json_of["rollout_rmse_deg"]) < 1e-6)
-    check("rollout: the report is there", "Rollout of a predictor" in (folder / "roll/report.html").read_text())
+    check("rollout: the report is there", "Rollout of a predictor" in (cli.folder / "roll/report.html").read_text())
 
     stress = write("stress.yaml", "format: 1\nbase: short.yaml\nseeds: 1\nrows:\n  - { name: hot room, parameters: { ambient_temperature_degC: 40 } }\n")
     result = sinew("evaluate", "stateful4", "--stress", stress, "--out", "stress")
     check("evaluate: table, worst first, each with a scenario that runs again", result.returncode == 0 and "hot room" in result.stdout and
-          len(list((folder / "stress/scenarios").glob("*.yaml"))) == 2, said(result))
-    again = sinew("run", next((folder / "stress/scenarios").glob("hot_room*.yaml")), "--out", "hot")
+          len(list((cli.folder / "stress/scenarios").glob("*.yaml"))) == 2, said(result))
+    again = sinew("run", next((cli.folder / "stress/scenarios").glob("hot_room*.yaml")), "--out", "hot")
     check("evaluate: the scenario of a row is the room it says", again.returncode == 0 and
-          "ambient_temperature_degC: 40" in (folder / "hot/scenario.yaml").read_text(), said(again))
+          "ambient_temperature_degC: 40" in (cli.folder / "hot/scenario.yaml").read_text(), said(again))
 
     result = sinew("train", recording, "--case", 4, "--from", "stateful4", "--settings", settings, "--until", 50, "--out", "tuned")
     check("train: goes on from weights", result.returncode == 0, said(result))
     result = sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
                    "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
-    check("paper-table: a part of it", result.returncode == 0 and "ARX" in (folder / "paper/README.md").read_text(), said(result))
-    kept = [(folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")]
-    shutil.rmtree(folder / "paper")
+    check("paper-table: a part of it", result.returncode == 0 and "ARX" in (cli.folder / "paper/README.md").read_text(), said(result))
+    kept = [(cli.folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")]
+    shutil.rmtree(cli.folder / "paper")
     sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
           "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
-    check("paper-table: made anew, the same bytes", kept == [(folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")])
-    check("paper-table: says nothing of methods that were not run", "beats published" not in (folder / "paper/README.md").read_text())
+    check("paper-table: made anew, the same bytes", kept == [(cli.folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")])
+    check("paper-table: says nothing of methods that were not run", "beats published" not in (cli.folder / "paper/README.md").read_text())
 
 
 def test_beside_a_session():
@@ -160,7 +138,7 @@ def test_beside_a_session():
     check("hil --predict: a session with a predictor beside it", result.returncode == 0 and "prediction.csv" in result.stdout and
           "off the prediction" in result.stderr, said(result))
     sinew("rollout", "stateful4", "--recording", "session/recording.csv", "--out", "again_roll")
-    rows = lambda path: [r for r in csv.DictReader(line for line in (folder / path).read_text().splitlines() if not line.startswith("#"))]
+    rows = lambda path: [r for r in csv.DictReader(line for line in (cli.folder / path).read_text().splitlines() if not line.startswith("#"))]
     live, later = rows("session/prediction.csv"), rows("again_roll/rollout.csv")
     check("hil --predict: what it said is the rollout of the recording",
           len(live) == len(later) and all(abs(float(a["angle_predicted_deg"]) - float(b["angle_rollout_deg"])) < 1e-9 for a, b in zip(live, later)))
@@ -194,24 +172,29 @@ def test_wrong_input():
     refused("train: a folder that is no set", sinew("train", ".", "--out", "never"), "no manifest.json")
     refused("train: a setting that is not there", sinew("train", "set1", "--settings", write("s.yaml", "stateful:\n  hiden: 3\n"), "--out", "never"), "s.yaml:2:", "did you mean hidden?")
     refused("evaluate: a stress without name", sinew("evaluate", "stateful4", "--stress", write("st.yaml", "base: short.yaml\nrows:\n  - { parameters: {} }\n")), "st.yaml:3:", "needs a name")
-    check("train: nothing of all that is written", not (folder / "never").exists())
+    check("train: nothing of all that is written", not (cli.folder / "never").exists())
     slow = write("slow.yaml", "stateful: { settling_s: 5, updates: 100000, patience: 100000 }\n")
-    process = subprocess.Popen([program, "train", "set1", "--settings", slow, "--out", "stopped"], cwd=folder, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([cli.program, "train", "set1", "--settings", slow, "--out", "stopped"], cwd=cli.folder, stderr=subprocess.PIPE, text=True)
     time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     _, words = process.communicate(timeout=60)
-    check("train: Ctrl-C leaves nothing", process.returncode == INTERRUPTED and "nothing was written" in words and not (folder / "stopped").exists(), words)
+    check("train: Ctrl-C leaves nothing", process.returncode == INTERRUPTED and "nothing was written" in words and not (cli.folder / "stopped").exists(), words)
 
 
 def main():
-    global program, folder
-    program = str(Path(sys.argv[1]).resolve())
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for test in test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input:
-            test()
-    print(f"{counts[True]} passed, {counts[False]} failed")
-    sys.exit(counts[False] > 0)
+    if len(sys.argv) != 2:
+        sys.exit("usage: test_predict.py path/to/sinew")
+    cli.program = str(Path(sys.argv[1]).resolve())
+    with tempfile.TemporaryDirectory(prefix="sinew_predict_") as name:
+        cli.folder = Path(name)
+        for test in (test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input):
+            try:
+                test()
+            except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
+                check(f"{test.__name__} runs to its end", False, f"{type(error).__name__}: {error}")
+    print(f"{cli.counts[True]} passed, {cli.counts[False]} failed")
+    return 1 if cli.counts[False] else 0
 
 
-main()
+if __name__ == "__main__":
+    sys.exit(main())
