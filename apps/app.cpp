@@ -30,10 +30,10 @@ double seconds_now() {
 void check_folder(const std::filesystem::path& out) {
   std::filesystem::path there = std::filesystem::absolute(out);
   while (!std::filesystem::exists(there) && there.has_parent_path() && there.parent_path() != there) there = there.parent_path();
+  const auto refuse = [&](const std::string& advice) { throw sim::InputError({.file = "", .key = "--out", .value = out.string(), .advice = advice}); };
   if (!std::filesystem::is_directory(there))
-    throw sim::InputError({.file = out.string(), .advice = "cannot be a folder: " + there.string() + " is a file"});
-  if (access(there.c_str(), W_OK) != 0)
-    throw sim::InputError({.file = out.string(), .advice = "cannot be written: no right to write in " + there.string()});
+    refuse((there == std::filesystem::absolute(out) ? "" : there.string() + " ") + "is a file; a folder is needed");
+  if (access(there.c_str(), W_OK) != 0) refuse("there is no right to write in " + there.string());
 }
 
 bool interrupted() { return signals_seen > 0; }

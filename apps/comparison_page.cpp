@@ -38,15 +38,7 @@ report::TimePlot time_plot(const diagnose::Comparison& comparison, std::string t
   return plot;
 }
 
-report::Series line(std::string name, std::vector<double> y, std::string color,
-                    report::Series::Style style = report::Series::Style::line) {
-  report::Series series;
-  series.name = std::move(name);
-  series.y = std::move(y);
-  series.color = std::move(color);
-  series.style = style;
-  return series;
-}
+using report::line;
 
 report::TimePlot channel_plot(const diagnose::Comparison& comparison, const sim::Recording& recording, std::size_t c) {
   std::string title = name_of(c);

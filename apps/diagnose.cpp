@@ -97,9 +97,7 @@ void print_words(const DiagnosisWords& words) {
 
 int diagnose_command(const DiagnoseArguments& arguments) {
   const std::filesystem::path out = arguments.out;
-  if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
-    throw sim::InputError(
-        {.file = "", .key = "--out", .value = arguments.out, .advice = "is a file; a folder is needed"});
+  check_folder(out);
   check_apart(arguments);
 
   DiagnosisInputs inputs;

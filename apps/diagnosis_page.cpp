@@ -38,13 +38,7 @@ void add_paragraphs(std::vector<Block>& blocks, const std::vector<std::string>& 
   for (const std::string& text : paragraphs) blocks.push_back(Paragraph{.text = text});
 }
 
-report::Series line(std::string name, std::vector<double> y, std::string color) {
-  report::Series series;
-  series.name = std::move(name);
-  series.y = std::move(y);
-  series.color = std::move(color);
-  return series;
-}
+using report::line;
 
 std::vector<double> difference(const std::vector<double>& model, const std::vector<double>& measured) {
   std::vector<double> residual(model.size());

@@ -19,7 +19,9 @@
 #include "model/predictor.h"
 #include "model/weights_file.h"
 #include "report/console.h"
+#include "report/markdown.h"
 #include "report/number.h"
+#include "report/svg.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/parallel.h"
@@ -204,22 +206,28 @@ int evaluate_command(const EvaluateArguments& arguments) {
     report::Section section;
     section.heading = "The worst three, and no stress";
     page.blocks.push_back(section);
-    for (std::size_t r = 0; r < std::min<std::size_t>(3, rows.size()); ++r)
-      if (plots[rows[r].worst_job]) page.blocks.push_back(*plots[rows[r].worst_job]);
-    if (plots[base.worst_job]) page.blocks.push_back(*plots[base.worst_job]);
+    std::vector<report::TimePlot> shown;
+    for (std::size_t r = 0; r < rows.size() && shown.size() < 3; ++r)
+      if (plots[rows[r].worst_job]) shown.push_back(*plots[rows[r].worst_job]);
+    if (plots[base.worst_job]) shown.push_back(*plots[base.worst_job]);
+    for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
     std::filesystem::create_directories(out / "scenarios");
     for (std::size_t j = 0; j < jobs.size(); ++j) sim::write_file_whole(out / "scenarios" / outcomes[j].scenario_file, scenarios[j]);
     sim::write_file_whole(out / "stress.json", json.dump(1) + "\n");
+    sim::write_file_whole(out / "README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
+                                                 " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
+                                                 "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
+    sim::write_file_whole(out / "stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
     sim::write_file_whole(out / "report.html", html);
   }
   if (arguments.json) {
     std::printf("%s\n", json.dump(1).c_str());
   } else {
     std::fputs(report::to_text(table).c_str(), stdout);
-    if (!arguments.out.empty()) std::printf("written: %s/{report.html, stress.json, scenarios/}\n", arguments.out.c_str());
+    if (!arguments.out.empty()) std::printf("written: %s/{report.html, README.md, stress.svg, stress.json, scenarios/}\n", arguments.out.c_str());
   }
   return 0;
 }
@@ -231,7 +239,7 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("evaluate", "Put a predictor under stress: effects, faults, other limbs. Worst cases first.");
   command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
   command->add_option("--stress", arguments->stress, "stresses in YAML")->required();
-  command->add_option("--out", arguments->out, "folder for report.html, stress.json, scenarios/");
+  command->add_option("--out", arguments->out, "folder for report.html, README.md, stress.svg, stress.json, scenarios/");
   command->add_option("--threads", arguments->threads, "simulations at a time")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer("Example:\n  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4");

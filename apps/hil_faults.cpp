@@ -16,6 +16,7 @@
 #include "hil/lock_step_link.h"
 #include "hil/port.h"
 #include "hil/session.h"
+#include "report/markdown.h"
 #include "sim/input_error.h"
 #include "sim/random.h"
 #include "sim/text.h"
@@ -324,11 +325,13 @@ const char* words(Due due) {
 
 int faults_command(const std::string& out_name, const std::string& only) {
   const std::filesystem::path out = out_name;
+  check_folder(out);
   std::filesystem::create_directories(out);
   const std::filesystem::path scenario_file = out / "scenario.yaml", slow_file = out / "slow.yaml", trace_file = out / "trace.csv.partial";
   sim::write_file_whole(scenario_file, scenario_text);
   sim::write_file_whole(slow_file, slow_scenario_text);
-  std::string table = "| | fault | due | came | PWM zero after [ms] | hottest coil [°C] | as due |\n|---|---|---|---|---|---|---|\n";
+  report::Table table, goals;
+  table.header = {"", "fault", "due", "came", "PWM zero after [ms]", "hottest coil [°C]", "as due"};
   std::string csv = "group,fault,due,came,zero_ms,peak_degC,as_due\n";
   int wrong = 0, late = 0, hot = 0, in_all = 0;
   double slowest_ms = 0.0;
@@ -342,8 +345,7 @@ int faults_command(const std::string& out_name, const std::string& only) {
     hot += is_hot;
     if (row.due == Due::trip) slowest_ms = std::max(slowest_ms, worst.zero_ms);
     const std::string as_due = !worst.right ? "**no**" : is_late ? "**late**" : is_hot ? "**hot**" : "yes";
-    table += "| " + row.group + " | " + row.name + " | " + words(row.due) + " | " + worst.came + " | " + number(worst.zero_ms, "%.0f") + " | " +
-             number(worst.peak_degC, "%.1f") + " | " + as_due + " |\n";
+    table.rows.push_back({{row.group, row.name, words(row.due), worst.came, number(worst.zero_ms, "%.0f"), number(worst.peak_degC, "%.1f"), as_due}});
     csv += row.group + ",\"" + row.name + "\"," + "\"" + words(row.due) + "\"," + worst.came + "," + number(worst.zero_ms, "%.3f") + "," +
            number(worst.peak_degC, "%.3f") + "," + (worst.right && !is_late && !is_hot ? "yes" : "no") + "\n";
     std::printf("%-8s %-75s %-20s %8s ms %8s degC  %s\n", row.group.c_str(), row.name.c_str(), worst.came.c_str(), number(worst.zero_ms, "%.0f").c_str(),
@@ -374,17 +376,17 @@ int faults_command(const std::string& out_name, const std::string& only) {
   }
   if (only.empty()) add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, "", false}, second_opener());
   std::filesystem::remove(trace_file);
+  goals.header = {"goal", "measured", "reached"};
+  goals.rows = {{{"what is due comes, and no trip where none is due", std::to_string(in_all - wrong) + " of " + std::to_string(in_all) + " rows", wrong ? "**no**" : "yes"}},
+                {{"PWM zero within 250 ms of a fault that the device can see (due: trip)", "slowest " + number(slowest_ms, "%.0f") + " ms", late ? "**no**" : "yes"}},
+                {{"no coil hotter than its limit by more than 5 K, but where software cannot save it", std::to_string(hot) + " rows hotter", hot ? "**no**" : "yes"}}};
   std::string text =
       "# What goes wrong, and what comes of it\n\n"
       "    sinew hil-faults --out " + out_name + "\n\n"
       "made this page and `faults.csv`: the real firmware in the emulator, the plant behind its pins, in lock step (the same bytes every\n"
       "time). Coil A is heated at duty 0.45; the fault comes at 6 s, in five sessions at five places between two readings and two\n"
       "commands; the worst of the five is shown. PWM zero: both gates low for good, from the fault on. The coil's limit is " +
-      number(LIMIT_COIL_cdegC / 100.0, "%.0f") + " °C.\n\n" + table + "\n" +
-      "| goal | measured | reached |\n|---|---|---|\n"
-      "| what is due comes, and no trip where none is due | " + std::to_string(in_all - wrong) + " of " + std::to_string(in_all) + " rows | " + (wrong ? "**no**" : "yes") + " |\n"
-      "| PWM zero within 250 ms of a fault that the device can see (due: trip) | slowest " + number(slowest_ms, "%.0f") + " ms | " + (late ? "**no**" : "yes") + " |\n"
-      "| no coil hotter than its limit by more than 5 K, but where software cannot save it | " + std::to_string(hot) + " rows hotter | " + (hot ? "**no**" : "yes") + " |\n\n"
+      number(LIMIT_COIL_cdegC / 100.0, "%.0f") + " °C.\n\n" + report::to_markdown(table) + "\n" + report::to_markdown(goals) + "\n"
       "*After evidence*: a reading that sticks, or a coil that stays cold, looks like a good one until enough heat has gone in that it\n"
       "must have moved; the time is counted from the fault all the same. *By the host*: a thermocouple that drifts slowly cannot be told\n"
       "on the device from a coil that cools; the plant that runs beside it can. *Cannot save*: with the switch welded no program can take the\n"

@@ -13,6 +13,7 @@
 #include "model/predictor.h"
 #include "model/weights_file.h"
 #include "report/console.h"
+#include "report/markdown.h"
 #include "report/number.h"
 #include "sim/fields.h"
 #include "sim/input_error.h"
@@ -170,15 +171,7 @@ int paper_command(const PaperArguments& arguments) {
   std::string markdown = "# The paper's table on the simulated limb\n\nMade by `sinew paper-table --seeds " + std::to_string(arguments.seeds) +
                          options + " --out " + arguments.out + "`, " +
                          sim::this_build().version + ". Mean ± standard deviation over seeds; root mean square errors of the bend angle on ten "
-                         "minutes of a session that was not trained on.\n\n|";
-  for (const auto& cell : table.header) markdown += " " + cell + " |";
-  markdown += "\n|";
-  for (std::size_t i = 0; i < table.header.size(); ++i) markdown += "---|";
-  for (const auto& row : table.rows) {
-    markdown += "\n|";
-    for (const auto& cell : row.cells) markdown += " " + cell + " |";
-  }
-  markdown += "\n\n";
+                         "minutes of a session that was not trained on.\n\n" + report::to_markdown(table) + "\n";
   if (compared > 0)
     markdown += "Stateful beats published in every rollout (" + std::to_string(compared) + "): " + (beats ? "yes" : "**no**") + ". ";
   if (looked_at > 0)

@@ -45,13 +45,7 @@ namespace {
 
 std::vector<double> of(const Vector<double>& v) { return {v.data(), v.data() + v.size()}; }
 
-report::Series line(std::string name, std::vector<double> y, std::string color) {
-  report::Series series;
-  series.name = std::move(name);
-  series.y = std::move(y);
-  series.color = std::move(color);
-  return series;
-}
+using report::line;
 
 }  // namespace
 

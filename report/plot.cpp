@@ -61,6 +61,15 @@ std::vector<std::string> assigned(const std::vector<AnySeries>& series) {
 
 }  // namespace
 
+Series line(std::string name, std::vector<double> y, std::string color, Series::Style style) {
+  Series series;
+  series.name = std::move(name);
+  series.y = std::move(y);
+  series.color = std::move(color);
+  series.style = style;
+  return series;
+}
+
 void check(const TimePlot& plot) {
   check_times(plot.title, plot.time_s);
   for (const Series& series : plot.series) {

@@ -37,6 +37,8 @@ struct Series {
   std::vector<double> upper{};
 };
 
+Series line(std::string name, std::vector<double> y, std::string color, Series::Style style = Series::Style::line);
+
 // A stretch of time that is shaded and named.
 struct Band {
   double from_s = 0.0;

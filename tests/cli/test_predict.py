@@ -161,8 +161,8 @@ def test_wrong_input():
     check("rollout: a horizon beyond the recording is its end",
           sinew("rollout", "stateful4", "--recording", "fine.csv", "--horizon", "1e300").returncode == 0)
     refused("rollout: a folder", sinew("rollout", "stateful4", "--recording", "set1"), "is a folder")
-    refused("train: --out that is a file, known before the work", sinew("train", "set1", "--out", "fine.csv"), "cannot be a folder")
-    refused("hil: the same", sinew("hil", "short.yaml", "--emulate", "--out", "fine.csv"), "cannot be a folder")
+    refused("train: --out that is a file, known before the work", sinew("train", "set1", "--out", "fine.csv"), "--out = fine.csv", "is a file; a folder is needed")
+    refused("hil: the same", sinew("hil", "short.yaml", "--emulate", "--out", "fine.csv"), "--out = fine.csv", "is a file; a folder is needed")
     refused("evaluate: rows that are no list", sinew("evaluate", "stateful4", "--stress", write("st2.yaml", "base: short.yaml\nrows: { name: x }\n")), "st2.yaml:2:", "list")
     refused("evaluate: two rows of one name", sinew("evaluate", "stateful4", "--stress", write("st3.yaml", "base: short.yaml\nrows:\n  - { name: a b, parameters: {} }\n  - { name: a_b, parameters: {} }\n")), "st3.yaml:4:", "already")
     refused("rollout: weights of another case", sinew("rollout", "stateful4", "--case", 1, "--recording", bare), "another case than 1")

@@ -13,6 +13,7 @@
 #include "report/axis.h"
 #include "report/console.h"
 #include "report/decimate.h"
+#include "report/markdown.h"
 #include "report/number.h"
 #include "report/page.h"
 #include "report/svg.h"
@@ -362,4 +363,12 @@ TEST_CASE("columns of numbers go right, phrases that begin with a number do not"
   const Table table{.header = {"a", "b", "c"},
                     .rows = {{{"12.5 ± 0.3 %", "3 of 5 recordings", "±0.1"}}, {{"–", "2", "< 0.01"}}}};
   CHECK(column_alignment(table) == std::vector<Align>{Align::right, Align::left, Align::right});
+}
+
+TEST_CASE("markdown: a row a line, what would end a cell is escaped, emphasis is bold, notes follow the last cell") {
+  Table table;
+  table.header = {"what", "how much"};
+  table.rows = {{{"a|b", "1"}}, {{"two\nlines", ""}, true, "why"}};
+  CHECK(to_markdown(table) ==
+        "| what | how much |\n|---|---|\n| a\\|b | 1 |\n| **two lines** | why |\n");
 }
