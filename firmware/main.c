@@ -55,7 +55,7 @@ static struct frame_decoder decoder;
 static struct frame frame; /* received, then reused for what is sent */
 static uint16_t session, counters[DEVICE_COUNTERS - FRAME_FAULTS];
 static uint32_t last_sequence, last_command, sequence;
-static uint8_t telemetry_period_ms = 20, stored_cause, reset_cause;
+static uint8_t telemetry_period_ms = 20, stored_cause, stored_bytes = 2, reset_cause;
 static uint16_t angle_raw;
 
 static void pins_off(void) {
@@ -168,6 +168,8 @@ static void count(uint8_t counter) {
   if (counters[counter - FRAME_FAULTS] != 0xffffu) ++counters[counter - FRAME_FAULTS];
 }
 
+static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == 2 && eeprom_is_ready(); }
+
 static void set_pins(void) {
   uint16_t a, b;
   uint8_t connected = _BV(WGM11);
@@ -188,7 +190,8 @@ static void set_pins(void) {
     armed_mark = ARMED_MARK;
   } else {
     PORTD &= (uint8_t)~_BV(PD7);
-    armed_mark = 0;
+    /* Until a trip is stored, a reset must still find that the board was armed: a cell reads as erased while it is written. */
+    if (supervisor.state != DEVICE_TRIPPED || latch_is_stored()) armed_mark = 0;
   }
 }
 
@@ -282,14 +285,13 @@ static void read_angle(void) {
 
 /* One byte a round, and only when the cells are ready: a write takes 3.4 ms and must not hold up the loop. */
 static void store_latch(void) {
-  static uint8_t written = 2;
   if (supervisor.trip_cause != stored_cause) {
     stored_cause = supervisor.trip_cause;
-    written = 0;
+    stored_bytes = 0;
   }
-  if (written < 2 && eeprom_is_ready()) {
-    eeprom_update_byte(&latched_cause[written], written == 0 ? stored_cause : (uint8_t)~stored_cause);
-    ++written;
+  if (stored_bytes < 2 && eeprom_is_ready()) {
+    eeprom_update_byte(&latched_cause[stored_bytes], stored_bytes == 0 ? stored_cause : (uint8_t)~stored_cause);
+    ++stored_bytes;
   }
 }
 
@@ -389,7 +391,7 @@ int main(void) {
         telemetry_in_ms = (uint8_t)(telemetry_in_ms - passed);
       }
       store_latch();
-      if (supervisor.state == DEVICE_TRIPPED && supervisor.trip_cause == stored_cause) hang_mark = 0;
+      if (supervisor.state == DEVICE_TRIPPED && latch_is_stored()) hang_mark = 0;
       ms_since_round = 0;
       wdt_reset();
     }
