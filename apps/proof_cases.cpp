@@ -41,6 +41,7 @@ std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double t
   };
   for (int s = 0; s < seeds; ++s)
     for (const prove::Kind& kind : prove::kinds()) {
+      const std::size_t before = cases.size();
       const double strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
       switch (kind.family) {
         case prove::Family::clean:
@@ -60,6 +61,7 @@ std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double t
           add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
           break;
       }
+      for (std::size_t i = before; i < cases.size(); ++i) cases[i].with_baselines = s == 0;
     }
   return cases;
 }
@@ -76,6 +78,7 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
     for (const ProofCase& one : proof_cases(first_development_seed, 1, training_s, held_out_s))
       if (one.id().starts_with(prefix)) {
         few.push_back(one);
+        few.back().with_baselines = few.size() % 4 == 1;
         break;
       }
   return few;

@@ -303,7 +303,7 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   text += ".\n";
   if (!score["baselines"].empty()) {
     text +=
-        "\n## Simpler methods on the same cases\n\nA name counts for Sinew where its confidence is a half or more. "
+        "\n## Simpler methods on the same cases\n\nOn the first seed of every case. A name counts for Sinew where its confidence is a half or more. "
         "SINDy and the Gaussian "
         "process correct the core's predictions and name no effect; what each does stands in "
         "apps/proof_baselines.h.\n\n|";

@@ -124,7 +124,7 @@ Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
     for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
   Json result = result_of(diagnosis);
-  result["baselines"] = baselines(diagnosis, settings);
+  if (one.with_baselines) result["baselines"] = baselines(diagnosis, settings);
   if (one.family() == "catalogue" || one.family() == "pair")
     result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
   return result;

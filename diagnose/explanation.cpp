@@ -59,30 +59,28 @@ class Fit {
       information.diagonal().array() += 1.0;
       bool moved = false;
       double gained = 0.0;
-      const Eigen::VectorXd last = z_;
       for (int attempt = 0; attempt < 6 && !moved; ++attempt) {
         const Eigen::VectorXd tried = clamped(z_ + step(information, gradient), 0.0);
+        // Most first attempts succeed, and with their derivatives at hand the next step can be taken.
         Path path;
-        double tried_cost = 1e300;
-        if (follow(problem_, tried.data(), Want::residuals, path)) tried_cost = cost_of(path, tried, noise);
+        bool fine = follow(problem_, tried.data(), attempt == 0 ? Want::everything : Want::residuals, path);
+        double tried_cost = fine ? cost_of(path, tried, noise) : 1e300;
+        if (attempt > 0 && tried_cost < cost) {
+          fine = follow(problem_, tried.data(), Want::everything, path);
+          tried_cost = fine ? cost_of(path, tried, noise) : 1e300;
+        }
         if (tried_cost < cost) {
           moved = true;
           gained = cost - tried_cost;
           z_ = tried;
+          path_ = std::move(path);
           cost = tried_cost;
           damping_ = std::max(1e-9, damping_ * 0.1);
         } else {
           damping_ = std::max(1e-4, damping_ * 10.0);
         }
       }
-      if (!moved) return;
-      Path path;
-      if (!follow(problem_, z_.data(), Want::everything, path)) {  // the derivatives' path stops at other times
-        z_ = last;
-        return;
-      }
-      path_ = std::move(path);
-      if (gained < enough) return;
+      if (!moved || gained < enough) return;
     }
   }
 

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "diagnose/padded.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
@@ -92,18 +93,23 @@ class Differentiator {
   plant::Instant<Jet> now_;
 };
 
+template <int Size>
+using Square = Eigen::Matrix<double, Size, Size>;
+
 // e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its
 // denominator, phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
-void exponential(const Eigen::MatrixXd& x, Eigen::MatrixXd& exp_x, Eigen::MatrixXd& phi_1) {
-  const Eigen::Index n = x.rows();
-  const Eigen::MatrixXd scaled = x / 8.0, square = scaled * scaled / 12.0, one = Eigen::MatrixXd::Identity(n, n);
-  phi_1 = (one - 0.5 * scaled + square).partialPivLu().inverse();
-  exp_x = phi_1 * (one + 0.5 * scaled + square);
-  Eigen::MatrixXd product(n, n);
+template <int Size>
+void exponential(const Square<Size>& x, Square<Size>& exp_x, Square<Size>& phi_1) {
+  const Square<Size> one = Square<Size>::Identity(), scaled = x / 8.0;
+  Square<Size> square = scaled.lazyProduct(scaled);
+  square /= 12.0;
+  phi_1 = Square<Size>(one - 0.5 * scaled + square).partialPivLu().inverse();
+  exp_x = phi_1.lazyProduct(Square<Size>(one + 0.5 * scaled + square));
+  Square<Size> product;
   for (int i = 0; i < 3; ++i) {
-    product.noalias() = exp_x * phi_1;
+    product = exp_x.lazyProduct(phi_1);
     phi_1 = 0.5 * (product + phi_1);
-    product.noalias() = exp_x * exp_x;
+    product = exp_x.lazyProduct(exp_x);
     exp_x = product;
   }
 }
@@ -133,24 +139,39 @@ struct Follower {
   // visit(sample, reading, sensitivity of the reading [3 x columns]); points, where wanted, one a sample.
   template <class Visit>
   bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
+    if (!sensitivities && !points) return run_plain(visit);
+    return with_padded_size(plant::layout_of(limb.on).size(),
+                            [&](auto size) { return run_linearised<size.value>(sensitivities, points, visit); });
+  }
+
+ private:
+  template <class Visit>
+  bool run_plain(Visit&& visit) const {
+    const auto& samples = data.recording->samples;
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> nothing;
+    plant::Integrator integrator(limb, start, numerics);
+    for (std::size_t k = 0; k < data.sample_count; ++k) {
+      if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
+      visit(k, integrator.reading(), nothing);
+      integrator.hold(samples[k].duty_fraction);
+    }
+    return true;
+  }
+
+  template <int Size, class Visit>
+  bool run_linearised(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
     const auto& samples = data.recording->samples;
     Eigen::Matrix<double, 3, Eigen::Dynamic> shown;
-    if (!sensitivities && !points) {
-      plant::Integrator integrator(limb, start, numerics);
-      for (std::size_t k = 0; k < data.sample_count; ++k) {
-        if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
-        visit(k, integrator.reading(), shown);
-        integrator.hold(samples[k].duty_fraction);
-      }
-      return true;
-    }
     Differentiator differentiator(limb, sensitivities ? request.parameters : std::vector<std::size_t>{});
     const plant::Equations<double> equations(limb);
     plant::Integrator integrator(limb, start, numerics);
     const auto n = static_cast<Eigen::Index>(differentiator.states());
     const auto parameters = static_cast<Eigen::Index>(request.parameters.size());
-    Eigen::MatrixXd state_sensitivity, next, exp_x, phi_1;
-    if (sensitivities) state_sensitivity = first_sensitivity(limb, start, numerics, request);
+    const Eigen::Index wanted = sensitivities ? static_cast<Eigen::Index>(request.columns()) : 0;
+    Eigen::Matrix<double, Size, Eigen::Dynamic> state_sensitivity = Eigen::MatrixXd::Zero(Size, wanted), next(state_sensitivity);
+    if (sensitivities) state_sensitivity.topRows(n) = first_sensitivity(limb, start, numerics, request);
+    Square<Size> linear = Square<Size>::Zero(), exp_x, phi_1;
+    Eigen::Matrix<double, Size, Eigen::Dynamic> moved = Eigen::MatrixXd::Zero(Size, parameters);  // rates by parameters
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
     Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start),
         at_end(at_start);
@@ -173,7 +194,7 @@ struct Follower {
       Eigen::VectorXd rate_before(n), rate_after(n);
       equations.evaluate(before, integrator.state().data(), now, rate_before.data());
       equations.evaluate(integrator.instant().given, integrator.state().data(), now, rate_after.data());
-      state_sensitivity.leftCols(parameters).noalias() += (rate_before - rate_after) * moves;
+      state_sensitivity.topLeftCorner(n, parameters).noalias() += (rate_before - rate_after) * moves;
     };
     for (const auto& moving : switches)
       if (moving.value > 0.0) events.push_back({moving.value, &moving.derivatives});
@@ -184,7 +205,7 @@ struct Follower {
       if (integrator.advance_to(time_s)) return false;
       plant::Situation given = integrator.instant().given;
       if (sensitivities) {
-        shown.noalias() = seen.leftCols(n) * state_sensitivity;
+        shown = seen.leftCols(n).lazyProduct(state_sensitivity.topRows(n));
         shown.leftCols(parameters) += seen.rightCols(parameters);
       }
       visit(k, integrator.reading(), shown);
@@ -205,17 +226,20 @@ struct Follower {
       const double end_s = samples[k + 1].time_s - samples.front().time_s;
       bool first = true;
       const auto cross = [&](const Eigen::MatrixXd& rates, double step_s) {
-        exponential(rates.leftCols(n) * step_s, exp_x, phi_1);
+        linear.topLeftCorner(n, n) = rates.leftCols(n) * step_s;
+        exponential<Size>(linear, exp_x, phi_1);
         phi_1 *= step_s;
         if (sensitivities) {
-          next.noalias() = exp_x * state_sensitivity;
-          next.leftCols(parameters).noalias() += phi_1 * rates.rightCols(parameters);
+          moved.topRows(n) = rates.rightCols(parameters);
+          next = exp_x.lazyProduct(state_sensitivity);
+          next.leftCols(parameters) += phi_1.lazyProduct(moved);
           state_sensitivity.swap(next);
         }
         if (points) {
           PathPoint& point = (*points)[k];
-          point.integral = first ? phi_1 : Eigen::MatrixXd(exp_x * point.integral + phi_1);
-          point.transition = first ? exp_x : Eigen::MatrixXd(exp_x * point.transition);
+          const auto transition = exp_x.topLeftCorner(n, n), integral = phi_1.topLeftCorner(n, n);
+          point.integral = first ? Eigen::MatrixXd(integral) : Eigen::MatrixXd(transition * point.integral + integral);
+          point.transition = first ? Eigen::MatrixXd(transition) : Eigen::MatrixXd(transition * point.transition);
           point.ambient = rates.col(n);
           first = false;
         }

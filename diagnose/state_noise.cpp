@@ -3,7 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/padded.h"
+
 namespace sinew::diagnose {
+namespace {
+
+constexpr int padded_forcings = (static_cast<int>(forcing_entries) + 3) / 4 * 4;
+
+}  // namespace
 
 Blocks::Blocks(const FitProblem& problem) {
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
@@ -48,7 +55,9 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     : blocks_(blocks) {
   const plant::Limb<double> limb = problem.limb_at(z);
   states_ = plant::layout_of(limb.on).size();
-  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries), all = n + q;
+  padded_states_ = with_padded_size(states_, [](auto size) { return static_cast<Eigen::Index>(size.value); });
+  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries);
+  const Eigen::Index all = padded_states_ + padded_forcings;
   Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(3, q);
   for (std::size_t e = 0; e < forcing_entries; ++e) {
     const auto j = static_cast<Eigen::Index>(e);
@@ -74,7 +83,7 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     }
   }
   // A block's state is that of its first sample; what its mean shows is what each of its samples makes of that state.
-  Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), product(all, all);
+  Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), product = Eigen::MatrixXd::Zero(all, all);
   for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
     const Blocks::Block& block = blocks_.blocks()[b];
     const FitData& data = problem.data()[block.recording];
@@ -82,92 +91,96 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     const std::vector<PathPoint>& points = path.points[block.recording];
     Step step;
     step.first_of_recording = b == 0 || blocks_.blocks()[b - 1].recording != block.recording;
-    if (step.first_of_recording) {
-      step.transition = Eigen::MatrixXd::Identity(all, all);
-    } else {
-      step.step_s = samples[block.first_sample].time_s - samples[blocks_.blocks()[b - 1].first_sample].time_s;
-      step.transition = last_transition;
-    }
-    step.reading = Eigen::MatrixXd::Zero(3, all);
+    step.transition = last_transition;
+    Eigen::MatrixXd reading = Eigen::MatrixXd::Zero(3, all);
     since.setIdentity();
     for (std::size_t k = block.first_sample; k <= block.last_sample; ++k) {
       const PathPoint& point = points[k];
       direct.col(0) = point.reading_ambient;
-      step.reading.noalias() += point.reading * since.topRows(n);
-      step.reading.noalias() += direct * since.bottomRows(q);
+      reading.noalias() += point.reading * since.topRows(n);
+      reading.noalias() += direct * since.middleRows(padded_states_, q);
       if (point.transition.size() == 0) continue;
       push.col(0) = point.ambient;
       const Eigen::MatrixXd pushed = point.integral * push;
       product.topRows(n).noalias() = point.transition * since.topRows(n);
-      product.topRows(n).noalias() += pushed * since.bottomRows(q);
+      product.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
       for (std::size_t e = 0; e < forcing_entries; ++e) {
-        const auto j = n + static_cast<Eigen::Index>(e);
+        const Eigen::Index j = forcing_state(e);
         const double tau_s = forcings[static_cast<std::size_t>(forcing_entry[e].forcing)].correlation_time_s;
         product.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
-      since.swap(product);
+      since = product;
     }
     last_transition = since;
-    step.reading /= static_cast<double>(block.last_sample - block.first_sample + 1);
+    reading /= static_cast<double>(block.last_sample - block.first_sample + 1);
     for (std::size_t c = 0; c < channel_count; ++c)
-      step.reading.row(static_cast<Eigen::Index>(c)) /= channels[c].internal_per_unit * data.deviation[c];
+      reading.row(static_cast<Eigen::Index>(c)) /= channels[c].internal_per_unit * data.deviation[c];
+    step.reading = reading.transpose();
     steps_.push_back(std::move(step));
   }
 }
 
-void StateNoise::filter(bool keep_covariance) {
-  std::vector<std::size_t> taking_part;
-  for (std::size_t i = 0; i < states_; ++i) taking_part.push_back(i);
-  for (std::size_t q = 0; q < forcing_entries; ++q)
-    if (size_[static_cast<std::size_t>(forcing_entry[q].forcing)] > 0.0) taking_part.push_back(states_ + q);
-  const bool same = taking_part == taking_part_;  // then the gains' matrices are there already
-  taking_part_ = std::move(taking_part);
-  const auto m = static_cast<Eigen::Index>(taking_part_.size());
-  Eigen::MatrixXd covariance(m, m), product(m, m);
+void StateNoise::filter(std::vector<Eigen::MatrixXd>* predicted) {
+  with_padded_size(states_, [&](auto size) { filter_padded<size.value>(predicted); });
+}
+
+// With the limb's states above and the forcings' below, a step is [A B; 0 D] with D diagonal: of the covariance [X Y; Y^T Z] that
+// makes X' = (A X + B Y^T) A^T + (A Y + B Z) B^T and Y' = (A Y + B Z) D.
+template <int Size>
+void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predicted) {
+  constexpr int all = Size + padded_forcings;
+  using Whole = Eigen::Matrix<double, all, all>;
+  using Limb = Eigen::Matrix<double, Size, Size>;
+  using Push = Eigen::Matrix<double, Size, padded_forcings>;
+  using Forced = Eigen::Matrix<double, padded_forcings, padded_forcings>;
+  Eigen::Vector<double, padded_forcings> variance_of = Eigen::Vector<double, padded_forcings>::Zero();
+  for (std::size_t e = 0; e < forcing_entries; ++e)
+    variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[static_cast<std::size_t>(forcing_entry[e].forcing)], 2);
   gains_.resize(steps_.size());
+  if (predicted) predicted->clear();
   log_determinant_ = 0.0;
-  const auto forcing_of = [&](std::size_t i) {
-    return static_cast<std::size_t>(forcing_entry[taking_part_[i] - states_].forcing);
-  };
+  Whole covariance;
   for (std::size_t b = 0; b < steps_.size(); ++b) {
     const Step& step = steps_[b];
-    Gain& gain = gains_[b];
-    if (!same) {
-      gain.transition.resize(m, m);
-      gain.reading.resize(3, m);
-    }
-    for (Eigen::Index j = 0; j < m && !same; ++j) {
-      const auto from = static_cast<Eigen::Index>(taking_part_[static_cast<std::size_t>(j)]);
-      for (Eigen::Index i = 0; i < m; ++i)
-        gain.transition(i, j) =
-            step.transition(static_cast<Eigen::Index>(taking_part_[static_cast<std::size_t>(i)]), from);
-      gain.reading.col(j) = step.reading.col(from);
-    }
     if (step.first_of_recording) {
       covariance.setZero();
-      for (std::size_t i = states_; i < taking_part_.size(); ++i) {
-        const double s = size_[forcing_of(i)];
-        covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = s * s;
-      }
+      covariance.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal() = variance_of;
     } else {
-      product.noalias() = gain.transition * covariance;
-      covariance.noalias() = product * gain.transition.transpose();
-      for (std::size_t i = states_; i < taking_part_.size(); ++i) {
-        const double s = size_[forcing_of(i)];
-        covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) +=
-            s * s * (1.0 - std::exp(-2.0 * step.step_s / forcings[forcing_of(i)].correlation_time_s));
-      }
+      const Eigen::Map<const Whole> transition(step.transition.data());
+      const Limb a = transition.template topLeftCorner<Size, Size>(), x = covariance.template topLeftCorner<Size, Size>();
+      const Push push = transition.template topRightCorner<Size, padded_forcings>(),
+                 y = covariance.template topRightCorner<Size, padded_forcings>();
+      const Eigen::Vector<double, padded_forcings> decay =
+          transition.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal();
+      Forced z = covariance.template bottomRightCorner<padded_forcings, padded_forcings>();
+      Limb limb = a.lazyProduct(x);
+      limb += push.lazyProduct(y.transpose());
+      Push across = a.lazyProduct(y);
+      across += push.lazyProduct(z);
+      Limb spread = limb.lazyProduct(a.transpose());
+      spread += across.lazyProduct(push.transpose());
+      across = across * decay.asDiagonal();
+      z = decay.asDiagonal() * z * decay.asDiagonal();
+      z.diagonal() += variance_of.cwiseProduct((1.0 - decay.array().square()).matrix());
+      covariance.template topLeftCorner<Size, Size>() = spread;
+      covariance.template topRightCorner<Size, padded_forcings>() = across;
+      covariance.template bottomLeftCorner<padded_forcings, Size>() = across.transpose();
+      covariance.template bottomRightCorner<padded_forcings, padded_forcings>() = z;
     }
-    if (keep_covariance) gain.predicted = covariance;
+    if (predicted) predicted->push_back(covariance);
+    Gain& gain = gains_[b];
+    gain.gain.resize(all, static_cast<Eigen::Index>(channel_count));
     for (std::size_t c = 0; c < channel_count; ++c) {
       gain.variance[c] = 0.0;
       const std::size_t row = blocks_.blocks()[b].row[c];
       if (row == Blocks::no_row) continue;
-      const auto h = gain.reading.row(static_cast<Eigen::Index>(c));
-      gain.gain[c].noalias() = covariance * h.transpose();
-      const double variance = h.dot(gain.gain[c]) + 1.0 / blocks_.rows()[row].count;
-      covariance.noalias() -= gain.gain[c] * (gain.gain[c].transpose() / variance);
-      gain.gain[c] /= variance;
+      const auto column = static_cast<Eigen::Index>(c);
+      const Eigen::Map<const Eigen::Vector<double, all>> h(step.reading.col(column).data());
+      const Eigen::Vector<double, all> seen = covariance.lazyProduct(h);
+      const double variance = h.dot(seen) + 1.0 / blocks_.rows()[row].count;
+      const Eigen::Vector<double, all> by = seen / variance;
+      covariance -= by.lazyProduct(seen.transpose());
+      gain.gain.col(column) = by;
       gain.variance[c] = variance;
       log_determinant_ += std::log(variance * blocks_.rows()[row].count);
     }
@@ -176,26 +189,38 @@ void StateNoise::filter(bool keep_covariance) {
 
 void StateNoise::set(const ForcingSize& size) {
   size_ = size;
-  filter(false);
+  filter(nullptr);
 }
 
 void StateNoise::whiten(Eigen::Ref<Eigen::MatrixXd> columns) const {
-  Eigen::MatrixXd state = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(taking_part_.size()), columns.cols());
-  Eigen::MatrixXd next = state;
+  with_padded_size(states_, [&](auto size) { whiten_padded<size.value>(columns); });
+}
+
+template <int Size>
+void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  constexpr int all = Size + padded_forcings;
+  using Whole = Eigen::Matrix<double, all, all>;
+  Eigen::Matrix<double, all, Eigen::Dynamic> state = Eigen::MatrixXd::Zero(all, columns.cols());
+  Eigen::Matrix<double, Size, Eigen::Dynamic> next(Size, columns.cols());
   Eigen::RowVectorXd innovation(columns.cols());
   for (std::size_t b = 0; b < gains_.size(); ++b) {
     const Gain& gain = gains_[b];
     if (steps_[b].first_of_recording) {
       state.setZero();
     } else {
-      next.noalias() = gain.transition * state;
-      state.swap(next);
+      const Eigen::Map<const Whole> transition(steps_[b].transition.data());
+      next = transition.template topRows<Size>().lazyProduct(state);
+      const auto decay = transition.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal();
+      state.template bottomRows<padded_forcings>().array().colwise() *= decay.array();
+      state.template topRows<Size>() = next;
     }
     for (std::size_t c = 0; c < channel_count; ++c) {
       if (gain.variance[c] == 0.0) continue;
-      const auto row = static_cast<Eigen::Index>(blocks_.blocks()[b].row[c]);
-      innovation.noalias() = columns.row(row) - gain.reading.row(static_cast<Eigen::Index>(c)) * state;
-      state.noalias() += gain.gain[c] * innovation;
+      const auto row = static_cast<Eigen::Index>(blocks_.blocks()[b].row[c]), column = static_cast<Eigen::Index>(c);
+      const Eigen::Map<const Eigen::Vector<double, all>> h(steps_[b].reading.col(column).data()),
+          by(gain.gain.col(column).data());
+      innovation = columns.row(row) - h.transpose().lazyProduct(state);
+      state += by.lazyProduct(innovation);
       columns.row(row) = innovation / std::sqrt(gain.variance[c]);
     }
   }
@@ -252,21 +277,22 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
 
 Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
   StateNoise again = *this;
-  again.filter(true);
+  std::vector<Eigen::MatrixXd> covariance;
+  again.filter(&covariance);
   const std::size_t count = again.gains_.size();
-  const auto m = static_cast<Eigen::Index>(again.taking_part_.size());
+  const Eigen::Index m = padded_states_ + padded_forcings;
   std::vector<Eigen::VectorXd> predicted(count);
   std::vector<std::array<double, channel_count>> innovation(count);
   Eigen::VectorXd state = Eigen::VectorXd::Zero(m);
   for (std::size_t b = 0; b < count; ++b) {
     const Gain& gain = again.gains_[b];
-    state = steps_[b].first_of_recording ? Eigen::VectorXd::Zero(m) : Eigen::VectorXd(gain.transition * state);
+    state = steps_[b].first_of_recording ? Eigen::VectorXd::Zero(m) : Eigen::VectorXd(steps_[b].transition * state);
     predicted[b] = state;
     for (std::size_t c = 0; c < channel_count; ++c) {
       if (gain.variance[c] == 0.0) continue;
-      innovation[b][c] = residual(static_cast<Eigen::Index>(blocks_.blocks()[b].row[c])) -
-                         gain.reading.row(static_cast<Eigen::Index>(c)).dot(state);
-      state += gain.gain[c] * innovation[b][c];
+      const auto column = static_cast<Eigen::Index>(c);
+      innovation[b][c] = residual(static_cast<Eigen::Index>(blocks_.blocks()[b].row[c])) - steps_[b].reading.col(column).dot(state);
+      state += gain.gain.col(column) * innovation[b][c];
     }
   }
   Smoothed result;
@@ -281,48 +307,47 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
     const Gain& gain = again.gains_[b];
     for (std::size_t c = channel_count; c-- > 0;) {
       if (gain.variance[c] == 0.0) continue;
-      const Eigen::VectorXd h = gain.reading.row(static_cast<Eigen::Index>(c)).transpose();
-      const Eigen::MatrixXd through = Eigen::MatrixXd::Identity(m, m) - gain.gain[c] * h.transpose();
+      const auto column = static_cast<Eigen::Index>(c);
+      const Eigen::VectorXd h = steps_[b].reading.col(column);
+      const Eigen::MatrixXd through = Eigen::MatrixXd::Identity(m, m) - gain.gain.col(column) * h.transpose();
       adjoint = h * (innovation[b][c] / gain.variance[c]) + through.transpose() * adjoint;
       information = h * h.transpose() / gain.variance[c] + through.transpose() * information * through;
     }
-    const Eigen::VectorXd smoothed = predicted[b] + gain.predicted * adjoint;
-    for (Eigen::Index i = static_cast<Eigen::Index>(states_); i < m; ++i) {
-      const std::size_t q = again.taking_part_[static_cast<std::size_t>(i)] - states_;
+    const Eigen::VectorXd smoothed = predicted[b] + covariance[b] * adjoint;
+    for (std::size_t q = 0; q < forcing_entries; ++q) {
+      const Eigen::Index i = forcing_state(q);
       result.forcing[q](static_cast<Eigen::Index>(b)) = smoothed(i);
-      const Eigen::RowVectorXd row = gain.predicted.row(i);
+      const Eigen::RowVectorXd row = covariance[b].row(i);
       result.deviation[q](static_cast<Eigen::Index>(b)) =
-          std::sqrt(std::max(0.0, gain.predicted(i, i) - (row * information).dot(row)));
+          std::sqrt(std::max(0.0, covariance[b](i, i) - (row * information).dot(row)));
     }
     if (steps_[b].first_of_recording) {
       adjoint.setZero();
       information.setZero();
     } else {
-      adjoint = (gain.transition.transpose() * adjoint).eval();
-      information = (gain.transition.transpose() * information * gain.transition).eval();
+      adjoint = (steps_[b].transition.transpose() * adjoint).eval();
+      information = (steps_[b].transition.transpose() * information * steps_[b].transition).eval();
     }
   }
   // What each forcing alone would do: the limb's linearised equations, driven by its estimate.
-  const auto all = static_cast<Eigen::Index>(states_ + forcing_entries);
-  const auto limb = static_cast<Eigen::Index>(states_);
   result.response =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()), static_cast<Eigen::Index>(forcing_count));
   for (std::size_t f = 0; f < forcing_count; ++f) {
     if (size_[f] == 0.0) continue;
-    Eigen::VectorXd driven = Eigen::VectorXd::Zero(all);
+    Eigen::VectorXd driven = Eigen::VectorXd::Zero(m);
     for (std::size_t b = 0; b < count; ++b) {
       if (steps_[b].first_of_recording)
         driven.setZero();
       else
-        driven.head(limb) = (steps_[b].transition.topRows(limb) * driven).eval();
+        driven.head(padded_states_) = (steps_[b].transition.topRows(padded_states_) * driven).eval();
       for (std::size_t q = 0; q < forcing_entries; ++q)
-        driven(limb + static_cast<Eigen::Index>(q)) = static_cast<std::size_t>(forcing_entry[q].forcing) == f
+        driven(forcing_state(q)) = static_cast<std::size_t>(forcing_entry[q].forcing) == f
                                                           ? result.forcing[q](static_cast<Eigen::Index>(b))
                                                           : 0.0;
       for (std::size_t c = 0; c < channel_count; ++c)
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
           result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(f)) =
-              steps_[b].reading.row(static_cast<Eigen::Index>(c)).dot(driven);
+              steps_[b].reading.col(static_cast<Eigen::Index>(c)).dot(driven);
     }
   }
   return result;

@@ -122,27 +122,31 @@ class StateNoise {
                        const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor);
 
  private:
+  // The limb's states, padded, then the forcings', padded.
   struct Step {
     Eigen::MatrixXd transition;   // [all x all], from the block before
-    Eigen::MatrixXd reading;      // [channels x all], in standard deviations of the sensors
-    double step_s = 0.0;
+    Eigen::MatrixXd reading;      // [all x channels], in standard deviations of the sensors
     bool first_of_recording = false;
   };
-  // With the forcings that are on: gains and variances of the innovations.
+  // Of each block: gains [all x channels] and variances of the innovations (0 where there is no row).
   struct Gain {
-    Eigen::MatrixXd transition, reading;           // of the states that take part
-    std::array<Eigen::VectorXd, channel_count> gain;
-    std::array<double, channel_count> variance{};  // 0 where there is no row
-    Eigen::MatrixXd predicted;                     // covariance before the block's measurements; kept for the smoother
+    Eigen::MatrixXd gain;
+    std::array<double, channel_count> variance{};
   };
-  void filter(bool keep_covariance);
+  // Each block's covariance before its measurements goes to `predicted`, unless that is null.
+  void filter(std::vector<Eigen::MatrixXd>* predicted);
+  template <int Size>
+  void filter_padded(std::vector<Eigen::MatrixXd>* predicted);
+  template <int Size>
+  void whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const;
   double likelihood_of(const Eigen::VectorXd& residual, const ForcingSize& size);
+  Eigen::Index forcing_state(std::size_t entry) const { return padded_states_ + static_cast<Eigen::Index>(entry); }
 
   const Blocks& blocks_;
   std::vector<Step> steps_;
   std::size_t states_ = 0;  // of the limb
+  Eigen::Index padded_states_ = 0;
   ForcingSize size_{};
-  std::vector<std::size_t> taking_part_;  // indices into all states: the limb's, then the forcings that are on
   std::vector<Gain> gains_;
   double log_determinant_ = 0.0;
 };

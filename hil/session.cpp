@@ -350,6 +350,7 @@ std::string session_json(const sim::Scenario& scenario, const SessionSettings& s
   json["session"] = settings.session;
   json["clear_trip"] = settings.clear_trip;
   json["allow_overruns"] = settings.allow_overruns;
+  json["real_time_priority"] = settings.real_time_priority;
   json["twin"] = settings.twin.has_value();
   json.update(Json::parse(result.report_json));
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);

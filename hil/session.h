@@ -37,6 +37,7 @@ struct SessionSettings {
   std::uint16_t session = 1;
   bool clear_trip = false;
   bool allow_overruns = false;
+  bool real_time_priority = false;  // of the host's loop; for the report
   std::optional<plant::Limb<double>> twin;
   std::function<bool(std::int64_t tick)> should_stop;
   std::function<void(const SessionView&)> show;
