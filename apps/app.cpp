@@ -41,6 +41,7 @@ bool interrupted() { return signals_seen > 0; }
 void watch_for_interrupts() {
   std::signal(SIGINT, note_signal);
   std::signal(SIGTERM, note_signal);
+  if (std::signal(SIGHUP, note_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as `nohup` wants it
 }
 
 Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1), began_s_(seconds_now()) {}

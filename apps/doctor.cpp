@@ -1,5 +1,6 @@
 // sinew doctor: looks at a port and at the board behind it, and says what is wrong and what to do. It never arms.
 #include <grp.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <memory>
 
 #include "apps/app.h"
+#include "apps/limb_link.h"
 #include "firmware_hash.h"
 #include "hil/device.h"
 #include "hil/limits.h"
@@ -76,6 +78,16 @@ bool look_at_file(const std::string& port, Findings& findings) {
       findings.good("latency timer: 1 ms");
   }
   return true;
+}
+
+// Whether the loop of `sinew hil` may go before other programs.
+void look_at_priority(Findings& findings) {
+  rlimit most{};
+  if (::geteuid() == 0 || (::getrlimit(RLIMIT_RTPRIO, &most) == 0 && most.rlim_cur >= real_time_priority))
+    findings.good("sessions may go before other programs");
+  else
+    findings.warn("sessions may not go before other programs: deadlines wait for what else runs here",
+                  "a line `YOUR-NAME - rtprio " + std::to_string(real_time_priority) + "` in /etc/security/limits.d/sinew.conf, then log in anew");
 }
 
 void look_at_board(const std::string& port, Findings& findings) {
@@ -162,6 +174,7 @@ int doctor_command(const std::string& port) {
     for (const auto& one : all) std::printf("%s\n", one.c_str());
     return 0;
   }
+  look_at_priority(findings);
   if (look_at_file(port, findings)) look_at_board(port, findings);
   return findings.any_bad() ? 1 : 0;
 }

@@ -1,11 +1,11 @@
 // sinew hil: a scenario on the physical limb, or on its firmware in the emulator. sinew replay: a session again.
 #include <pthread.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -28,11 +28,15 @@
 namespace sinew::apps {
 namespace {
 
-// Deadlines are met to within what else runs on the machine unless this thread goes before it. Not everybody may ask for that
-// (Linux: RLIMIT_RTPRIO, RLIMIT_MEMLOCK); without, all works, with longer tails.
+// Without it all works, but a deadline may have to wait for what else runs on the machine.
 bool take_real_time_priority() {
-  const sched_param priority{.sched_priority = 20};
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0 && mlockall(MCL_CURRENT) == 0;
+  sched_param wanted{};
+  wanted.sched_priority = real_time_priority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
+}
+void give_priority_back() {
+  const sched_param ordinary{};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
 }
 
 struct HilArguments {
@@ -147,12 +151,14 @@ class Companion {
 };
 
 // The first of results/session_001, _002, ... that is not there.
+// Made here, so that no other session takes it meanwhile.
 std::filesystem::path free_folder() {
+  std::filesystem::create_directories("results");
   for (int k = 1;; ++k) {
     char name[32];
     std::snprintf(name, sizeof name, "session_%03d", k);
     const std::filesystem::path folder = std::filesystem::path("results") / name;
-    if (!std::filesystem::exists(folder)) return folder;
+    if (std::filesystem::create_directory(folder)) return folder;
   }
 }
 
@@ -187,7 +193,7 @@ int hil_command(const HilArguments& arguments) {
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
     companion.emplace(model::read_model(weights_path(arguments.predict)));
   }
-  const std::filesystem::path out = arguments.out.empty() ? free_folder() : std::filesystem::path(arguments.out);
+  std::filesystem::path out = arguments.out;
   if (!arguments.emulate && std::filesystem::exists(out / "session.json"))
     throw sim::InputError({.file = (out / "session.json").string(), .advice = "a session is there already, and cannot be made again; give another --out"});
 
@@ -211,6 +217,7 @@ int hil_command(const HilArguments& arguments) {
     link = std::make_unique<hil::Port>(arguments.port, clock);
     settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
     settings.real_time_priority = take_real_time_priority();
+    std::signal(SIGPIPE, SIG_IGN);  // whoever reads along may go away, a session must not end by that
   }
   hil::LoggedLink logged(tampered ? *tampered : *link);
   View view(scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
@@ -220,15 +227,21 @@ int hil_command(const HilArguments& arguments) {
   settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
   settings.say = [&](const std::string& line) { view.say(line); };
   hil::SessionResult result;
+  if (out.empty()) out = free_folder();
+  const auto not_armed = [&](const std::string& why) {
+    std::error_code none;
+    if (arguments.out.empty()) std::filesystem::remove(out, none);
+    std::fprintf(stderr, "not armed: %s\n", why.c_str());
+    return 1;
+  };
   try {
     result = hil::run_session(scenario, logged, settings);
   } catch (const hil::Refused& refused) {
-    std::fprintf(stderr, "not armed: %s\n", refused.what());
-    return 1;
+    return not_armed(refused.what());
   } catch (const hil::LinkLost& lost) {
-    std::fprintf(stderr, "not armed: the link was lost: %s\n", lost.what());
-    return 1;
+    return not_armed(std::string("the link was lost: ") + lost.what());
   }
+  if (settings.real_time_priority) give_priority_back();
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
@@ -243,8 +256,9 @@ int hil_command(const HilArguments& arguments) {
     for (const auto& [name, content] : files) names += (names.empty() ? "" : ", ") + name;
     return names + (companion ? ", prediction.csv" : "");
   }().c_str());
-  if (result.status == hil::SessionStatus::finished) return 0;
-  std::fprintf(stderr, "%s\n", result.why.c_str());
+  const bool finished = result.status == hil::SessionStatus::finished;
+  if (finished && result.brought_to_rest) return 0;
+  if (!finished) std::fprintf(stderr, "%s\n", result.why.c_str());
   if (!result.brought_to_rest)
     std::fprintf(stderr, "the device did not confirm that it is disarmed; its dead-man takes the duty away within %u ms\n",
                  static_cast<unsigned>(LIMIT_DEAD_MAN_ms));

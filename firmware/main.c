@@ -187,12 +187,11 @@ static void set_pins(void) {
   sei();
   if (supervisor.state == DEVICE_ARMED) {
     PORTD |= _BV(PD7);
-    armed_mark = ARMED_MARK;
   } else {
     PORTD &= (uint8_t)~_BV(PD7);
-    /* Until a trip is stored, a reset must still find that the board was armed: a cell reads as erased while it is written. */
-    if (supervisor.state != DEVICE_TRIPPED || latch_is_stored()) armed_mark = 0;
   }
+  /* Until a trip is stored, a reset must still find that there was one: a cell reads as erased while it is written. */
+  armed_mark = supervisor.state == DEVICE_ARMED || (supervisor.state == DEVICE_TRIPPED && !latch_is_stored()) ? ARMED_MARK : 0;
 }
 
 static void obey(uint32_t time_us) {
@@ -236,6 +235,11 @@ static void obey(uint32_t time_us) {
     struct message_arm arm;
     enum answer answer;
     get_arm(&frame, &arm);
+    /* One that lay somewhere on its way is of a host that may be gone. */
+    if ((int32_t)(time_us - frame.time_us) >= (int32_t)(LIMIT_DEAD_MAN_ms * 1000ul)) {
+      count(COUNT_STALE);
+      return;
+    }
     if (arm.firmware_hash != SINEW_FIRMWARE_HASH) {
       answer = ANSWER_WRONG_FIRMWARE;
     } else if (arm.limits_hash != limits_hash()) {
@@ -317,14 +321,21 @@ static uint8_t cause_at_start(void) {
   } else {
     reset_cause = RESET_UNKNOWN;
   }
-  armed_mark = 0;
+  uint8_t cause = latched;
+  if (cause == TRIP_NONE) {
+    if (hung) {
+      cause = TRIP_MAIN_LOOP;
+    } else if (reset_cause == RESET_WATCHDOG) {
+      cause = TRIP_WATCHDOG;
+    } else if (was_armed) {
+      cause = reset_cause == RESET_BROWN_OUT ? TRIP_BROWN_OUT : TRIP_RESET_WHILE_ARMED;
+    }
+  }
+  /* The next reset may come before this trip is stored. */
+  armed_mark = cause == TRIP_NONE ? 0 : ARMED_MARK;
   hang_mark = 0;
   stored_cause = latched;
-  if (latched != TRIP_NONE) return latched;
-  if (hung) return TRIP_MAIN_LOOP;
-  if (reset_cause == RESET_WATCHDOG) return TRIP_WATCHDOG;
-  if (!was_armed) return TRIP_NONE;
-  return reset_cause == RESET_BROWN_OUT ? TRIP_BROWN_OUT : TRIP_RESET_WHILE_ARMED;
+  return cause;
 }
 
 static void start_hardware(void) {

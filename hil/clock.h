@@ -20,8 +20,8 @@ class MonotonicClock : public Clock {
   }
 };
 
-// The device's clock on the host's: host = host_0 + (device - device_0) (1 + skew), where the line is bent towards what
-// arrives and never stepped. A frame that arrives early says that the line lies too late, for nothing arrives before it
+// The device's clock on the host's: host = host_0 + (device - device_0) (1 + skew). In the first seconds the line goes through the
+// frame that was on its way for the shortest time; from then on it is bent towards what arrives and never stepped. A frame that arrives early says that the line lies too late, for nothing arrives before it
 // was sent; one that arrives late says little, for it may have waited.
 class ClockMap {
  public:
@@ -39,6 +39,11 @@ class ClockMap {
       device_us_ += static_cast<std::int64_t>(passed_us);
       host_us_ += passed_us * (1.0 + skew_);
       const double early_us = host_us_ - static_cast<double>(arrived_us);
+      // A first frame that was late would have to be made up for by bending, and the skew would take that for its own.
+      if (early_us > 0.0 && device_us_ < settling_us) {
+        host_us_ -= early_us;
+        return static_cast<std::int64_t>(host_us_);
+      }
       const double most = fastest_bend * passed_us;
       // Early by more than nothing pulls at once; late lets the line follow slowly.
       const double bend = early_us > 0.0 ? -std::min(early_us, most) : std::min(-early_us * 0.01, 0.1 * most);
@@ -57,6 +62,7 @@ class ClockMap {
 
  private:
   static constexpr double fastest_bend = 1e-3;
+  static constexpr std::int64_t settling_us = 2'000'000;
   std::uint32_t last_device_us_ = 0;
   std::int64_t device_us_ = 0;
   double host_us_ = 0.0, skew_ = 0.0;

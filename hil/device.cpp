@@ -99,7 +99,7 @@ std::uint32_t Device::command(const std::array<std::uint16_t, 2>& duty, std::uin
 
 bool Device::take(const frame& in) {
   ++counters_.received;
-  if (in.session != session_) {
+  if (in.session != session_ || in.type < FRAME_HELLO) {  // of another session, or the line's echo of what was sent
     ++counters_.other_session;
     return false;
   }

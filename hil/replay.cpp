@@ -24,7 +24,7 @@ Replayed replay_session(const std::filesystem::path& folder) {
     settings.session = json.at("session");
     settings.clear_trip = json.at("clear_trip");
     settings.allow_overruns = json.at("allow_overruns");
-    settings.real_time_priority = json.at("real_time_priority");
+    settings.real_time_priority = json.value("real_time_priority", false);
     limb = json.at("limb");
     ticks = json.at("ticks");
     stopped = json.at("status") == "stopped";

@@ -66,13 +66,21 @@ class Session {
 
   SessionResult run() {
     greet();
-    arm();
-    supervisor_.emplace(scenario_.limb, start_of(scenario_.limb, scenario_.start), scenario_.sample_period_s);
-    if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
+    ready();
     result_.recording_csv = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
+    // From here on the device may be armed, whatever its answer.
+    bool begun = false;
     try {
+      arm();
+      supervisor_.emplace(scenario_.limb, start_of(scenario_.limb, scenario_.start), scenario_.sample_period_s);
+      if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
+      begun = true;
       loop();
     } catch (const LinkLost& lost) {
+      if (!begun) {
+        bring_to_rest();
+        throw;
+      }
       end(SessionStatus::link_lost, lost.what());
     } catch (...) {
       bring_to_rest();
@@ -115,7 +123,8 @@ class Session {
       say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
   }
 
-  void arm() {
+  // Telemetry of both sensors is there, and no trip.
+  void ready() {
     // Both thermocouples are believed from their second conversion on.
     const auto believed = [&] {
       const auto& t = device_.telemetry();
@@ -132,6 +141,9 @@ class Session {
       must(device_.clear_trip(hello_.trip_cause), "clearing the trip (" + cause + ")");
       say("trip cleared: " + cause);
     }
+  }
+
+  void arm() {
     must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash()), "arming");
     // Telemetry that was on its way still tells of before.
     const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
@@ -250,7 +262,10 @@ class Session {
       const auto answered = device_.disarm();
       result_.brought_to_rest = answered.has_value();
       if (answered) {
+        device_.listen_until(device_.now_us() + 3000 * telemetry_period_ms(period_us_), FRAME_TELEMETRY);
         counters_at_end_ = device_.telemetry()->said;
+        if (counters_at_end_->state == DEVICE_TRIPPED)  // on the last tick, or by what was sent last
+          end(SessionStatus::tripped, "the device tripped: " + std::string(words(static_cast<trip_cause>(counters_at_end_->trip_cause))));
         return;
       }
       Device anew(link_, static_cast<std::uint16_t>(settings_.session + 1));

@@ -25,6 +25,9 @@ struct FakeBoard : sinew::hil::Link {
   std::uint32_t firmware_hash = SINEW_FIRMWARE_HASH, limits = limits_hash();
   double device_rate = 1.0;  // its crystal, against the host's
   std::int64_t lost_from_us = -1;
+  int swallow_answers_to = -1;              // a frame type
+  std::uint8_t trip_on_disarm = TRIP_NONE;  // just before it
+  bool echoes = false;                      // the line gives back what is sent
   std::vector<std::uint8_t> out, in;
   int until_reading = 105, until_telemetry = 20;
 
@@ -37,6 +40,7 @@ struct FakeBoard : sinew::hil::Link {
   std::int64_t send(std::span<const std::uint8_t> bytes) override {
     if (lost_from_us >= 0 && now_us >= lost_from_us) throw sinew::hil::LinkLost("pulled");
     in.insert(in.end(), bytes.begin(), bytes.end());
+    if (echoes) out.insert(out.end(), bytes.begin(), bytes.end());
     return now_us;
   }
   sinew::hil::Received receive_until(std::int64_t deadline_us) override {
@@ -58,6 +62,7 @@ struct FakeBoard : sinew::hil::Link {
     out.insert(out.end(), wire, wire + count);
   }
   void answer_to(const frame& f, std::uint8_t answer) {
+    if (f.type == swallow_answers_to) return;
     frame reply{};
     const message_answer message{f.type, answer, f.sequence};
     put_answer(&reply, &message);
@@ -92,6 +97,7 @@ struct FakeBoard : sinew::hil::Link {
     } else if (f.type == FRAME_ARM) {
       answer_to(f, static_cast<std::uint8_t>(supervisor_arm(&s, device_us())));
     } else if (f.type == FRAME_DISARM) {
+      if (trip_on_disarm != TRIP_NONE) supervisor_trip(&s, trip_on_disarm);
       supervisor_disarm(&s);
       answer_to(f, ANSWER_DONE);
     } else if (f.type == FRAME_CLEAR_TRIP) {
