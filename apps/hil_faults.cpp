@@ -211,7 +211,7 @@ std::vector<Row> all_rows() {
   add("device", "hangs while hot, interrupts off", Due::trip, {"hang_masked@"}, "watchdog");
   add("device", "brown-out", Due::trip, {"brown_out@"}, "brown_out");
   add("device", "brown-out twice within a millisecond", Due::trip, {"brown_out@", "brown_out@+0.0011"}, "brown_out");
-  add("device", "hangs, and is reset again right after the watchdog", Due::trip, {"hang_masked@", "reset@+0.0648"}, "");
+  add("device", "hangs, and is reset again right after the watchdog", Due::trip, {"hang_masked@", "reset@+0.0648"}, "reset_while_armed");
   add("device", "reset in the middle of a command", Due::trip, {"reset@"}, "reset_while_armed");
   add("device", "its clock wraps in the session", Due::nothing, {"time_ms@0.05=4288967"});
   add("device", "trips, then is reset: the latch", Due::trip, {"sensor_open:A@", "reset@+0.2"}, "sensor_open");

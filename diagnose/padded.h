@@ -1,5 +1,5 @@
 // Small matrices in a few sizes that are known at compile time: what is smaller is padded with rows and columns of nothing, which
-// stay so. No memory is taken from the heap, and loops run over whole vector registers; along a path that is half of the time.
+// stay so. No memory is taken from the heap, and loops run over whole vector registers.
 #pragma once
 
 #include <type_traits>

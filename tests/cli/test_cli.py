@@ -509,15 +509,15 @@ def test_interrupts():
     same_bytes("a run that was interrupted", "long/whole", "long/parts", RUN_FILES)
 
 
-def main():
+def run_tests(name, tests):
+    """All tests in a folder of their own, with the program that the command line gives; the exit code."""
     global program, folder
     if len(sys.argv) != 2:
-        sys.exit("usage: test_cli.py path/to/sinew")
+        sys.exit(f"usage: {name}.py path/to/sinew")
     program = str(Path(sys.argv[1]).resolve())
-    with tempfile.TemporaryDirectory(prefix="sinew_cli_") as name:
-        folder = Path(name)
-        for test in (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects, test_convert,
-                     test_calibrate, test_compare, test_diagnose, test_prove, test_interrupts):
+    with tempfile.TemporaryDirectory(prefix=f"sinew_{name}_") as path:
+        folder = Path(path)
+        for test in tests:
             try:
                 test()
             except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
@@ -527,4 +527,5 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_tests("test_cli", (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects,
+                                    test_convert, test_calibrate, test_compare, test_diagnose, test_prove, test_interrupts)))

@@ -11,7 +11,6 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -217,20 +216,5 @@ def test_real_time():
               and session("back")["ticks"] > 5, said(result))
 
 
-def main():
-    if len(sys.argv) != 2:
-        sys.exit("usage: test_hil.py path/to/sinew")
-    cli.program = str(Path(sys.argv[1]).resolve())
-    with tempfile.TemporaryDirectory(prefix="sinew_hil_") as name:
-        cli.folder = Path(name)
-        for test in (test_lock_step, test_refusals, test_trips, test_fault_rows, test_real_time):
-            try:
-                test()
-            except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
-                check(f"{test.__name__} runs to its end", False, f"{type(error).__name__}: {error}")
-    print(f"{cli.counts[True]} passed, {cli.counts[False]} failed")
-    return 1 if cli.counts[False] else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_real_time)))

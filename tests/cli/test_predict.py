@@ -11,7 +11,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -181,20 +180,5 @@ def test_wrong_input():
     check("train: Ctrl-C leaves nothing", process.returncode == INTERRUPTED and "nothing was written" in words and not (cli.folder / "stopped").exists(), words)
 
 
-def main():
-    if len(sys.argv) != 2:
-        sys.exit("usage: test_predict.py path/to/sinew")
-    cli.program = str(Path(sys.argv[1]).resolve())
-    with tempfile.TemporaryDirectory(prefix="sinew_predict_") as name:
-        cli.folder = Path(name)
-        for test in (test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input):
-            try:
-                test()
-            except Exception as error:  # a test that cannot go on is a failed check; the others are still of interest
-                check(f"{test.__name__} runs to its end", False, f"{type(error).__name__}: {error}")
-    print(f"{cli.counts[True]} passed, {cli.counts[False]} failed")
-    return 1 if cli.counts[False] else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(cli.run_tests("test_predict", (test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input)))
