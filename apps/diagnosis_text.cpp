@@ -304,9 +304,26 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       std::vector<std::string> names;
       for (const std::size_t e : d.ambiguous_with)
         names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
-      text.push_back("It cannot be told from this: that " + listed(names) +
-                     ". Either explains the recording about as well.");
+      std::string why = "Either explains the recording about as well.";
+      if (!d.parsimony.as_good.empty())
+        why =
+            "Neither explains all, so one of them acts in another form than the catalogue's, and that one fits better "
+            "says little.";
+      else if (!d.parsimony.common_causes.empty())
+        why =
+            "Both kinds of sensor off at once would be a coincidence; one cause before both, in another form than the "
+            "catalogue's, is as likely.";
+      text.push_back("It cannot be told from this: that " + listed(names) + ". " + why);
     }
+    if (d.parsimony.either_alone)
+      text.push_back(
+          "Each of the two explains most without the other: one of them, in another form than the catalogue's, is as "
+          "likely as both.");
+    else if (d.parsimony.patched)
+      text.push_back(
+          "Even together they leave more than noise: one effect, in another form than the catalogue's or outside it, "
+          "is "
+          "as likely as these two.");
   }
   return text;
 }

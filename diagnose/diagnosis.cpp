@@ -244,6 +244,16 @@ std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb
   return effects;
 }
 
+// Explanations by one effect alone, as the first round fitted them, that take away at least `share` of the core's
+// misfit.
+std::vector<std::size_t> enough_alone(const Search& search, double share) {
+  std::vector<std::size_t> effects;
+  for (const Candidate& candidate : search.rounds.front().candidates)
+    if (candidate.explanation.usable && share_explained(search.core, candidate.explanation) >= share)
+      effects.push_back(candidate.effect);
+  return effects;
+}
+
 FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis,
                   const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
@@ -286,6 +296,36 @@ std::string_view text_of(Verdict verdict) {
       return "unexplained";
   }
   return "";
+}
+
+Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search,
+                       const DiagnosisSettings& settings) {
+  Parsimony result;
+  const auto among = [](const std::vector<std::size_t>& all, std::size_t e) {
+    return std::find(all.begin(), all.end(), e) != all.end();
+  };
+  const auto others = [&](double share) {
+    std::vector<std::size_t> alone = enough_alone(search, share);
+    std::erase_if(alone, [&](std::size_t e) { return among(effects, e); });
+    return alone;
+  };
+  if (!nothing_left(search, settings.search)) result.as_good = others(settings.least_explained_share);
+  if (effects.size() != 2) return result;
+  result.patched = !nothing_left(search, settings.search);
+  const std::vector<std::size_t> most = enough_alone(search, settings.certain_share),
+                                 nearly_all = enough_alone(search, settings.least_explained_share);
+  result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
+                        (among(nearly_all, effects[0]) || among(nearly_all, effects[1]));
+  // Both kinds of sensor off at once is a coincidence, unless something before both is.
+  const auto sensor = [](std::size_t e, plant::Place place) { return plant::effects()[e].place == place; };
+  const auto at = [&](plant::Place place) { return sensor(effects[0], place) || sensor(effects[1], place); };
+  if (at(plant::Place::sensor_temperature) && at(plant::Place::sensor_angle)) {
+    result.common_causes = others(settings.certain_share);
+    std::erase_if(result.common_causes, [&](std::size_t e) {
+      return sensor(e, plant::Place::sensor_temperature) || sensor(e, plant::Place::sensor_angle);
+    });
+  }
+  return result;
 }
 
 Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
@@ -466,6 +506,15 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
           std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), rival) == result.ambiguous_with.end() &&
           std::none_of(effects.begin(), effects.end(), [&, r = rival](std::size_t e) { return e == r; }))
         result.ambiguous_with.push_back(rival);
+  if (!result.effects.empty() && !result.by_paths) {
+    result.parsimony = parsimony_of(effects, result.search, settings);
+    if (!result.parsimony.none())
+      for (FoundEffect& effect : result.effects) effect.confidence *= 0.5;
+    for (const auto* rivals : {&result.parsimony.as_good, &result.parsimony.common_causes})
+      for (const std::size_t e : *rivals)
+        if (std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), e) == result.ambiguous_with.end())
+          result.ambiguous_with.push_back(e);
+  }
 
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
   const Forcing forcing = result.located.shares.front().forcing;

@@ -44,6 +44,19 @@ struct Objections {
   bool none() const { return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork; }
 };
 
+// Why what was found may be something else, in another form than the catalogue's.
+struct Parsimony {
+  std::vector<std::size_t> as_good;        // something is left, and these alone explain nearly all, too
+  bool either_alone = false;               // of two effects one explains nearly all without the other, and this one most
+  bool patched = false;                    // two effects, and still something is left
+  std::vector<std::size_t> common_causes;  // both are sensors', of either kind; these would reach both and explain most
+  bool none() const { return as_good.empty() && !either_alone && !patched && common_causes.empty(); }
+};
+
+// An effect in another form than the catalogue's is fitted by its look-alikes, or by two that share its work; that one of
+// them fits better says little then.
+Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, const DiagnosisSettings& settings);
+
 enum class Verdict { consistent, missing_physics, unexplained };
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json
 
@@ -114,6 +127,7 @@ struct Diagnosis {
   std::vector<plant::Start> starts;      // of the training recordings, repaired
   Agreement agreement_before, agreement_after;
   Objections objections;
+  Parsimony parsimony;
   HeldOutError held_out;
   std::vector<Prediction> predictions;   // training recordings, then held-out ones
   ResidualCorrelation correlation;

@@ -47,18 +47,13 @@ class Searcher {
     Search result;
     tell(0.02, "calibrating the core");
     result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
-    // Large forcings at the start can hold the fit where it is: once more from there with small ones.
-    if (result.core.usable && result.core.unrest > settings_.settled_unrest) {
-      Guess again = result.core.as_guess();
-      again.forcing = {0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
-      const Explanation second = explain(nominal_, data_, again, settings_.fit);
-      if (second.usable && second.log_posterior > result.core.log_posterior) result.core = second;
-    }
+    if (result.core.usable) settle(result.core);
     if (!result.core.usable)
       throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
     result.core = first.before;
+    if (first.accepted) settle(first.candidates.front().explanation);
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
@@ -76,6 +71,23 @@ class Searcher {
     if (settings_.progress) settings_.progress(share, doing);
   }
 
+  // Where much is left a fit may have stuck: held by the large forcings that it began with, or by the core's
+  // parameters, which went far without the effects. Once more with small ones, and once from the effects alone.
+  void settle(Explanation& explanation) const {
+    if (explanation.unrest <= settings_.settled_unrest) return;
+    Guess small = explanation.as_guess(), effects;
+    small.forcing = {0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
+    for (const Unknown& unknown : explanation.problem->unknowns())
+      if (unknown.parameter != plant::no_effect && plant::parameters()[unknown.parameter].effect != plant::no_effect)
+        effects.values[unknown.name] = small.values[unknown.name];
+    std::vector<Guess> starts{small};
+    if (!effects.values.empty()) starts.push_back(effects);
+    for (const Guess& start : starts) {
+      const Explanation again = explain(explanation.problem->centres(), data_, start, settings_.fit);
+      if (again.usable && again.log_posterior > explanation.log_posterior) explanation = again;
+    }
+  }
+
   // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
   static bool hopeless(const Search& result) {
     return result.rounds.size() >= 2 && share_explained(result.core, result.best) < 0.5;
@@ -85,6 +97,7 @@ class Searcher {
     while (result.best.effects().size() < settings_.most_effects + base_count() && !hopeless(result)) {
       Round round = one_round(result.best, result.rounds.size(), result.rounds.front().gain);
       const bool accepted = round.accepted;
+      if (accepted) settle(round.candidates.front().explanation);
       result.best = accepted ? round.candidates.front().explanation : round.before;
       result.rounds.push_back(std::move(round));
       if (!accepted) break;
@@ -298,7 +311,7 @@ class Searcher {
     const Pair& pair = pairs[order.front()];
     std::array<Explanation, 2> alone;
     sim::in_parallel(2, settings_.threads,
-                [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
+                     [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
     const std::size_t stronger =
         alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
     if (!alone[stronger].usable) return;
