@@ -36,6 +36,7 @@ def check(what, holds, detail=""):
     print(("ok      " if holds else "FAILED  ") + what, flush=True)
     if not holds and detail:
         print("        " + str(detail).strip()[:2000].replace("\n", "\n        "), flush=True)
+    return bool(holds)
 
 
 def sinew(*arguments, timeout=120):

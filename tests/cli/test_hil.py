@@ -7,11 +7,15 @@ pseudo-terminal.
 One line a check; the last line is `N passed, N failed`; the exit code is 1 where one failed. Python's standard library alone.
 """
 import json
+import os
 import re
+import select
 import signal
+import struct
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import test_cli as cli
@@ -150,6 +154,46 @@ class Limb:
         self.end()
 
 
+class Wire:
+    """A host written from docs/protocol.md alone."""
+
+    def __init__(self, port, session):
+        self.file = os.open(port, os.O_RDWR | os.O_NOCTTY)
+        self.session, self.sequence, self.rest = session, 0, b""
+
+    def close(self):
+        os.close(self.file)
+
+    @staticmethod
+    def framed(kind, session, sequence, time_us, payload=b""):
+        plain = struct.pack("<BBHII", 1, kind, session, sequence, time_us % 2**32) + payload
+        plain += struct.pack("<I", zlib.crc32(plain))
+        blocks = plain.split(b"\0")
+        return b"\0" + b"".join(bytes([len(block) + 1]) + block for block in blocks) + b"\0"
+
+    def send(self, kind, time_us, payload=b""):
+        self.sequence += 1
+        os.write(self.file, self.framed(kind, self.session, self.sequence, time_us, payload))
+
+    def hear(self, kind, seconds=1.0):
+        """The next frame of a kind: its time and payload; None if none comes."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            if select.select([self.file], [], [], left)[0]:
+                self.rest += os.read(self.file, 4096)
+            *frames, self.rest = self.rest.split(b"\0")
+            for i, frame in enumerate(frames):
+                plain = b""
+                while frame:
+                    plain, frame = plain + frame[1 : frame[0]] + b"\0", frame[frame[0] :]
+                plain = plain[:-1]
+                if len(plain) < 16 or struct.unpack("<I", plain[-4:])[0] != zlib.crc32(plain[:-4]) or plain[1] != kind:
+                    continue
+                self.rest = b"\0".join([*frames[i + 1 :], self.rest])
+                return struct.unpack("<I", plain[8:12])[0], plain[12:-4]
+        return None
+
+
 def start(*arguments):
     return subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -159,6 +203,34 @@ def running(process, seconds):
     line = process.stderr.readline()
     time.sleep(seconds)
     return line
+
+
+def test_wire():
+    write("mild.yaml", MILD)
+    check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
+          == "00 06 01 03 02 01 05 01 01 01 01 01 06 01 8d 16 fb 55 00")
+    hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
+    with Limb("wire") as limb:
+        wire = Wire(limb.port, 0x4711)
+        wire.send(hello_request, 0, bytes([20]))
+        heard = wire.hear(hello, 3.0)
+        if not check("wire: the board says hello", heard is not None and len(heard[1]) == 11, heard):
+            return
+        hashes = heard[1][:8]
+        stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]
+        time_us, before = wire.hear(telemetry)
+        wire.send(arm, time_us - 400_000, hashes)
+        check("wire: an arm frame that lay on its way for 0.4 s has no answer", wire.hear(answer, 0.3) is None)
+        wire.rest = b""
+        time_us, after = wire.hear(telemetry)
+        check("wire: ... is counted as stale, and the board stays disarmed", stale_count(after) == stale_count(before) + 1 and after[4] == 0, after)
+        wire.send(arm, time_us, bytes(4) + hashes[4:])
+        check("wire: an arm frame for another firmware is refused", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([arm, 1]))
+        wire.send(arm, wire.hear(telemetry)[0], hashes)
+        check("wire: a fresh one arms", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([arm, 0]) and wire.hear(telemetry)[1][4] == 1)
+        wire.send(disarm, 0)
+        check("wire: and disarm disarms", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([disarm, 0]) and wire.hear(telemetry)[1][4] == 0)
+        wire.close()
 
 
 def test_real_time():
@@ -189,6 +261,22 @@ def test_real_time():
         result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "after_stop", "--allow-overruns")
         check("after Ctrl-C: the device is disarmed, not tripped", "not armed" not in result.stderr, said(result))
 
+        process = start("hil", "long.yaml", "--port", limb.port, "--out", "hung_up", "--allow-overruns")
+        running(process, 1.0)
+        process.send_signal(signal.SIGHUP)
+        out, errors = process.communicate(timeout=20)
+        check("the terminal is closed: brought to rest, the recording is written", process.returncode == 130 and session("hung_up")["brought_to_rest"]
+              and session("hung_up")["status"] == "stopped", errors)
+        for attempt in range(3):
+            process = start("hil", "mild.yaml", "--port", limb.port, "--out", f"unread{attempt}", "--allow-overruns", "--clear-trip")
+            running(process, 1.0)
+            process.stdout.close()
+            process.stderr.close()
+            if process.wait(timeout=20) == 0:
+                break
+        check("whoever reads along goes away: the session goes on to its end", process.returncode == 0
+              and session(f"unread{attempt}")["status"] == "finished" and len(columns(f"unread{attempt}/recording.csv")["time_s"]) == 41)
+
         for what, number in (("kill -9", signal.SIGKILL), ("a host that is stopped", signal.SIGSTOP)):
             process = start("hil", "long.yaml", "--port", limb.port, "--out", "killed", "--allow-overruns", "--clear-trip")
             line = running(process, 1.0)
@@ -217,4 +305,4 @@ def test_real_time():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_real_time)))
+    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_wire, test_real_time)))
