@@ -29,7 +29,7 @@ struct ProveArguments {
   int seeds = 5;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
-  bool few = false, json = false;
+  bool few = false, json = false, without_baselines = false, recordings = false;
 };
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
@@ -148,9 +148,6 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
                     : proof_cases(arguments.set == "development" ? first_development_seed : first_reported_seed,
                                   arguments.seeds, arguments.training_s, arguments.held_out_s);
-  // The simpler methods take as long as the diagnosis, and nothing of theirs is to be chosen.
-  if (arguments.set == "development" && !arguments.few)
-    for (ProofCase& one : cases) one.with_baselines = false;
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -159,13 +156,23 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   });
   if (cases.empty())
     throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
+  if (arguments.without_baselines)
+    for (ProofCase& one : cases) one.with_baselines = false;
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
 
   // The answers are sealed before any diagnosis begins.
   const fs::path out(arguments.out);
   fs::create_directories(out / "cases");
   Json answers;
-  for (const ProofCase& one : cases) answers[one.id()] = answer_of(one, prove::make(one.kind, one.seed, one.settings));
+  for (const ProofCase& one : cases) {
+    const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+    answers[one.id()] = answer_of(one, concealed);
+    if (!arguments.recordings) continue;
+    const fs::path folder = out / "recordings" / one.id();
+    fs::create_directories(folder);
+    sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
+    sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
+  }
   const std::string sealed = answers.dump(1) + "\n";
   sim::write_file_whole(out / "answers.json", sealed);
   const std::string seal = sim::sha256(sealed);
@@ -265,6 +272,7 @@ void add_prove(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  sinew prove --out results/proof\n"
       "  sinew prove --set development --families clean --seeds 2 --out /tmp/clean\n"
+      "  sinew prove --kinds hard_stop.exponential --seeds 1 --recordings --out /tmp/one\n"
       "  sinew prove --few --out /tmp/few");
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
   command->add_option("--plant", arguments->plant, "nominal plant")->check(CLI::ExistingFile);
@@ -281,6 +289,10 @@ void add_prove(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(60.0, 36000.0));
   command->add_option("--threads", arguments->threads, "cases at a time")->check(CLI::Range(1, 256));
   command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
+  command->add_flag("--without-baselines", arguments->without_baselines,
+                    "the simpler methods, which take as long as the diagnosis, are left out");
+  command->add_flag("--recordings", arguments->recordings,
+                    "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
   command->callback([arguments, &exit_code] { prove_all(*arguments, exit_code); });
 }

@@ -455,6 +455,10 @@ def test_prove():
         again = sinew(*made)
         check(f"prove: a case that is {what} is done again, to the same bytes", again.returncode == 0 and "7 of them are there already" in again.stdout
               and content(f"proof/cases/{case}").decode() == before, said(again))
+    kept = sinew(*made, "--recordings")
+    check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
+          and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601
+          and len(columns(f"proof/recordings/{case[:-5]}/heldout.csv")["angle_deg"]) == 601, said(kept))
     refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds\n  no case is left")
     refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
 
