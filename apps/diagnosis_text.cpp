@@ -317,13 +317,12 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     }
     if (d.parsimony.either_alone)
       text.push_back(
-          "Each of the two explains most without the other: one of them, in another form than the catalogue's, is as "
-          "likely as both.");
+          "Each of the two explains most without the other: one effect, one of these in another form or one outside the "
+          "catalogue, is as likely as both.");
     else if (d.parsimony.patched)
       text.push_back(
-          "Even together they leave more than noise: one effect, in another form than the catalogue's or outside it, "
-          "is "
-          "as likely as these two.");
+          "Even together they leave more than noise: one effect, one of these in another form or one outside the "
+          "catalogue, is as likely as both.");
   }
   return text;
 }

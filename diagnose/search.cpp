@@ -57,8 +57,8 @@ class Searcher {
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
-    if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.empty() &&
-        !result.rounds.front().candidates.empty())
+    if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
+    if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty())
       try_pairs(result);
     // Rivals matter where there is an answer.
     if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);
@@ -236,6 +236,72 @@ class Searcher {
     round.accepted = round.gain >= std::max(settings_.least_gain, settings_.least_share_of_first * first_gain) &&
                      round.chance <= settings_.most_chance && best.log_evidence > round.before.log_evidence;
     return round;
+  }
+
+  // A core that had to do without the effect can have gone so far that nothing there points to it: then each effect is
+  // fitted from the plant as it was given.
+  void try_afresh(Search& result) const {
+    const Round& first = result.rounds.front();
+    std::vector<Candidate> candidates;
+    for (const std::size_t e : candidates_at(result.core)) {
+      const auto scored = std::find_if(first.scores.best.begin(), first.scores.best.end(),
+                                       [&](std::size_t s) { return first.scores.all[s].effect == e; });
+      if (scored != first.scores.best.end()) candidates.push_back({e, first.scores.all[*scored], {}});
+    }
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.enough = 1.0;
+    std::atomic<std::size_t> done{0};
+    sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+      const std::size_t strength = plant::effects()[candidates[i].effect].strength;
+      const auto& declared = plant::parameters()[strength].declaration;
+      Guess guess;
+      if (declared.kind != plant::Kind::toggle)
+        guess.values[plant::parameters()[strength].key()] =
+            0.5 * (*declared.null_value + declared.typical) * declared.unit.internal_per_unit;
+      candidates[i].explanation =
+          explain(with_effect(result.core.problem->centres(), candidates[i].effect), data_, guess, shortly);
+      tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(candidates.size()), "trying effects afresh");
+    });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+    candidates.resize(std::min<std::size_t>(candidates.size(), 3));
+    sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
+      Explanation& explanation = candidates[i].explanation;
+      if (!explanation.usable) return;
+      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
+      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
+    });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+    if (candidates.empty() || !candidates.front().explanation.usable ||
+        candidates.front().explanation.log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain)
+      return;
+    settle(candidates.front().explanation);
+    Search other;
+    other.core = result.core;
+    Round round;
+    round.before = first.before;
+    round.scores = first.scores;
+    round.candidates = candidates;
+    for (const Candidate& candidate : first.candidates) {
+      const auto there = std::find_if(round.candidates.begin(), round.candidates.end(),
+                                      [&](const Candidate& c) { return c.effect == candidate.effect; });
+      if (there == round.candidates.end())
+        round.candidates.push_back(candidate);
+      else if (better(candidate, *there))
+        *there = candidate;
+    }
+    std::stable_sort(round.candidates.begin(), round.candidates.end(), better);
+    const Explanation best = round.candidates.front().explanation;
+    const Explanation again = without_again(best, first.before);
+    if (again.usable && again.log_posterior > first.before.log_posterior) other.core = round.before = again;
+    round.gain = 2.0 * (best.log_posterior - round.before.log_posterior);
+    round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
+    round.accepted = round.gain >= settings_.least_gain && round.chance <= settings_.most_chance;
+    if (!round.accepted) return;
+    other.best = best;
+    other.rounds.push_back(std::move(round));
+    go_on(other);
+    result = std::move(other);
   }
 
   // Pairs that promise most by their joint score, and the best alone with each effect that the score is blind for.
