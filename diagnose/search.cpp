@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
+#include "diagnose/open_loop.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -71,21 +72,28 @@ class Searcher {
     if (settings_.progress) settings_.progress(share, doing);
   }
 
-  // Where much is left a fit may have stuck: held by the large forcings that it began with, or by the core's
-  // parameters, which went far without the effects. Once more with small ones, and once from the effects alone.
+  // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
+  // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
+  // with small ones, once from the effects alone, once from the whole path's least squares.
   void settle(Explanation& explanation) const {
     if (explanation.unrest <= settings_.settled_unrest) return;
-    Guess small = explanation.as_guess(), effects;
-    small.forcing = {0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
+    const ForcingSize small{0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
+    const auto try_from = [&](Guess guess) {
+      const Explanation again = explain(explanation.problem->centres(), data_, guess, settings_.fit);
+      if (again.usable && again.log_posterior > explanation.log_posterior) explanation = again;
+    };
+    Guess same = explanation.as_guess(), effects;
+    same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
       if (unknown.parameter != plant::no_effect && plant::parameters()[unknown.parameter].effect != plant::no_effect)
-        effects.values[unknown.name] = small.values[unknown.name];
-    std::vector<Guess> starts{small};
-    if (!effects.values.empty()) starts.push_back(effects);
-    for (const Guess& start : starts) {
-      const Explanation again = explain(explanation.problem->centres(), data_, start, settings_.fit);
-      if (again.usable && again.log_posterior > explanation.log_posterior) explanation = again;
-    }
+        effects.values[unknown.name] = same.values[unknown.name];
+    try_from(same);
+    if (effects.values.empty() || explanation.unrest <= settings_.settled_unrest) return;
+    try_from(effects);
+    if (explanation.unrest <= settings_.settled_unrest) return;
+    Guess path = polished(explanation, data_, settings_.fit).of.as_guess();
+    path.forcing = small;
+    try_from(path);
   }
 
   // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
