@@ -27,6 +27,7 @@ struct ProveArguments {
   std::string out, plant = "plant/limbs/paper_limb.yaml", set = "reported";
   std::vector<std::string> families, kinds;
   int seeds = 5;
+  std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
   bool few = false, json = false, without_baselines = false, recordings = false;
@@ -144,10 +145,12 @@ std::string figures_text(const Json& score) {
 }
 
 void prove_all(const ProveArguments& arguments, int& exit_code) {
-  std::vector<ProofCase> cases =
-      arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
-                    : proof_cases(arguments.set == "development" ? first_development_seed : first_reported_seed,
-                                  arguments.seeds, arguments.training_s, arguments.held_out_s);
+  std::vector<ProofCase> cases = arguments.few
+                                     ? few_proof_cases(arguments.training_s, arguments.held_out_s)
+                                     : proof_cases(arguments.first_seed != 0        ? arguments.first_seed
+                                                   : arguments.set == "development" ? first_development_seed
+                                                                                    : first_reported_seed,
+                                                   arguments.seeds, arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -241,9 +244,11 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   }
   Json score = score_proof(answers, results);
   score["first_seed"] = cases.front().seed;
-  std::string command = "sinew prove --set " + arguments.set + " --seeds " + std::to_string(arguments.seeds) +
-                        " --training " + sim::shortest(arguments.training_s) + " --held-out " +
-                        sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+  std::string command =
+      "sinew prove " +
+      (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
+      " --seeds " + std::to_string(arguments.seeds) + " --training " + sim::shortest(arguments.training_s) +
+      " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
   };
@@ -277,6 +282,8 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
   command->add_option("--plant", arguments->plant, "nominal plant")->check(CLI::ExistingFile);
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
+  command->add_option("--first-seed", arguments->first_seed, "seeds from here on, instead of those of a set")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}));
   command->add_option("--seeds", arguments->seeds, "seeds of every case; clean ones eight times as many")
       ->check(CLI::Range(1, 100));
   command->add_option("--families", arguments->families, "only these")
