@@ -72,28 +72,30 @@ class Searcher {
     if (settings_.progress) settings_.progress(share, doing);
   }
 
+  // Fits it once more from there; the likelier of the two stays.
+  void try_from(const Guess& guess, Explanation& explanation) const {
+    const Explanation again = explain(explanation.problem->centres(), data_, guess, settings_.fit);
+    if (again.usable && again.log_posterior > explanation.log_posterior) explanation = again;
+  }
+
   // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
   // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
   // with small ones, once from the effects alone, once from the whole path's least squares.
   void settle(Explanation& explanation) const {
     if (explanation.unrest <= settings_.settled_unrest) return;
     const ForcingSize small{0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
-    const auto try_from = [&](Guess guess) {
-      const Explanation again = explain(explanation.problem->centres(), data_, guess, settings_.fit);
-      if (again.usable && again.log_posterior > explanation.log_posterior) explanation = again;
-    };
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
       if (unknown.parameter != plant::no_effect && plant::parameters()[unknown.parameter].effect != plant::no_effect)
         effects.values[unknown.name] = same.values[unknown.name];
-    try_from(same);
+    try_from(same, explanation);
     if (effects.values.empty() || explanation.unrest <= settings_.settled_unrest) return;
-    try_from(effects);
+    try_from(effects, explanation);
     if (explanation.unrest <= settings_.settled_unrest) return;
     Guess path = polished(explanation, data_, settings_.fit).of.as_guess();
     path.forcing = small;
-    try_from(path);
+    try_from(path, explanation);
   }
 
   // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
@@ -202,8 +204,7 @@ class Searcher {
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       Explanation& explanation = candidates[i].explanation;
       if (!explanation.usable || explanation.log_evidence < best - margin) return;
-      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
-      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
+      try_from(explanation.as_guess(), explanation);
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
     return candidates;
@@ -276,8 +277,7 @@ class Searcher {
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       Explanation& explanation = candidates[i].explanation;
       if (!explanation.usable) return;
-      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
-      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
+      try_from(explanation.as_guess(), explanation);
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
     if (candidates.empty() || !candidates.front().explanation.usable ||
@@ -373,8 +373,7 @@ class Searcher {
     if (order.size() > 3) order.resize(3);
     sim::in_parallel(order.size(), settings_.threads, [&](std::size_t n) {
       Explanation& explanation = tried[order[n]];
-      const Explanation further = explain(explanation.problem->centres(), data_, explanation.as_guess(), settings_.fit);
-      if (further.usable && further.log_posterior > explanation.log_posterior) explanation = further;
+      try_from(explanation.as_guess(), explanation);
     });
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });

@@ -193,6 +193,13 @@ class Wire:
                 return struct.unpack("<I", plain[8:12])[0], plain[12:-4]
         return None
 
+    def latest(self, kind):
+        """The next one that comes from now on."""
+        while select.select([self.file], [], [], 0)[0]:
+            os.read(self.file, 65536)
+        self.rest = b""
+        return self.hear(kind)
+
 
 def start(*arguments):
     return subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -212,24 +219,29 @@ def test_wire():
     hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
     with Limb("wire") as limb:
         wire = Wire(limb.port, 0x4711)
-        wire.send(hello_request, 0, bytes([20]))
-        heard = wire.hear(hello, 3.0)
+        for _ in range(20):  # until the board is awake
+            wire.send(hello_request, 0, bytes([20]))
+            if heard := wire.hear(hello, 0.5):
+                break
         if not check("wire: the board says hello", heard is not None and len(heard[1]) == 11, heard):
             return
         hashes = heard[1][:8]
         stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]
-        time_us, before = wire.hear(telemetry)
+        time_us, before = wire.latest(telemetry)
         wire.send(arm, time_us - 400_000, hashes)
         check("wire: an arm frame that lay on its way for 0.4 s has no answer", wire.hear(answer, 0.3) is None)
-        wire.rest = b""
-        time_us, after = wire.hear(telemetry)
+        _, after = wire.latest(telemetry)
         check("wire: ... is counted as stale, and the board stays disarmed", stale_count(after) == stale_count(before) + 1 and after[4] == 0, after)
-        wire.send(arm, time_us, bytes(4) + hashes[4:])
-        check("wire: an arm frame for another firmware is refused", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([arm, 1]))
-        wire.send(arm, wire.hear(telemetry)[0], hashes)
-        check("wire: a fresh one arms", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([arm, 0]) and wire.hear(telemetry)[1][4] == 1)
-        wire.send(disarm, 0)
-        check("wire: and disarm disarms", (wire.hear(answer) or (0, b"\0\xff"))[1][:2] == bytes([disarm, 0]) and wire.hear(telemetry)[1][4] == 0)
+
+        def answered(kind, payload=b""):  # on a busy machine an arm frame may come too late, which has no answer
+            for _ in range(5):
+                wire.send(kind, wire.latest(telemetry)[0], payload)
+                if heard := wire.hear(answer, 0.5):
+                    return heard[1][:2]
+
+        check("wire: an arm frame for another firmware is refused", answered(arm, bytes(4) + hashes[4:]) == bytes([arm, 1]))
+        check("wire: a fresh one arms", answered(arm, hashes) == bytes([arm, 0]) and wire.hear(telemetry)[1][4] == 1)
+        check("wire: and disarm disarms", answered(disarm) == bytes([disarm, 0]) and wire.hear(telemetry)[1][4] != 1)
         wire.close()
 
 
