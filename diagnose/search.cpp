@@ -39,6 +39,16 @@ bool better(const Candidate& a, const Candidate& b) {
   return a.explanation.log_evidence > b.explanation.log_evidence;
 }
 
+// Of an effect that is fitted already the better fit stays.
+void keep_better(std::vector<Candidate>& candidates, const Candidate& one) {
+  const auto there =
+      std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == one.effect; });
+  if (there == candidates.end())
+    candidates.push_back(one);
+  else if (better(one, *there))
+    *there = one;
+}
+
 class Searcher {
  public:
   Searcher(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings)
@@ -156,15 +166,8 @@ class Searcher {
       if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
         again[i].explanation = with_added(before, score, again[i].explanation.as_guess(), settings_.fit);
     });
-    for (const Candidate& one : again) {
-      if (!one.explanation.usable) continue;
-      const auto there = std::find_if(candidates.begin(), candidates.end(),
-                                      [&](const Candidate& c) { return c.effect == one.effect; });
-      if (there == candidates.end())
-        candidates.push_back(one);
-      else if (better(one, *there))
-        *there = one;
-    }
+    for (const Candidate& one : again)
+      if (one.explanation.usable) keep_better(candidates, one);
     std::stable_sort(candidates.begin(), candidates.end(), better);
   }
 
@@ -290,14 +293,7 @@ class Searcher {
     round.before = first.before;
     round.scores = first.scores;
     round.candidates = candidates;
-    for (const Candidate& candidate : first.candidates) {
-      const auto there = std::find_if(round.candidates.begin(), round.candidates.end(),
-                                      [&](const Candidate& c) { return c.effect == candidate.effect; });
-      if (there == round.candidates.end())
-        round.candidates.push_back(candidate);
-      else if (better(candidate, *there))
-        *there = candidate;
-    }
+    for (const Candidate& candidate : first.candidates) keep_better(round.candidates, candidate);
     std::stable_sort(round.candidates.begin(), round.candidates.end(), better);
     const Explanation best = round.candidates.front().explanation;
     const Explanation again = without_again(best, first.before);
