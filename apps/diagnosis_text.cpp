@@ -15,6 +15,7 @@ using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Verdict;
 
+constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
@@ -40,14 +41,17 @@ std::string verdict_sentence(const Diagnosis& d) {
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") +
              " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
-      std::string text = "The plant leaves out that " + listed(found_words(d));
+      const auto weakest = std::min_element(d.effects.begin(), d.effects.end(),
+                                            [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
+      const bool doubtful = std::all_of(d.effects.begin(), d.effects.end(),
+                                        [](const auto& found) { return found.confidence < doubtful_below; });
+      std::string text =
+          (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
       if (!d.ambiguous_with.empty()) {
         std::vector<std::string> names;
         for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
         return text + " – or that " + listed(names) + ": this recording cannot tell them apart.";
       }
-      const auto weakest = std::min_element(d.effects.begin(), d.effects.end(),
-                                            [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
@@ -204,7 +208,8 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = plant::effects()[found.effect];
-  std::string text = "Left out: " + std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
+  std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") +
+                     std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
                      ", which acts in " + place_words(text_of(info.place)) + "; " +
                      probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(found);
@@ -317,8 +322,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     }
     if (d.parsimony.either_alone)
       text.push_back(
-          "Each of the two explains most without the other: one effect, one of these in another form or one outside the "
-          "catalogue, is as likely as both.");
+          "Each of the two explains most without the other: one effect, one of these in another form or one outside "
+          "the catalogue, is as likely as both.");
     else if (d.parsimony.patched)
       text.push_back(
           "Even together they leave more than noise: one effect, one of these in another form or one outside the "
