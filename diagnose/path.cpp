@@ -99,7 +99,7 @@ using Square = Eigen::Matrix<double, Size, Size>;
 // e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its
 // denominator, phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
 template <int Size>
-void exponential(const Square<Size>& x, Square<Size>& exp_x, Square<Size>& phi_1) {
+[[gnu::flatten]] void exponential(const Square<Size>& x, Square<Size>& exp_x, Square<Size>& phi_1) {
   const Square<Size> one = Square<Size>::Identity(), scaled = x / 8.0;
   Square<Size> square = scaled.lazyProduct(scaled);
   square /= 12.0;

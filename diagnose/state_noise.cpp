@@ -127,7 +127,7 @@ void StateNoise::filter(std::vector<Eigen::MatrixXd>* predicted) {
 // With the limb's states above and the forcings' below, a step is [A B; 0 D] with D diagonal: of the covariance [X Y; Y^T Z] that
 // makes X' = (A X + B Y^T) A^T + (A Y + B Z) B^T and Y' = (A Y + B Z) D.
 template <int Size>
-void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predicted) {
+[[gnu::flatten]] void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predicted) {
   constexpr int all = Size + padded_forcings;
   using Whole = Eigen::Matrix<double, all, all>;
   using Limb = Eigen::Matrix<double, Size, Size>;
@@ -197,7 +197,7 @@ void StateNoise::whiten(Eigen::Ref<Eigen::MatrixXd> columns) const {
 }
 
 template <int Size>
-void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const {
+[[gnu::flatten]] void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const {
   constexpr int all = Size + padded_forcings;
   using Whole = Eigen::Matrix<double, all, all>;
   Eigen::Matrix<double, all, Eigen::Dynamic> state = Eigen::MatrixXd::Zero(all, columns.cols());

@@ -96,8 +96,9 @@ class Equations {
       effect.stage(now, y + first);                                                               \
   })
 
+// Flattened: a Jet's operators cost more as calls than the arithmetic in them.
 template <class S>
-void Equations<S>::evaluate(const Situation& given, const S* y, Instant<S>& now, S* rates) const {
+[[gnu::flatten]] void Equations<S>::evaluate(const Situation& given, const S* y, Instant<S>& now, S* rates) const {
   const Core<S>& core = limb_.core;
   now.given = given;
   now.core = &core;
