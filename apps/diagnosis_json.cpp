@@ -212,6 +212,29 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                          {"deviation", left.deviation}};
     if (forcing.entries == 2) json["left_over"]["coil"] = left.coil == 0 ? "A" : "B";
   }
+  if (d.wandering) {
+    const auto& w = *d.wandering;
+    const auto named = [](const diagnose::Wanderer& one) {
+      return one.effect == plant::no_effect ? one.words : name_of(one.effect);
+    };
+    ordered_json& json_w = json["wandering"];
+    json_w = {{"what", named(w.of)},
+              {"place", plant::text_of(w.of.place)},
+              {"log_evidence_gain", w.gain},
+              {"explained_share", w.explained_share},
+              {"correlation_time_s", w.correlation_time_s},
+              {"in_units_of", w.of.effect == plant::no_effect ? "itself" : "its typical strength"},
+              {"lowest", w.lowest},
+              {"highest", w.highest},
+              {"variable", w.on.variable},
+              {"variable_explains", w.on.explained_share},
+              {"others", ordered_json::array()}};
+    for (const auto& [other, loss] : w.others)
+      json_w["others"].push_back(
+          {{"what", named(other)}, {"place", plant::text_of(other.place)}, {"loss_of_log_evidence", loss}});
+  } else {
+    json["wandering"] = nullptr;
+  }
   json["rounds"] = ordered_json::array();
   for (const auto& round : d.search.rounds) json["rounds"].push_back(round_json(round, d.search.core));
   json["gate"] = ordered_json::array();

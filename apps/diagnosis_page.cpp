@@ -415,6 +415,68 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
 // --- What next
 // ---------------------------------------------------------------------------------------------------------
 
+void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double scale) {
+  const auto add = [&](std::string name, double deviations, report::ScatterSeries::Style style, std::string color) {
+    report::ScatterSeries series;
+    series.name = std::move(name);
+    series.x = on.centre;
+    for (std::size_t b = 0; b < on.mean.size(); ++b)
+      series.y.push_back(scale * (on.mean[b] + deviations * on.deviation[b]));
+    series.style = style;
+    series.color = std::move(color);
+    plot.series.push_back(std::move(series));
+  };
+  add("mean", 0.0, report::ScatterSeries::Style::path, colors::vermillion);
+  add("one deviation more", 1.0, report::ScatterSeries::Style::dashed, colors::orange);
+  add("one deviation less", -1.0, report::ScatterSeries::Style::dashed, colors::orange);
+}
+
+// The course of what wanders in the first recording, and as a function of what.
+void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
+  const auto& w = *d.wandering;
+  double scale = 100.0, shift = 0.0;
+  std::string label = "change of " + w.of.words + " / %";
+  if (w.of.effect != plant::no_effect) {
+    const auto& declared = plant::parameters()[plant::effects()[w.of.effect].strength].declaration;
+    shift = *declared.null_value;
+    scale = declared.typical - shift;
+    const std::string unit(declared.unit.text);
+    label = std::string(plant::effects()[w.of.effect].name) + "." + std::string(declared.name) +
+            (unit.empty() ? "" : " / " + unit_words(unit));
+  }
+  report::TimePlot course;
+  course.title = "What changes, over time";
+  course.y_label = label;
+  course.time_axis = d.predictions.front().recording->name;
+  report::Series series = line("", {}, colors::vermillion);
+  series.name = "estimate, with its 95 % interval";
+  for (std::size_t i = 0; i < w.time_s.size() && w.recording[i] == 0; ++i) {
+    const double middle = shift + scale * w.change[i], half = std::abs(1.959964 * scale * w.deviation[i]);
+    course.time_s.push_back(w.time_s[i]);
+    series.y.push_back(middle);
+    series.lower.push_back(middle - half);
+    series.upper.push_back(middle + half);
+  }
+  course.series.push_back(std::move(series));
+  course.caption =
+      "What this would have to be at each moment for the plant to follow the recording: an estimate from the whole "
+      "recording, not something that a simulation could know beforehand. The interval is that of a plant which is right "
+      "but for this.";
+  blocks.push_back(course);
+  if (w.on.variable.empty()) return;
+  report::ScatterPlot plot;
+  plot.title = "The same, against " + w.on.variable;
+  plot.x_label = w.on.variable + (w.on.unit.empty() ? "" : " / " + w.on.unit);
+  plot.y_label = label;
+  diagnose::Dependence on = w.on;
+  for (double& mean : on.mean) mean = shift + scale * mean;
+  for (double& deviation : on.deviation) deviation *= scale;
+  add_bins(plot, on, 1.0);
+  plot.caption = "The mean in eight parts of the recording sorted by this quantity. It accounts for " +
+                 percent(w.on.explained_share) + " of the course (judged on times from which the curve was not made).";
+  blocks.push_back(plot);
+}
+
 report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
   const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
   const bool angle = forcing.unit == "rad";
@@ -424,19 +486,7 @@ report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
   plot.x_label = left.variable + (left.unit.empty() ? "" : " / " + left.unit);
   plot.y_label = "missing in " + std::string(forcing.words) + " / " +
                  (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
-  const auto add = [&](std::string name, double deviations, report::ScatterSeries::Style style, std::string color) {
-    report::ScatterSeries series;
-    series.name = std::move(name);
-    series.x = left.centre;
-    for (std::size_t b = 0; b < left.mean.size(); ++b)
-      series.y.push_back(scale * (left.mean[b] + deviations * left.deviation[b]));
-    series.style = style;
-    series.color = std::move(color);
-    plot.series.push_back(std::move(series));
-  };
-  add("mean", 0.0, report::ScatterSeries::Style::path, colors::vermillion);
-  add("one deviation more", 1.0, report::ScatterSeries::Style::dashed, colors::orange);
-  add("one deviation less", -1.0, report::ScatterSeries::Style::dashed, colors::orange);
+  add_bins(plot, left, scale);
   plot.caption =
       "What would have to be added to the equation, on average, in eight parts of the recording sorted by this "
       "quantity. It accounts for " +
@@ -552,7 +602,10 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   add_better(blocks, d, words);
   blocks.push_back(section("What next"));
   add_paragraphs(blocks, words.next);
-  if (!d.left_over.variable.empty()) blocks.push_back(left_over_plot(d.left_over));
+  if (d.wandering)
+    add_wandering(blocks, d);
+  else if (!d.left_over.variable.empty())
+    blocks.push_back(left_over_plot(d.left_over));
 
   report::Section data = section("The data");
   data.text = "What was seen of the recordings before any plant was fitted.";

@@ -34,6 +34,24 @@ std::string either_words(const std::vector<std::string>& parts) {
   return text;
 }
 
+// "the beam's damping"; "the strength of airflow_change".
+std::string wanderer_words(const diagnose::Wanderer& one) {
+  return one.effect == plant::no_effect ? one.words : "the strength of " + std::string(effect_name(one.effect));
+}
+
+// "goes from -12 % to +40 %".
+std::string change_words(const diagnose::Wandering& wandering) {
+  if (wandering.of.effect == plant::no_effect) {
+    const auto signed_percent = [](double share) { return (share > 0.0 ? "+" : "") + percent(share); };
+    return "goes from " + signed_percent(wandering.lowest) + " to " + signed_percent(wandering.highest);
+  }
+  const auto& declared = plant::parameters()[plant::effects()[wandering.of.effect].strength].declaration;
+  const double null = *declared.null_value, typical = declared.typical - null;
+  return "goes from " + report::significant(null + typical * wandering.lowest, 2) + " to " +
+         with_unit(report::significant(null + typical * wandering.highest, 2), declared.unit.text) + " (none: " +
+         report::significant(null, 2) + ")";
+}
+
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
@@ -55,6 +73,14 @@ std::string verdict_sentence(const Diagnosis& d) {
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
+      if (d.wandering) {
+        const auto& w = *d.wandering;
+        const std::string with = w.on.explained_share >= goes_with_share
+                                     ? " changed with " + w.on.variable
+                                     : " changed from moment to moment";
+        return "Something is missing that I do not know. It acts in " + place_words(d.located.place) + ": as if " +
+               wanderer_words(w.of) + " were no constant but" + with + ".";
+      }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
@@ -146,12 +172,18 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   when += ".";
 
   std::string place = shares_words(d);
-  if (!d.effects.empty() && !leads(d, located.place))
+  if (d.wandering) {
+    place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " +
+             place_words(located.place) + ".";
+    std::vector<std::string> words;
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
+  } else if (!d.effects.empty() && !leads(d, located.place))
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that explains it, below,"
                                                : "Of the effects that explain it, below, the strongest") +
              " acts in " + place_words(located.place) + ": what it does looks, from outside, much like the former.";
-  if (d.effects.empty() && !located.cannot_be_told_from.empty()) {
+  if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
     place += " It could as well enter in " + listed(words) + ".";
@@ -246,6 +278,22 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
          ", so none is given.";
 }
 
+std::string wandering_words(const Diagnosis& d) {
+  const auto& w = *d.wandering;
+  std::string text = "Were " + wanderer_words(w.of) + " free to change from moment to moment, that would explain " +
+                     percent(w.explained_share) + " of what noise and moving air leave open, and more likely than " +
+                     "pushes on the single equations";
+  if (!w.others.empty()) text += " or " + wanderer_words(w.others.front().first) + ", the next best";
+  text += ". In the recording " + wanderer_words(w.of) + " " + change_words(w);
+  text += w.on.explained_share >= goes_with_share
+              ? "; it goes with " + w.on.variable + ", which accounts for " + percent(w.on.explained_share) + " of its course."
+              : "; its course follows no single quantity.";
+  if (!d.effects.empty())
+    text += " So perhaps " + std::string(plant::effects()[w.of.effect].words) + ", but not by a constant amount (" +
+            probability_words(d.effects.front().confidence) + ").";
+  return text;
+}
+
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
@@ -272,14 +320,16 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
         "the data kept "
         "back. Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
-  } else if (d.verdict == Verdict::unexplained && !d.effects.empty()) {
+  } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +
                    " of what noise and moving air leave open. What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, or is not alone.");
   } else if (d.verdict == Verdict::unexplained) {
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
-    if (!left.variable.empty())
+    if (d.wandering) {
+      start += " " + wandering_words(d);
+    } else if (!left.variable.empty())
       start +=
           " What the plant would need in " +
           std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
@@ -299,6 +349,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " +
                      objection_words(d, inputs.settings));
   }
+  if (d.wandering) return text;
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
@@ -357,8 +408,9 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
   std::vector<std::string> substitutes;
   for (const std::size_t e : stand_ins(d)) substitutes.push_back(std::string(effect_name(e)));
   if (added_effects(d).empty())
-    text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it.";
-  else if (d.effects.empty())
+    text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
+           std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
+  else if (d.effects.empty() || d.wandering)
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
            " switched on as a stand-in: " +
            (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
@@ -465,7 +517,13 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   }
   if (d.verdict == Verdict::unexplained) {
     const auto& left = d.left_over;
-    if (!left.variable.empty() && left.explained_share >= goes_with_share)
+    if (d.wandering)
+      text.push_back("Look at the course of " + wanderer_words(d.wandering->of) +
+                     " in the report, and at what happens at the limb when it changes" +
+                     (d.wandering->on.explained_share >= goes_with_share
+                          ? ": which law would make it change with " + d.wandering->on.variable + "?"
+                          : ". A recording with long holds and slow ramps would show on what it depends."));
+    else if (!left.variable.empty() && left.explained_share >= goes_with_share)
       text.push_back("Look at the curve of what is left against " + left.variable +
                      " in the report: which assumption of the plant's equation for " +
                      std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
@@ -735,8 +793,8 @@ std::string summary_sentence(const Diagnosis& d) {
     return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) +
            "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
   return "With " +
-         std::string(d.effects.empty()       ? "a stand-in"
-                     : d.effects.size() == 1 ? "it"
+         std::string(d.effects.empty() || d.wandering ? "a stand-in"
+                     : d.effects.size() == 1          ? "it"
                                              : "them") +
          " put in, the error of " + channel_words(c) + " on data kept back goes from " +
          channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) + "; noise alone would give " +

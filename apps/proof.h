@@ -21,7 +21,7 @@ struct ProofCase {
   std::string id() const;  // unique, fit for a file name
 };
 
-inline constexpr std::uint64_t first_development_seed = 101, first_reported_seed = 12001;
+inline constexpr std::uint64_t first_development_seed = 101, first_reported_seed = 13001;
 
 // `seeds` of every case; clean ones eight times as many, over all disturbances. Strengths go through 1, 0.5 and 0.25.
 std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double training_s, double held_out_s);

@@ -284,6 +284,21 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
   return result;
 }
 
+// An effect whose strength is no constant: its mean, and how far it goes.
+FoundEffect found(const Wandering& wandering, const DiagnosisSettings& settings) {
+  FoundEffect result{wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
+  result.confidence = settings.most_confidence_in_a_lead * wandering.explained_share * result.gain /
+                      (result.gain + settings.doubtful_gain);
+  const std::size_t p = plant::effects()[wandering.of.effect].strength;
+  const auto& declared = plant::parameters()[p].declaration;
+  const double null = *declared.null_value, typical = declared.typical - null;
+  double mean = 0.0;
+  for (const double change : wandering.change) mean += change / static_cast<double>(wandering.change.size());
+  const double one = null + typical * wandering.lowest, other = null + typical * wandering.highest;
+  result.parameters.push_back({p, null + typical * mean, std::min(one, other), std::max(one, other), false});
+  return result;
+}
+
 }  // namespace
 
 std::string_view text_of(Verdict verdict) {
@@ -310,20 +325,30 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
     return alone;
   };
   if (!nothing_left(search, settings.search)) result.as_good = others(settings.least_explained_share);
-  if (effects.size() != 2) return result;
-  result.patched = !nothing_left(search, settings.search);
-  const std::vector<std::size_t> most = enough_alone(search, settings.certain_share),
-                                 nearly_all = enough_alone(search, settings.least_explained_share);
-  result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
-                        (among(nearly_all, effects[0]) || among(nearly_all, effects[1]));
-  // Both kinds of sensor off at once is a coincidence, unless something before both is.
-  const auto sensor = [](std::size_t e, plant::Place place) { return plant::effects()[e].place == place; };
-  const auto at = [&](plant::Place place) { return sensor(effects[0], place) || sensor(effects[1], place); };
-  if (at(plant::Place::sensor_temperature) && at(plant::Place::sensor_angle)) {
+  if (effects.size() == 2) {
+    result.patched = !nothing_left(search, settings.search);
+    const std::vector<std::size_t> most = enough_alone(search, settings.certain_share),
+                                   nearly_all = enough_alone(search, settings.least_explained_share);
+    result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
+                          (among(nearly_all, effects[0]) || among(nearly_all, effects[1]));
+  }
+  // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
+  // on the way but did not make it into the answer.
+  std::vector<std::size_t> accepted = effects;
+  for (const Round& round : search.rounds)
+    if (round.accepted) accepted.push_back(round.candidates.front().effect);
+  const auto at = [&](plant::Place place) {
+    return std::any_of(accepted.begin(), accepted.end(),
+                       [&](std::size_t e) { return plant::effects()[e].place == place; });
+  };
+  const auto is_sensor = [](std::size_t e) {
+    const plant::Place place = plant::effects()[e].place;
+    return place == plant::Place::sensor_temperature || place == plant::Place::sensor_angle;
+  };
+  if (std::all_of(effects.begin(), effects.end(), is_sensor) && at(plant::Place::sensor_temperature) &&
+      at(plant::Place::sensor_angle)) {
     result.common_causes = others(settings.certain_share);
-    std::erase_if(result.common_causes, [&](std::size_t e) {
-      return sensor(e, plant::Place::sensor_temperature) || sensor(e, plant::Place::sensor_angle);
-    });
+    std::erase_if(result.common_causes, is_sensor);
   }
   return result;
 }
@@ -516,11 +541,34 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
           result.ambiguous_with.push_back(e);
   }
 
+  if (result.verdict == Verdict::unexplained && result.effects.empty()) {
+    if (search_settings.progress) search_settings.progress(0.99, "asking what is no constant");
+    WanderSettings wander = settings.wander;
+    wander.without = search_settings.without;
+    wander.threads = search_settings.threads;
+    wander.temperatures_are_off = false;
+    for (const std::size_t c : {0, 1})
+      wander.temperatures_are_off = wander.temperatures_are_off ||
+                                    far_off(result.agreement_before.rmse[c], c, result.gate.front().noise, settings);
+    result.wandering = what_wanders(core, wander, search_settings.fit);
+    if (result.wandering && result.wandering->of.effect != plant::no_effect &&
+        result.wandering->explained_share >= settings.certain_share)
+      result.effects.push_back(found(*result.wandering, settings));
+  }
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
   const Forcing forcing = result.located.shares.front().forcing;
   if (result.verdict == Verdict::unexplained)
     result.left_over = left_over(result.effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
-  if (!result.effects.empty()) {
+  if (result.wandering) {
+    result.located.place = plant::text_of(result.wandering->of.place);
+    auto& group = result.located.cannot_be_told_from;
+    group.clear();
+    for (const auto& [other, loss] : result.wandering->others)
+      if (const std::string place(plant::text_of(other.place));
+          loss < settings.other_place_loss && place != result.located.place &&
+          std::find(group.begin(), group.end(), place) == group.end())
+        group.push_back(place);
+  } else if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
   } else if (result.verdict == Verdict::unexplained) {
     const std::vector<std::string> places = places_of(forcing);

@@ -8,6 +8,7 @@
 #include "diagnose/gate.h"
 #include "diagnose/locate.h"
 #include "diagnose/search.h"
+#include "diagnose/wander.h"
 
 namespace sinew::diagnose {
 
@@ -30,6 +31,8 @@ struct DiagnosisSettings {
   // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
   double most_growth_of_pull = 1.5;
   double most_confidence_in_a_lead = 0.5;  // on development, what paths alone suggest was a look-alike as often as not
+  WanderSettings wander;  // thresholds
+  double other_place_loss = 200.0;  // of log evidence: a place whose best wanderer loses less may be the one
   double doubtful_gain = 50.0;  // confidence in a gain of this size is a half
 };
 
@@ -49,7 +52,7 @@ struct Parsimony {
   std::vector<std::size_t> as_good;        // something is left, and these alone explain nearly all, too
   bool either_alone = false;               // of two effects one explains nearly all without the other, and this one most
   bool patched = false;                    // two effects, and still something is left
-  std::vector<std::size_t> common_causes;  // both are sensors', of either kind; these would reach both and explain most
+  std::vector<std::size_t> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
   bool none() const { return as_good.empty() && !either_alone && !patched && common_causes.empty(); }
 };
 
@@ -120,6 +123,8 @@ struct Diagnosis {
   double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;        // effects that were not found
   LeftOver left_over;
+  // Where nothing that was tried is the answer and one thing stands out. An effect among `effects` is then no constant.
+  std::optional<Wandering> wandering;
   std::vector<std::size_t> flipped_signs;
   Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart

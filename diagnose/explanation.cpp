@@ -194,7 +194,10 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
   std::shared_ptr<StateNoise> noise, best;
   ForcingSize size = guess.forcing;
   for (int round = 0; round <= settings.most_rounds; ++round) {
-    noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path());
+    VaryingPush push;
+    if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
+    noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path(), settings.varying ? &push : nullptr);
+    if (best) noise->set(size, result.varying_size);
     const Eigen::VectorXd residual = fit.residual();
     if (settings.least_squares)
       noise->set(size = {});
@@ -207,6 +210,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
       result.z = fit.z();
       result.residual = residual;
       result.forcing = size;
+      result.varying_size = noise->varying_size();
       result.log_likelihood = likelihood;
       result.log_posterior = posterior;
       sensitivity = fit.whitened_jacobian(*noise);
@@ -215,6 +219,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
     if (gained < settings.enough || round == settings.most_rounds) break;
     fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
+  if (!best) return result;
   ForcingSize air = only_air(std::max(result.forcing[0], 0.05));
   air = best->maximise(result.residual, air, air_free, settings.most_air_K, 1.3);
   result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));

@@ -12,9 +12,10 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "diagnose/state_noise.h"
+#include "diagnose/varying.h"
 
 namespace sinew::diagnose {
 
@@ -30,6 +31,7 @@ struct ExplanationSettings {
   bool only_start = false;   // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
+  std::optional<Varying> varying;  // one more forcing
   double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
   int most_rounds = 4;
   int iterations_per_round = 6;
@@ -44,6 +46,7 @@ struct Explanation {
   Eigen::MatrixXd covariance;  // of z
   Eigen::VectorXd residual;    // block rows, model - measured, in standard deviations of the sensors
   ForcingSize forcing{};
+  double varying_size = 0.0;    // deviation of the strength that wanders
   double log_likelihood = 0.0;  // of the data at z and forcing
   double log_posterior = 0.0;   // with the prior of z
   double log_evidence = 0.0;

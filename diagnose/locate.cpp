@@ -12,6 +12,7 @@ namespace {
 
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
+constexpr std::size_t on_the_beam = 2;
 
 std::array<bool, forcing_count> air_and(Forcing forcing) {
   std::array<bool, forcing_count> free{true};
@@ -194,6 +195,16 @@ std::vector<std::string> places_of(Forcing forcing) {
   return {};
 }
 
+Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, std::size_t coil) {
+  Dependence result;
+  for (const Variable& variable : variables_of(at, coil == on_the_beam ? 0 : coil, coil != on_the_beam)) {
+    const Binned found = binned(variable.value, series, at.blocks->blocks());
+    if (found.explained <= result.explained_share) continue;
+    result = {variable.name, variable.unit, found.explained, found.centre, found.mean, found.deviation};
+  }
+  return result;
+}
+
 LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K) {
   LeftOver result;
   result.forcing = forcing;
@@ -208,19 +219,11 @@ LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K) {
   // The residual is model - measured, so what the limb has and the model has not is the forcing's opposite.
   for (std::size_t e = 0; e < forcing_entries; ++e) {
     if (forcing_entry[e].forcing != forcing) continue;
-    const Eigen::VectorXd missing = -smoothed.forcing[e];
     const bool on_a_wire = forcings[static_cast<std::size_t>(forcing)].entries == 2;
-    for (const Variable& variable : variables_of(at, forcing_entry[e].coil, on_a_wire)) {
-      const Binned found = binned(variable.value, missing, at.blocks->blocks());
-      if (found.explained <= result.explained_share) continue;
-      result.coil = forcing_entry[e].coil;
-      result.variable = variable.name;
-      result.unit = variable.unit;
-      result.explained_share = found.explained;
-      result.centre = found.centre;
-      result.mean = found.mean;
-      result.deviation = found.deviation;
-    }
+    const Dependence found = depends_on(at, -smoothed.forcing[e], on_a_wire ? forcing_entry[e].coil : on_the_beam);
+    if (found.explained_share <= result.explained_share) continue;
+    static_cast<Dependence&>(result) = found;
+    result.coil = forcing_entry[e].coil;
   }
   return result;
 }

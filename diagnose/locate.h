@@ -24,14 +24,18 @@ struct Located {
   std::string while_words;               // "while coil A cools from 72 to 55 °C"
 };
 
-// What is left, as a function of what: bins of the variable that accounts for most of the smoothed forcing.
-struct LeftOver {
+// A series against the limb's variable that accounts for most of it, in bins.
+struct Dependence {
+  std::string variable;                  // "temperature A"; empty where there is nothing to account for
+  std::string unit;
+  double explained_share = 0.0;          // of the series' variance, by the bins' means, cross-validated
+  std::vector<double> centre, mean, deviation;  // of bins
+};
+
+// What is left: the smoothed forcing, in internal units, as a function of what.
+struct LeftOver : Dependence {
   Forcing forcing = Forcing::heat;
   std::size_t coil = 0;
-  std::string variable;                  // "temperature A"; empty where nothing is left
-  std::string unit;
-  double explained_share = 0.0;          // of the forcing's variance, by the bins' means, cross-validated
-  std::vector<double> centre, mean, deviation;  // of bins; forcing in internal units
 };
 
 // `recordings`: those that were fitted, as they were read. Places that the forcings' likelihoods speak for, without
@@ -40,6 +44,9 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
 
 // The forcing that accounts best for what an explanation leaves, against every variable of the limb.
 LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K);
+
+// `series`: one value a block, of something on that coil's wire or, where `coil` is 2, on the beam.
+Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, std::size_t coil);
 
 // The places of the catalogue that a forcing may be; two for the wires' heat balances.
 std::vector<std::string> places_of(Forcing forcing);

@@ -51,13 +51,14 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
   return sum;
 }
 
-StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path)
-    : blocks_(blocks) {
+StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path,
+                       const VaryingPush* varying)
+    : blocks_(blocks), varies_(varying != nullptr) {
   const plant::Limb<double> limb = problem.limb_at(z);
   states_ = plant::layout_of(limb.on).size();
   padded_states_ = with_padded_size(states_, [](auto size) { return static_cast<Eigen::Index>(size.value); });
-  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries);
-  const Eigen::Index all = padded_states_ + padded_forcings;
+  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries + (varying ? 1 : 0));
+  const Eigen::Index all = padded_states_ + padded_forcings, last = q - 1;
   Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(3, q);
   for (std::size_t e = 0; e < forcing_entries; ++e) {
     const auto j = static_cast<Eigen::Index>(e);
@@ -97,16 +98,20 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     for (std::size_t k = block.first_sample; k <= block.last_sample; ++k) {
       const PathPoint& point = points[k];
       direct.col(0) = point.reading_ambient;
+      if (varying) direct.col(last) = varying->readings[block.recording][k];
       reading.noalias() += point.reading * since.topRows(n);
       reading.noalias() += direct * since.middleRows(padded_states_, q);
       if (point.transition.size() == 0) continue;
       push.col(0) = point.ambient;
+      if (varying) push.col(last) = varying->rates[block.recording][k];
       const Eigen::MatrixXd pushed = point.integral * push;
       product.topRows(n).noalias() = point.transition * since.topRows(n);
       product.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
-      for (std::size_t e = 0; e < forcing_entries; ++e) {
+      for (std::size_t e = 0; e < static_cast<std::size_t>(q); ++e) {
         const Eigen::Index j = forcing_state(e);
-        const double tau_s = forcings[static_cast<std::size_t>(forcing_entry[e].forcing)].correlation_time_s;
+        const double tau_s = e < forcing_entries
+                                 ? forcings[static_cast<std::size_t>(forcing_entry[e].forcing)].correlation_time_s
+                                 : varying->correlation_time_s;
         product.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
       since = product;
@@ -136,6 +141,7 @@ template <int Size>
   Eigen::Vector<double, padded_forcings> variance_of = Eigen::Vector<double, padded_forcings>::Zero();
   for (std::size_t e = 0; e < forcing_entries; ++e)
     variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[static_cast<std::size_t>(forcing_entry[e].forcing)], 2);
+  if (varies_) variance_of(static_cast<Eigen::Index>(forcing_entries)) = std::pow(varying_size_, 2);
   gains_.resize(steps_.size());
   if (predicted) predicted->clear();
   log_determinant_ = 0.0;
@@ -187,8 +193,11 @@ template <int Size>
   }
 }
 
-void StateNoise::set(const ForcingSize& size) {
+void StateNoise::set(const ForcingSize& size) { set(size, 0.0); }
+
+void StateNoise::set(const ForcingSize& size, double varying) {
   size_ = size;
+  varying_size_ = varying;
   filter(nullptr);
 }
 
@@ -232,34 +241,42 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
   return -0.5 * (whitened.squaredNorm() + log_determinant_);
 }
 
-double StateNoise::likelihood_of(const Eigen::VectorXd& residual, const ForcingSize& size) {
-  set(size);
-  return log_likelihood(residual);
-}
-
 ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
                                  const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor) {
-  // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps.
+  // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
+  // the strength that wanders.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
-  ForcingSize best = begin;
+  constexpr std::size_t all = forcing_count + 1;
+  std::array<double, all> best{}, typical{};
+  std::array<bool, all> is_free{};
   for (std::size_t q = 0; q < forcing_count; ++q)
-    if (free[q] && best[q] <= forcings[q].typical * floor_share) best[q] = forcings[q].typical * floor_share * 2.0;
-  double best_likelihood = likelihood_of(residual, best);
+    best[q] = begin[q], typical[q] = forcings[q].typical, is_free[q] = free[q];
+  best.back() = varying_size_;
+  typical.back() = 1.0;
+  is_free.back() = varies_;
+  const auto likelihood_of = [&](const std::array<double, all>& size) {
+    ForcingSize forcing;
+    std::copy_n(size.begin(), forcing_count, forcing.begin());
+    set(forcing, size.back());
+    return log_likelihood(residual);
+  };
+  for (std::size_t q = 0; q < all; ++q)
+    if (is_free[q] && best[q] <= typical[q] * floor_share) best[q] = typical[q] * floor_share * 2.0;
+  double best_likelihood = likelihood_of(best);
   double factor = 4.0;
   for (int sweep = 0; sweep < 12 && factor > finest_factor; ++sweep) {
     bool moved = false;
-    for (std::size_t q = 0; q < forcing_count; ++q) {
-      if (!free[q]) continue;
-      const double lowest = forcings[q].typical * floor_share;
-      const double highest = q == 0 ? most_air_K : forcings[q].typical * most_share;
+    for (std::size_t q = 0; q < all; ++q) {
+      if (!is_free[q]) continue;
+      const double lowest = typical[q] * floor_share, highest = q == 0 ? most_air_K : typical[q] * most_share;
       for (const double by : {factor, 1.0 / factor}) {
         bool helped = false;
         for (int step = 0; step < 6; ++step) {
-          ForcingSize tried = best;
+          auto tried = best;
           tried[q] = std::clamp(best[q] > 0.0 ? best[q] * by : lowest * by, lowest, highest);
           if (tried[q] <= lowest) tried[q] = 0.0;
           if (tried[q] == best[q]) break;
-          const double likelihood = likelihood_of(residual, tried);
+          const double likelihood = likelihood_of(tried);
           if (likelihood <= best_likelihood + 1e-3) break;
           best_likelihood = likelihood;
           best = tried;
@@ -271,8 +288,8 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
     }
     if (!moved) factor = std::sqrt(factor);
   }
-  set(best);
-  return best;
+  likelihood_of(best);
+  return size_;
 }
 
 Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
@@ -301,6 +318,7 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
     result.forcing[q] = Eigen::VectorXd::Zero(blocks);
     result.deviation[q] = Eigen::VectorXd::Zero(blocks);
   }
+  if (varies_) result.varying = result.varying_deviation = Eigen::VectorXd::Zero(blocks);
   Eigen::VectorXd adjoint = Eigen::VectorXd::Zero(m);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m, m);
   for (std::size_t b = count; b-- > 0;) {
@@ -314,11 +332,11 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
       information = h * h.transpose() / gain.variance[c] + through.transpose() * information * through;
     }
     const Eigen::VectorXd smoothed = predicted[b] + covariance[b] * adjoint;
-    for (std::size_t q = 0; q < forcing_entries; ++q) {
+    for (std::size_t q = 0; q < forcing_entries + (varies_ ? 1 : 0); ++q) {
       const Eigen::Index i = forcing_state(q);
-      result.forcing[q](static_cast<Eigen::Index>(b)) = smoothed(i);
       const Eigen::RowVectorXd row = covariance[b].row(i);
-      result.deviation[q](static_cast<Eigen::Index>(b)) =
+      (q < forcing_entries ? result.forcing[q] : result.varying)(static_cast<Eigen::Index>(b)) = smoothed(i);
+      (q < forcing_entries ? result.deviation[q] : result.varying_deviation)(static_cast<Eigen::Index>(b)) =
           std::sqrt(std::max(0.0, covariance[b](i, i) - (row * information).dot(row)));
     }
     if (steps_[b].first_of_recording) {

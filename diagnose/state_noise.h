@@ -56,6 +56,14 @@ inline constexpr std::array<ForcingEntry, forcing_entries> forcing_entry{
     ForcingEntry{Forcing::temperature_reading, 0}, ForcingEntry{Forcing::temperature_reading, 1},
     ForcingEntry{Forcing::angle_reading, 0}};
 
+// One more forcing: an effect whose strength wanders (varying.h). What it does to the limb along a path, for a strength that
+// is typical of it, sample by sample.
+struct VaryingPush {
+  double correlation_time_s;
+  std::vector<std::vector<Eigen::VectorXd>> rates;     // [n] of each recording's samples
+  std::vector<std::vector<Eigen::Vector3d>> readings;  // internal units
+};
+
 // Standard deviation of each forcing, internal units; 0 takes it out.
 using ForcingSize = std::array<double, forcing_count>;
 
@@ -94,6 +102,8 @@ class Blocks {
 struct Smoothed {
   // Of each forcing entry over all blocks: estimate and standard deviation, internal units.
   std::array<Eigen::VectorXd, forcing_entries> forcing, deviation;
+  // Of the strength that wanders, in units of what is typical; empty where there is none.
+  Eigen::VectorXd varying, varying_deviation;
   // What each forcing alone does to the rows, in standard deviations of the sensors: [rows x forcing_count].
   Eigen::MatrixXd response;
 };
@@ -101,11 +111,14 @@ struct Smoothed {
 class StateNoise {
  public:
   // Along the path at z, which has its points.
-  StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path);
+  StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path,
+             const VaryingPush* varying = nullptr);
 
   // How large the forcings are. Needed before whatever follows.
   void set(const ForcingSize& size);
+  void set(const ForcingSize& size, double varying);
   const ForcingSize& size() const { return size_; }
+  double varying_size() const { return varying_size_; }
 
   // W times columns of block rows, in place.
   void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const;
@@ -117,7 +130,8 @@ class StateNoise {
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
-  // help end at 0; air is kept within `most_air_K`. Sizes are found to within `finest_factor`. Leaves the object at the result.
+  // help end at 0; air is kept within `most_air_K`. The strength that wanders, where there is one, is free too. Sizes are found to
+  // within `finest_factor`. Leaves the object at the result.
   ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
                        const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor);
 
@@ -139,7 +153,6 @@ class StateNoise {
   void filter_padded(std::vector<Eigen::MatrixXd>* predicted);
   template <int Size>
   void whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  double likelihood_of(const Eigen::VectorXd& residual, const ForcingSize& size);
   Eigen::Index forcing_state(std::size_t entry) const { return padded_states_ + static_cast<Eigen::Index>(entry); }
 
   const Blocks& blocks_;
@@ -147,6 +160,8 @@ class StateNoise {
   std::size_t states_ = 0;  // of the limb
   Eigen::Index padded_states_ = 0;
   ForcingSize size_{};
+  bool varies_ = false;
+  double varying_size_ = 0.0;
   std::vector<Gain> gains_;
   double log_determinant_ = 0.0;
 };

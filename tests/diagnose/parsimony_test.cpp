@@ -62,3 +62,15 @@ TEST_CASE("parsimony: both kinds of sensor late may be one cause before both") {
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("angle_sensor_lag")}, search, {}).common_causes == delay);
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("viscoelastic_creep")}, search, {}).none());
 }
+
+TEST_CASE("parsimony: a second sensor's effect counts although the answer does without it") {
+  Search search = searched(much, {{"thermocouple_lag", 0.96}, {"input_delay", 0.8}});
+  CHECK(parsimony_of({effect("thermocouple_lag")}, search, {}).none());
+  search.rounds.front().accepted = true;
+  Round second;
+  second.accepted = true;
+  second.candidates.push_back({effect("angle_sensor_lag"), {}, {}});
+  search.rounds.push_back(second);
+  CHECK(parsimony_of({effect("thermocouple_lag")}, search, {}).common_causes ==
+        std::vector<std::size_t>{effect("input_delay")});
+}

@@ -1,0 +1,42 @@
+// What if something of the plant is no constant but wanders?
+//
+// A disturbance that comes and goes, or a law of another form than the plant's, is a constant that changes from one moment
+// to the next: the strength of an effect, a parameter of the core, the gain of a sensor. As one more slow forcing
+// (state_noise.h) it enters where that constant does, in both coils at once and in proportion to what it multiplies;
+// forcings of the single equations know none of that. Which of them carries a recording best says where to look, and its
+// course in time, as a function of what.
+//
+// Source: Young 2011, Recursive Estimation and Time-Series Analysis, chapters 4 and 5 (parameters that vary, by fixed-interval
+// smoothing); Kristensen, Madsen, Jorgensen 2004, Automatica 40:225.
+#pragma once
+
+#include <string>
+
+#include "diagnose/state_noise.h"
+
+namespace sinew::diagnose {
+
+struct Wanderer {
+  std::string words;  // "the beam's stiffness"
+  plant::Place place;
+  std::size_t effect = plant::no_effect;  // its strength wanders ...
+  std::vector<std::size_t> parameters;    // ... or these do, together, by a tenth ...
+  int sensor = -1;                        // ... or a sensor's gain does: 0 the thermocouples', 1 the bend sensor's
+};
+
+// All that may wander in a limb: effects that are off there, have no states of their own and delay nothing; what the core
+// holds for constant; the sensors' gains.
+std::vector<Wanderer> wanderers(const plant::Limb<double>& limb, const std::vector<std::size_t>& without);
+
+// What one unit of the strength that wanders stands for: the typical strength of an effect, or this share of a parameter.
+inline constexpr double wandering_share = 0.1;
+
+struct Varying {
+  Wanderer of;
+  double correlation_time_s;
+};
+
+// Along the path through the data at z. False where the path cannot be integrated.
+bool varying_push(const FitProblem& problem, const double* z, const Varying& varying, VaryingPush& push);
+
+}  // namespace sinew::diagnose
