@@ -131,7 +131,10 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   ordered_json json;
   json["verdict"] = text_of(d.verdict);
   json["effects"] = ordered_json::array();
-  for (const auto& found : d.effects) json["effects"].push_back(effect_json(found));
+  for (const auto& found : d.effects) {
+    json["effects"].push_back(effect_json(found));
+    if (d.wandering) json["effects"].back()["constant"] = false;
+  }
   json["ambiguous_with"] = names_of(d.ambiguous_with);
   if (d.experiment)
     json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name},
@@ -214,24 +217,19 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   }
   if (d.wandering) {
     const auto& w = *d.wandering;
-    const auto named = [](const diagnose::Wanderer& one) {
-      return one.effect == plant::no_effect ? one.words : name_of(one.effect);
-    };
-    ordered_json& json_w = json["wandering"];
-    json_w = {{"what", named(w.of)},
-              {"place", plant::text_of(w.of.place)},
-              {"log_evidence_gain", w.gain},
-              {"explained_share", w.explained_share},
-              {"correlation_time_s", w.correlation_time_s},
-              {"in_units_of", w.of.effect == plant::no_effect ? "itself" : "its typical strength"},
-              {"lowest", w.lowest},
-              {"highest", w.highest},
-              {"variable", w.on.variable},
-              {"variable_explains", w.on.explained_share},
-              {"others", ordered_json::array()}};
+    json["wandering"] = {{"what", w.of.words},
+                         {"place", plant::text_of(w.of.place)},
+                         {"log_evidence_gain", w.gain},
+                         {"explained_share", w.explained_share},
+                         {"correlation_time_s", w.correlation_time_s},
+                         {"unit", w.of.unit},
+                         {"p5_p95", {w.lowest, w.highest}},
+                         {"variable", w.on.variable},
+                         {"variable_explains", w.on.explained_share},
+                         {"others", ordered_json::array()}};
     for (const auto& [other, loss] : w.others)
-      json_w["others"].push_back(
-          {{"what", named(other)}, {"place", plant::text_of(other.place)}, {"loss_of_log_evidence", loss}});
+      json["wandering"]["others"].push_back(
+          {{"what", other.words}, {"place", plant::text_of(other.place)}, {"loss_of_log_evidence", loss}});
   } else {
     json["wandering"] = nullptr;
   }

@@ -165,8 +165,8 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     }
   for (const auto& candidate : round.candidates) {
     const bool usable = candidate.explanation.usable;
-    const bool found =
-        std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
+    const bool found =  // as a constant
+        !d.wandering && std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
     report::Row row;
     row.cells = {effect_name(candidate.effect), effect_words(candidate.effect),
                  usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
@@ -434,44 +434,35 @@ void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double 
 // The course of what wanders in the first recording, and as a function of what.
 void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
   const auto& w = *d.wandering;
-  double scale = 100.0, shift = 0.0;
-  std::string label = "change of " + w.of.words + " / %";
-  if (w.of.effect != plant::no_effect) {
-    const auto& declared = plant::parameters()[plant::effects()[w.of.effect].strength].declaration;
-    shift = *declared.null_value;
-    scale = declared.typical - shift;
-    const std::string unit(declared.unit.text);
-    label = std::string(plant::effects()[w.of.effect].name) + "." + std::string(declared.name) +
-            (unit.empty() ? "" : " / " + unit_words(unit));
-  }
+  const bool relative = w.of.unit == "%";
+  const std::string label =
+      (relative ? "change of " : "") + w.of.words + (w.of.unit.empty() ? "" : " / " + unit_words(w.of.unit));
   report::TimePlot course;
-  course.title = "What changes, over time";
+  course.title = "What changes, over time" + (d.predictions.size() > 1 && d.predictions[1].training
+                                                  ? ", in " + file_name(d.predictions.front().recording->name)
+                                                  : std::string());
   course.y_label = label;
   course.time_axis = d.predictions.front().recording->name;
   report::Series series = line("", {}, colors::vermillion);
   series.name = "estimate, with its 95 % interval";
   for (std::size_t i = 0; i < w.time_s.size() && w.recording[i] == 0; ++i) {
-    const double middle = shift + scale * w.change[i], half = std::abs(1.959964 * scale * w.deviation[i]);
+    const double half = 1.959964 * w.deviation[i];
     course.time_s.push_back(w.time_s[i]);
-    series.y.push_back(middle);
-    series.lower.push_back(middle - half);
-    series.upper.push_back(middle + half);
+    series.y.push_back(w.value[i]);
+    series.lower.push_back(w.value[i] - half);
+    series.upper.push_back(w.value[i] + half);
   }
   course.series.push_back(std::move(series));
   course.caption =
-      "What this would have to be at each moment for the plant to follow the recording: an estimate from the whole "
-      "recording, not something that a simulation could know beforehand. The interval is that of a plant which is right "
-      "but for this.";
+      "What this would be at each moment, estimated from the whole recording: not something that a simulation could "
+      "know beforehand. What it cannot carry, slow pushes on the single equations do.";
   blocks.push_back(course);
   if (w.on.variable.empty()) return;
   report::ScatterPlot plot;
   plot.title = "The same, against " + w.on.variable;
   plot.x_label = w.on.variable + (w.on.unit.empty() ? "" : " / " + w.on.unit);
   plot.y_label = label;
-  diagnose::Dependence on = w.on;
-  for (double& mean : on.mean) mean = shift + scale * mean;
-  for (double& deviation : on.deviation) deviation *= scale;
-  add_bins(plot, on, 1.0);
+  add_bins(plot, w.on, 1.0);
   plot.caption = "The mean in eight parts of the recording sorted by this quantity. It accounts for " +
                  percent(w.on.explained_share) + " of the course (judged on times from which the curve was not made).";
   blocks.push_back(plot);
@@ -547,7 +538,7 @@ report::Table effect_table(const Diagnosis& d) {
     std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
     if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
-      answer = "found";
+      answer = d.wandering ? "perhaps, but not constant" : "found";
       row.emphasis = true;
     } else if (among(substitutes, e)) {
       answer = "stands in for what is missing";

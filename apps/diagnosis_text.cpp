@@ -16,6 +16,7 @@ using diagnose::Diagnosis;
 using diagnose::Verdict;
 
 constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
+constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
@@ -34,22 +35,16 @@ std::string either_words(const std::vector<std::string>& parts) {
   return text;
 }
 
-// "the beam's damping"; "the strength of airflow_change".
-std::string wanderer_words(const diagnose::Wanderer& one) {
-  return one.effect == plant::no_effect ? one.words : "the strength of " + std::string(effect_name(one.effect));
+// "temperature A", "the speed of bending".
+std::string variable_words(const diagnose::Dependence& on) {
+  const bool name = on.variable == "time" || on.variable.starts_with("temperature") || on.variable.starts_with("duty");
+  return (name ? "" : "the ") + on.variable;
 }
 
-// "goes from -12 % to +40 %".
-std::string change_words(const diagnose::Wandering& wandering) {
-  if (wandering.of.effect == plant::no_effect) {
-    const auto signed_percent = [](double share) { return (share > 0.0 ? "+" : "") + percent(share); };
-    return "goes from " + signed_percent(wandering.lowest) + " to " + signed_percent(wandering.highest);
-  }
-  const auto& declared = plant::parameters()[plant::effects()[wandering.of.effect].strength].declaration;
-  const double null = *declared.null_value, typical = declared.typical - null;
-  return "goes from " + report::significant(null + typical * wandering.lowest, 2) + " to " +
-         with_unit(report::significant(null + typical * wandering.highest, 2), declared.unit.text) + " (none: " +
-         report::significant(null, 2) + ")";
+// "goes from 0.1 to 0.4 W/K"; "changes by -12 to 40 %".
+std::string change_words(const diagnose::Wandering& w) {
+  return (w.of.unit == "%" ? "changes by " : "goes from ") + report::significant(w.lowest, 2) + " to " +
+         with_unit(report::significant(w.highest, 2), w.of.unit);
 }
 
 std::string verdict_sentence(const Diagnosis& d) {
@@ -76,10 +71,14 @@ std::string verdict_sentence(const Diagnosis& d) {
       if (d.wandering) {
         const auto& w = *d.wandering;
         const std::string with = w.on.explained_share >= goes_with_share
-                                     ? " changed with " + w.on.variable
+                                     ? " changed with " + variable_words(w.on)
                                      : " changed from moment to moment";
-        return "Something is missing that I do not know. It acts in " + place_words(d.located.place) + ": as if " +
-               wanderer_words(w.of) + " were no constant but" + with + ".";
+        const std::string which =
+            w.of.effect == plant::no_effect ? "" : " (" + std::string(plant::effects()[w.of.effect].words) + ")";
+        std::vector<std::string> places{place_words(d.located.place)};
+        for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
+        return "Something is missing that I do not know. It acts in " + either_words(places) + ": as if " +
+               w.of.words + which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
@@ -280,13 +279,14 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
 
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
-  std::string text = "Were " + wanderer_words(w.of) + " free to change from moment to moment, that would explain " +
-                     percent(w.explained_share) + " of what noise and moving air leave open, and more likely than " +
-                     "pushes on the single equations";
-  if (!w.others.empty()) text += " or " + wanderer_words(w.others.front().first) + ", the next best";
-  text += ". In the recording " + wanderer_words(w.of) + " " + change_words(w);
+  std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " +
+                     percent(w.explained_share) + " of what noise and moving air leave open, more likely than pushes on the single equations";
+  if (!w.others.empty())
+    text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") +
+            w.others.front().first.words + ", the next best";
+  text += ". In the " + std::string(d.gate.size() > 1 ? "recordings " : "recording ") + w.of.words + " " + change_words(w);
   text += w.on.explained_share >= goes_with_share
-              ? "; it goes with " + w.on.variable + ", which accounts for " + percent(w.on.explained_share) + " of its course."
+              ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
   if (!d.effects.empty())
     text += " So perhaps " + std::string(plant::effects()[w.of.effect].words) + ", but not by a constant amount (" +
@@ -324,7 +324,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     text.push_back("What can be named explains " + percent(d.explained_share) +
                    " of what noise and moving air leave open. What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, or is not alone.");
-  } else if (d.verdict == Verdict::unexplained) {
+  } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
     if (d.wandering) {
@@ -334,8 +334,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
           " What the plant would need in " +
           std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
           (left.explained_share >= goes_with_share
-               ? " goes with " + left.variable + ", which accounts for " + percent(left.explained_share) + " of it."
-               : " follows no single quantity: the nearest, " + left.variable + ", accounts for only " +
+               ? " goes with " + variable_words(left) + ", which accounts for " + percent(left.explained_share) + " of it."
+               : " follows no single quantity: the nearest, " + variable_words(left) + ", accounts for only " +
                      percent(left.explained_share) + " of it.");
     text.push_back(start);
     std::vector<std::string> near;
@@ -346,10 +346,17 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
-      text.push_back("Of the catalogue, " + listed(near) + " of what noise and moving air leave open. " +
-                     objection_words(d, inputs.settings));
+      text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) +
+                     " of what noise and moving air leave open. " + objection_words(d, inputs.settings));
   }
-  if (d.wandering) return text;
+  if (d.wandering) {
+    if (!d.ambiguous_with.empty()) {
+      std::vector<std::string> names;
+      for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+      text.push_back("It cannot be told from " + listed(names) + ".");
+    }
+    return text;
+  }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
@@ -366,7 +373,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
             "Neither explains all, so one of them acts in another form than the catalogue's, and that one fits better "
             "says little.";
       else if (!d.parsimony.common_causes.empty())
-        why =
+        why = std::string(alone ? "An effect of the other kind of sensor gained, too. " : "") +
             "Both kinds of sensor off at once would be a coincidence; one cause before both, in another form than the "
             "catalogue's, is as likely.";
       text.push_back("It cannot be told from this: that " + listed(names) + ". " + why);
@@ -518,13 +525,13 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   if (d.verdict == Verdict::unexplained) {
     const auto& left = d.left_over;
     if (d.wandering)
-      text.push_back("Look at the course of " + wanderer_words(d.wandering->of) +
+      text.push_back("Look at the course of " + d.wandering->of.words +
                      " in the report, and at what happens at the limb when it changes" +
                      (d.wandering->on.explained_share >= goes_with_share
-                          ? ": which law would make it change with " + d.wandering->on.variable + "?"
+                          ? ": which law would make it change with " + variable_words(d.wandering->on) + "?"
                           : ". A recording with long holds and slow ramps would show on what it depends."));
     else if (!left.variable.empty() && left.explained_share >= goes_with_share)
-      text.push_back("Look at the curve of what is left against " + left.variable +
+      text.push_back("Look at the curve of what is left against " + variable_words(left) +
                      " in the report: which assumption of the plant's equation for " +
                      std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
                      " could break like this?");
@@ -736,6 +743,7 @@ std::vector<std::size_t> added_effects(const diagnose::Diagnosis& d) {
 
 std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<std::size_t> all = added_effects(d);
+  if (d.wandering) return all;  // what wanders is not what was added, even if by the same name
   std::erase_if(all, [&](std::size_t e) {
     return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });
@@ -745,8 +753,10 @@ std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
   const std::vector<std::size_t> added = added_effects(d);
-  std::erase_if(all,
-                [&](const auto& other) { return std::find(added.begin(), added.end(), other.effect) != added.end(); });
+  std::erase_if(all, [&](const auto& other) {
+    return std::find(added.begin(), added.end(), other.effect) != added.end() ||
+           std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == other.effect; });
+  });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.effect < b.effect; });
   return all;
 }

@@ -284,18 +284,16 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
   return result;
 }
 
-// An effect whose strength is no constant: its mean, and how far it goes.
+// An effect whose strength is no constant, so that no parameter of it has a value.
 FoundEffect found(const Wandering& wandering, const DiagnosisSettings& settings) {
   FoundEffect result{wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
-  result.confidence = settings.most_confidence_in_a_lead * wandering.explained_share * result.gain /
+  double likely = 1.0;
+  for (const auto& [other, loss] : wandering.others) {
+    likely += std::exp(-std::max(0.0, loss));
+    if (other.effect != plant::no_effect) result.rivals.emplace_back(other.effect, loss);
+  }
+  result.confidence = settings.most_confidence_in_a_lead * wandering.explained_share / likely * result.gain /
                       (result.gain + settings.doubtful_gain);
-  const std::size_t p = plant::effects()[wandering.of.effect].strength;
-  const auto& declared = plant::parameters()[p].declaration;
-  const double null = *declared.null_value, typical = declared.typical - null;
-  double mean = 0.0;
-  for (const double change : wandering.change) mean += change / static_cast<double>(wandering.change.size());
-  const double one = null + typical * wandering.lowest, other = null + typical * wandering.highest;
-  result.parameters.push_back({p, null + typical * mean, std::min(one, other), std::max(one, other), false});
   return result;
 }
 
@@ -552,13 +550,16 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
                                     far_off(result.agreement_before.rmse[c], c, result.gate.front().noise, settings);
     result.wandering = what_wanders(core, wander, search_settings.fit);
     if (result.wandering && result.wandering->of.effect != plant::no_effect &&
-        result.wandering->explained_share >= settings.certain_share)
+        result.wandering->explained_share >= settings.certain_share) {
       result.effects.push_back(found(*result.wandering, settings));
+      for (const auto& [rival, loss] : result.effects.front().rivals)
+        if (loss < settings.ambiguous_loss) result.ambiguous_with.push_back(rival);
+    }
   }
   result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
   const Forcing forcing = result.located.shares.front().forcing;
   if (result.verdict == Verdict::unexplained)
-    result.left_over = left_over(result.effects.empty() ? core : answer, forcing, search_settings.fit.most_air_K);
+    result.left_over = left_over(result.effects.empty() || result.wandering ? core : answer, forcing, search_settings.fit.most_air_K);
   if (result.wandering) {
     result.located.place = plant::text_of(result.wandering->of.place);
     auto& group = result.located.cannot_be_told_from;
@@ -599,7 +600,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
     result.others.push_back(visibility);
   }
-  if (!result.ambiguous_with.empty()) {
+  if (!result.ambiguous_with.empty() && !result.wandering) {
     const std::size_t effect = result.effects.front().effect, rival = result.ambiguous_with.front();
     for (const Round& round : result.search.rounds)
       for (const Candidate& candidate : round.candidates)

@@ -118,12 +118,15 @@ struct Diagnosis {
   Located located;
   std::vector<FoundEffect> effects;      // accepted, strongest first
   std::vector<std::size_t> ambiguous_with;
-  double explained_share = 0.0;          // of the core's misfit, by the effects; of whole paths, where `by_paths`
+  // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What wanders has a
+  // share of its own.
+  double explained_share = 0.0;
   bool by_paths = false;                 // the effects were found by following whole paths (open_loop.h)
   double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;        // effects that were not found
   LeftOver left_over;
-  // Where nothing that was tried is the answer and one thing stands out. An effect among `effects` is then no constant.
+  // Where nothing that was tried is the answer and one thing stands out. If that is an effect it is in `effects`, without parameters: it
+  // is no constant, and `repaired` does not have it unless as a stand-in.
   std::optional<Wandering> wandering;
   std::vector<std::size_t> flipped_signs;
   Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`

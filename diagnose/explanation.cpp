@@ -197,7 +197,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
     VaryingPush push;
     if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
     noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path(), settings.varying ? &push : nullptr);
-    if (best) noise->set(size, result.varying_size);
+    if (best && settings.varying) noise->set(size, result.varying_size);
     const Eigen::VectorXd residual = fit.residual();
     if (settings.least_squares)
       noise->set(size = {});

@@ -51,9 +51,9 @@ struct Explanation {
   double log_posterior = 0.0;   // with the prior of z
   double log_evidence = 0.0;
   // The data's distance from what a right model would leave, in squared standard deviations: r^T V0^-1 r - rows, with V0
-  // of the sensors and air that wanders by as much as was found, at most `most_air_K`.
+  // of the sensors and air that wanders by as much as was found, at most `most_air_K`, and of what varies, if anything does.
   double misfit = 0.0;
-  // 2 (log likelihood with all forcings - with air alone): what is still there that no sensor noise or air explains.
+  // 2 (log likelihood with all forcings - with air, and what varies, alone): what is still there that these do not explain.
   double unrest = 0.0;
   bool usable = false;
 

@@ -8,7 +8,7 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr int padded_forcings = (static_cast<int>(forcing_entries) + 3) / 4 * 4;
+constexpr int padded_forcings = (static_cast<int>(forcing_entries) + 1 + 3) / 4 * 4;  // one may wander
 
 }  // namespace
 

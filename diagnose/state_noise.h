@@ -130,7 +130,8 @@ class StateNoise {
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
-  // help end at 0; air is kept within `most_air_K`. The strength that wanders, where there is one, is free too. Sizes are found to
+  // help end at 0; air is kept within `most_air_K`. The strength that wanders, where there is one, is free, too, and
+  // begins at its size here. Sizes are found to
   // within `finest_factor`. Leaves the object at the result.
   ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
                        const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor);

@@ -7,6 +7,7 @@ namespace {
 
 // What begins at some moment or grows with time does what it does after ten minutes.
 constexpr double long_since_s = 600.0;
+constexpr double per_cent = 0.01;
 
 plant::Limb<double> changed(const plant::Limb<double>& limb, const Wanderer& by) {
   plant::Limb<double> result = limb;
@@ -16,8 +17,30 @@ plant::Limb<double> changed(const plant::Limb<double>& limb, const Wanderer& by)
       plant::set_in_file_units(result, p, plant::parameters()[p].declaration.typical);
   }
   const auto fields = plant::fields(result);
-  for (const std::size_t p : by.parameters) *fields[p] *= 1.0 + wandering_share;
+  for (const std::size_t p : by.parameters)
+    if (by.unit == "%")
+      *fields[p] *= 1.0 + per_cent * by.scale;
+    else
+      *fields[p] += by.scale * plant::parameters()[p].declaration.unit.internal_per_unit;
   return result;
+}
+
+// What is said of an effect: its strength; of one that grows with time, what it has grown to.
+Wanderer strength_of(std::size_t effect) {
+  const plant::EffectInfo& info = plant::effects()[effect];
+  const auto& declared = plant::parameters()[info.strength].declaration;
+  Wanderer one{"the strength of " + std::string(info.name), info.place, effect, {}, -1};
+  one.centre = declared.null_value.value_or(0.0);
+  one.scale = declared.typical - one.centre;
+  one.unit = std::string(declared.unit.text);
+  const auto grown = [&](const char* words, const char* unit) {
+    one.words = words;
+    one.scale *= long_since_s;
+    one.unit = unit;
+  };
+  if (info.name == "ambient_drift") grown("the temperature of the surroundings", "K");
+  if (info.name == "angle_sensor_drift") grown("the zero of the bend sensor", "deg");
+  return one;
 }
 
 }  // namespace
@@ -28,10 +51,10 @@ std::vector<Wanderer> wanderers(const plant::Limb<double>& limb, const std::vect
   const std::size_t states = plant::layout_of(limb.on).size();
   for (std::size_t e = 0; e < plant::effect_count; ++e) {
     if (limb.on[e] || std::find(without.begin(), without.end(), e) != without.end()) continue;
-    Wanderer one{std::string(plant::effects()[e].words), plant::effects()[e].place, e, {}, -1};
+    const Wanderer one = strength_of(e);
     const plant::Limb<double> with = changed(limb, one);
     const bool toggle = plant::parameters()[plant::effects()[e].strength].declaration.kind == plant::Kind::toggle;
-    if (toggle || plant::layout_of(with.on).size() != states ||
+    if (toggle || one.place == Place::sensor_temperature || plant::layout_of(with.on).size() != states ||
         plant::Equations<double>(with).command_delay_s() != plant::Equations<double>(limb).command_delay_s())
       continue;
     all.push_back(one);
@@ -43,7 +66,10 @@ std::vector<Wanderer> wanderers(const plant::Limb<double>& limb, const std::vect
   };
   core("the supply's voltage", Place::actuation, {"supply_voltage_V"});
   core("the wires' heat capacity", Place::thermal, {"heat_capacity_A_J_K", "heat_capacity_B_J_K"});
-  core("the transformation temperatures", Place::transformation, {"heating_midpoint_degC", "cooling_midpoint_degC"});
+  core("the level of the transformation temperatures", Place::transformation,
+       {"heating_midpoint_degC", "cooling_midpoint_degC"});
+  all.back().scale = 5.0;
+  all.back().unit = "K";
   core("the stretch that the transformation makes", Place::transformation, {"transformation_stretch_m"});
   core("the stiffness of austenite", Place::mechanics, {"austenite_stiffness_N_m"});
   core("the stiffness of martensite", Place::mechanics, {"martensite_stiffness_N_m"});
@@ -80,9 +106,9 @@ bool varying_push(const FitProblem& problem, const double* z, const Varying& var
       if (varying.of.sensor == 0) {
         for (const std::size_t j : plant::coils)
           reading(static_cast<Eigen::Index>(j)) =
-              wandering_share * (shown.temperature_degC[j] - limb.core.ambient_temperature_degC);
+              per_cent * varying.of.scale * (shown.temperature_degC[j] - limb.core.ambient_temperature_degC);
       } else if (varying.of.sensor == 1) {
-        reading(2) = wandering_share * shown.angle_rad;
+        reading(2) = per_cent * varying.of.scale * shown.angle_rad;
       } else {
         const plant::Reading<double> other = changed_so.reading(now_changed, integrator.state().data());
         for (const std::size_t j : plant::coils)

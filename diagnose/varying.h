@@ -17,19 +17,19 @@
 namespace sinew::diagnose {
 
 struct Wanderer {
-  std::string words;  // "the beam's stiffness"
+  std::string words;  // "the beam's stiffness", "the strength of supply_sag"
   plant::Place place;
   std::size_t effect = plant::no_effect;  // its strength wanders ...
-  std::vector<std::size_t> parameters;    // ... or these do, together, by a tenth ...
+  std::vector<std::size_t> parameters;    // ... or these do, together, by `scale` ...
   int sensor = -1;                        // ... or a sensor's gain does: 0 the thermocouples', 1 the bend sensor's
+  // The forcing counts in units of `scale`: what is said of it is centre + scale times that, in `unit`.
+  double centre = 0.0, scale = 10.0;
+  std::string unit = "%";
 };
 
-// All that may wander in a limb: effects that are off there, have no states of their own and delay nothing; what the core
-// holds for constant; the sensors' gains.
+// All that may wander in a limb: effects that are off there, have no states of their own, delay nothing and are not the gain
+// of a sensor; what the core holds for constant; the sensors' gains.
 std::vector<Wanderer> wanderers(const plant::Limb<double>& limb, const std::vector<std::size_t>& without);
-
-// What one unit of the strength that wanders stands for: the typical strength of an effect, or this share of a parameter.
-inline constexpr double wandering_share = 0.1;
 
 struct Varying {
   Wanderer of;

@@ -1,6 +1,7 @@
 #include "diagnose/wander.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/parallel.h"
 
@@ -9,7 +10,6 @@ namespace {
 
 constexpr double first_time_s = 30.0;  // correlation time with which all are tried
 constexpr std::array other_times_s{10.0, 100.0};
-constexpr std::size_t most_others = 3;
 
 bool upstream(plant::Place place) {
   return place == plant::Place::thermal || place == plant::Place::actuation ||
@@ -58,7 +58,7 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
   const Explanation& by = best->explanation;
   Wandering result{best->varying.of, best->varying.correlation_time_s, best->gain, share_explained(core, by), {}, {}, {},
                    {}, {}, 0.0, 0.0, {}};
-  for (std::size_t i = 1; i < std::min(all.size(), most_others + 1); ++i)
+  for (std::size_t i = 1; i < all.size(); ++i)
     if (all[i].gain > 0.0) result.others.emplace_back(all[i].varying.of, leading.gain - all[i].gain);
   Path path;
   VaryingPush push;
@@ -68,23 +68,19 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
   StateNoise noise(*by.problem, *by.blocks, by.z.data(), path, &push);
   noise.set(by.forcing, by.varying_size);
   const Smoothed smoothed = noise.smooth(by.residual);
-  // The residual is model - measured: what the limb has and the model has not is the opposite.
-  const Eigen::VectorXd change = -smoothed.varying;
   for (std::size_t b = 0; b < by.blocks->blocks().size(); ++b) {
     const auto i = static_cast<Eigen::Index>(b);
     result.recording.push_back(by.blocks->blocks()[b].recording);
     result.time_s.push_back(by.blocks->blocks()[b].time_s);
-    result.change.push_back(change(i));
-    result.deviation.push_back(smoothed.varying_deviation(i));
+    // The residual is model - measured: what the limb has and the model has not is the opposite.
+    result.value.push_back(result.of.centre - result.of.scale * smoothed.varying(i));
+    result.deviation.push_back(std::abs(result.of.scale) * smoothed.varying_deviation(i));
   }
-  if (result.of.effect == plant::no_effect)
-    for (auto* values : {&result.change, &result.deviation})
-      for (double& value : *values) value *= wandering_share;
-  std::vector<double> sorted = result.change;
+  std::vector<double> sorted = result.value;
   std::sort(sorted.begin(), sorted.end());
   result.lowest = sorted[sorted.size() / 20];
   result.highest = sorted[sorted.size() - 1 - sorted.size() / 20];
-  const Eigen::VectorXd course = Eigen::Map<const Eigen::VectorXd>(result.change.data(), change.size());
+  const auto course = Eigen::Map<const Eigen::VectorXd>(result.value.data(), smoothed.varying.size());
   for (const std::size_t coil : {2, 0, 1})
     if (Dependence found = depends_on(by, course, coil); found.explained_share > result.on.explained_share)
       result.on = std::move(found);

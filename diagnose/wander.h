@@ -23,12 +23,13 @@ struct Wandering {
   double correlation_time_s;
   double gain;             // of log evidence over forcings of the single equations
   double explained_share;  // of the core's misfit
-  std::vector<std::pair<Wanderer, double>> others;  // the next best, and how much less log evidence they gain
-  // Over the fitted blocks of all recordings: what would be added to the strength of an effect, in units of what is typical of
-  // it, or relative change.
+  // All others that gain, best first, and how much less log evidence than this one (at one correlation time).
+  std::vector<std::pair<Wanderer, double>> others;
+  // The estimate over the fitted blocks of all recordings, in the unit of `of`. Pushes on the single equations carry what it
+  // cannot.
   std::vector<std::size_t> recording;
-  std::vector<double> time_s, change, deviation;
-  double lowest, highest;  // 5 % and 95 % of `change`
+  std::vector<double> time_s, value, deviation;
+  double lowest, highest;  // 5 % and 95 % of `value`
   Dependence on;
 };
 
