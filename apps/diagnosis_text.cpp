@@ -284,7 +284,7 @@ std::string wandering_words(const Diagnosis& d) {
   if (!w.others.empty())
     text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") +
             w.others.front().first.words + ", the next best";
-  text += ". In the " + std::string(d.gate.size() > 1 ? "recordings " : "recording ") + w.of.words + " " + change_words(w);
+  text += ". In the " + std::string(answer_of(d).problem->data().size() > 1 ? "recordings " : "recording ") + w.of.words + " " + change_words(w);
   text += w.on.explained_share >= goes_with_share
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";

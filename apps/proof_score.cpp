@@ -179,7 +179,7 @@ Json score_proof(const Json& answers, const Json& results) {
     if (family == "catalogue" || family == "pair")
       for (const Json& effect : result["effects"])
         for (const Json& true_effect : answer["effects"]) {
-          if (true_effect["name"] != effect["name"]) continue;
+          if (true_effect["name"] != effect["name"] || !effect.contains("parameters")) continue;
           const std::string strength = effect["strength"];
           for (const auto& [name, value] : true_effect["parameters"].items()) {
             if (!effect["parameters"].contains(name) || effect["parameters"][name]["known"].get<bool>()) continue;

@@ -50,6 +50,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     Json effect{
         {"name", info.name},  {"place", plant::text_of(info.place)}, {"confidence", found.confidence},
         {"gain", found.gain}, {"strength", strength.name},           {"null", strength.null_value.value_or(0.0)}};
+    effect["parameters"] = Json::object();  // none where the strength is no constant
     for (const auto& p : found.parameters)
       effect["parameters"][std::string(plant::parameters()[p.parameter].declaration.name)] = {
           {"value", p.value}, {"ci95", {p.lowest, p.highest}}, {"known", p.known}};

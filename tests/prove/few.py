@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A dozen concealed cases of development through `sinew prove --few`: each must be answered right. And one in which the core, that has
+"""A dozen concealed cases of development through `sinew prove --few`: each must be answered right, and one in what wanders. And one in which the core, that has
 to do without the effect, goes so far that nothing there points to it.
 Usage: few.py PROGRAM OUT. Last line: N passed, N failed."""
 import json
@@ -25,6 +25,13 @@ else:
             passed += 1
     if len(answers) != 12:
         failed.append(f"{len(answers)} cases instead of 12")
+    # A heat loss that grows with speed is in no catalogue, but a heat loss that is no constant.
+    moving = json.loads(next((out / "cases").glob("outside-motion_cooling-*.json")).read_text())
+    said = [e["name"] for e in moving["effects"]], moving["verdict"], moving["located"]["place"]
+    if said == (["airflow_change"], "unexplained", "thermal") and moving["effects"][0]["confidence"] < 0.5:
+        passed += 1
+    else:
+        failed.append(f"heat loss that grows with speed: {said}")
 afresh = out / "afresh"
 run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--families", "catalogue", "--kinds", "sheath_heat_storage",
                       "--without-baselines", "--out", str(afresh)], capture_output=True, text=True)
