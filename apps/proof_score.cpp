@@ -59,6 +59,9 @@ std::vector<std::string> names_of(const Json& effects) {
   for (const Json& effect : effects) names.push_back(effect["name"]);
   return names;
 }
+// NaN where a plant could not follow the recording to its end.
+double number(const Json& value) { return value.is_null() ? std::nan("") : value.get<double>(); }
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -106,7 +109,7 @@ Json score_proof(const Json& answers, const Json& results) {
       const Json& baselines = result["baselines"];
       const auto reduction = [&](double after, Baseline& of) {
         if (!result.contains("normalised_oracle")) return;
-        const double before = result["normalised_before"], oracle = result["normalised_oracle"];
+        const double before = number(result["normalised_before"]), oracle = number(result["normalised_oracle"]);
         if (before > 1.1 * oracle) of.reductions.push_back((before - after) / (before - oracle));
       };
       const auto names = [&](Baseline& of, const std::vector<std::string>& given) {
@@ -122,8 +125,8 @@ Json score_proof(const Json& answers, const Json& results) {
       int terms = 0;
       for (const Json& count : baselines["sindy"]["terms"]) terms += count.get<int>();
       if (family == "clean") others["SINDy"].alarms.add(terms > 0);
-      reduction(result["normalised_after"], ours);
-      reduction(baselines["bic"].value("normalised_after", result["normalised_before"].get<double>()), others["BIC"]);
+      reduction(number(result["normalised_after"]), ours);
+      reduction(baselines["bic"].value("normalised_after", number(result["normalised_before"])), others["BIC"]);
       reduction(baselines["sindy"]["normalised_after"], others["SINDy"]);
       reduction(baselines["gaussian_process"]["normalised_after"], others["Gaussian process"]);
     }
@@ -193,10 +196,11 @@ Json score_proof(const Json& answers, const Json& results) {
           }
         }
     if (!named.empty()) {
-      worse.add(result["normalised_after"].get<double>() > result["normalised_before"].get<double>());
+      const double was = number(result["normalised_before"]), is = number(result["normalised_after"]);
+      worse.add(!std::isnan(was) && !(is <= was));
       if (result.contains("normalised_oracle")) {
-        const double before = result["normalised_before"], after = result["normalised_after"],
-                     oracle = result["normalised_oracle"];
+        const double before = number(result["normalised_before"]), after = number(result["normalised_after"]),
+                     oracle = number(result["normalised_oracle"]);
         if (before > oracle) reductions.push_back((before - after) / (before - oracle));
       }
     }
