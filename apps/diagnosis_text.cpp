@@ -47,6 +47,13 @@ std::string change_words(const diagnose::Wandering& w) {
          with_unit(report::significant(w.highest, 2), w.of.unit);
 }
 
+// The place, or those that it could be.
+std::string located_words(const Diagnosis& d) {
+  std::vector<std::string> places{place_words(d.located.place)};
+  for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
+  return either_words(places);
+}
+
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
@@ -75,9 +82,7 @@ std::string verdict_sentence(const Diagnosis& d) {
                                      : " changed from moment to moment";
         const std::string which =
             w.of.effect == plant::no_effect ? "" : " (" + std::string(plant::effects()[w.of.effect].words) + ")";
-        std::vector<std::string> places{place_words(d.located.place)};
-        for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
-        return "Something is missing that I do not know. It acts in " + either_words(places) + ": as if " +
+        return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " +
                w.of.words + which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
@@ -87,9 +92,7 @@ std::string verdict_sentence(const Diagnosis& d) {
                           probability_words(found.confidence));
         return "More is missing than I know, but part of it has a name: " + listed(named) + ".";
       }
-      std::vector<std::string> places{place_words(d.located.place)};
-      for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
-      return "Something is missing that I do not know: it seems to enter in " + either_words(places) +
+      return "Something is missing that I do not know: it seems to enter in " + located_words(d) +
              ", and no effect of the catalogue explains it.";
     }
   }
