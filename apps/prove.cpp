@@ -255,6 +255,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   };
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
+  if (arguments.without_baselines) command += " --without-baselines";
   if (arguments.few) command = "sinew prove --few --out " + arguments.out;
   sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
   sim::write_file_whole(out / "README.md", proof_markdown(score, command));
