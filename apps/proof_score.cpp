@@ -75,7 +75,7 @@ Json score_proof(const Json& answers, const Json& results) {
   std::vector<double> sizes, errors, reductions;
   std::map<std::string, std::map<std::string, Count>> strata;
   std::map<std::string, std::map<std::string, int>> confusion;
-  Json misses = Json::array();
+  Json misses = Json::array(), misplaced = Json::array();
   int invisible = 0, cases = 0;
   double largest_clean_gain = 0.0, largest_clean_unrest = 0.0;
   std::map<std::string, int> programs;
@@ -104,6 +104,11 @@ Json score_proof(const Json& answers, const Json& results) {
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
+    const auto placed = [&](bool right_place) {
+      place.add(right_place);
+      if (!right_place)
+        misplaced.push_back({{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
+    };
     ++programs[result.value("made_by", "")];
     if (result.contains("baselines")) {
       const Json& baselines = result["baselines"];
@@ -148,7 +153,7 @@ Json score_proof(const Json& answers, const Json& results) {
         strata[family][stratum].add(first == truth[0]);
         contained.add(contains(set, truth[0]));
         sizes.push_back(static_cast<double>(set.size()));
-        place.add(result["located"]["place"] == answer["effects"][0]["place"]);
+        placed(result["located"]["place"] == answer["effects"][0]["place"]);
         if (first != truth[0]) miss("named " + first);
       }
     } else if (family == "pair") {
@@ -170,7 +175,7 @@ Json score_proof(const Json& answers, const Json& results) {
         (family == "outside" ? unknown : removed_unknown).add(verdict == "unexplained" || right_place);
         (family == "outside" ? misnamed : removed_misnamed).add(confidently);
         strata[family][stratum].add(!confidently);
-        place.add(right_place);
+        placed(right_place);
         if (confidently)
           miss("confidently misnamed " + first);
         else if (verdict != "unexplained" && !right_place)
@@ -254,6 +259,7 @@ Json score_proof(const Json& answers, const Json& results) {
   for (const auto& [truth, given] : confusion)
     for (const auto& [answer, count] : given) score["confusion"][truth][answer] = count;
   score["misses"] = misses;
+  score["misplaced"] = misplaced;
   score["programs"] = programs;
   score["clean"] = {{"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
   score["baselines"] = Json::array();
@@ -326,7 +332,8 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   text +=
       "\n## By how visible the effect is\n\nd' is the distance, in standard deviations, of the recording from the "
       "nearest calibrated "
-      "core with its sensors' noise and moving air. Right answers of all:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | "
+      "core with its sensors' noise and moving air. Right answers of all; of outside and removed, those that are not "
+      "confidently misnamed:\n\n| family | d' < 5 | 5 to 20 | 20 to 100 | "
       "over 100 |\n|---|---|---|---|---|\n";
   for (const auto& [family, levels] : score["strata"].items()) {
     text += "| " + family + " |";
@@ -344,6 +351,10 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   for (const Json& miss : score["misses"])
     text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " +
             report::significant(miss["visibility"], 3) + " |\n";
+  text += "\n## Every equation that was not right\n\n| case | where it said | where it was |\n|---|---|---|\n";
+  for (const Json& one : score["misplaced"])
+    text += "| " + one["id"].get<std::string>() + " | " + one["said"].get<std::string>() + " | " +
+            one["truth"].get<std::string>() + " |\n";
   return text;
 }
 
