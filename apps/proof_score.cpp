@@ -14,6 +14,8 @@ using Json = nlohmann::ordered_json;
 constexpr double invisible_below = 5.0;
 // A name that is given with less confidence than this is no confident answer.
 constexpr double confident = 0.5;
+// Bounds of the classes of confidence that are compared with how often the first name is right.
+constexpr std::array<double, 5> confidence_classes{0.0, confident, 0.8, 0.95, 1.0};
 
 struct Count {
   int good = 0, all = 0;
@@ -66,6 +68,51 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+std::string percent(double share) { return report::fixed(100.0 * share, 1) + " %"; }
+
+// How much of the calibrated core's misfit an effect alone explains, as the first round of the search fitted it; NaN
+// where it was not among those that were.
+double explained_alone(const Json& result, const std::string& effect) {
+  const Json& first = result["rounds"][0];
+  const double core = result["explanations"][0]["misfit"];
+  if (first.contains("candidates"))
+    for (const Json& candidate : first["candidates"])
+      if (candidate[0] == effect) return 1.0 - candidate[2].get<double>() / core;
+  return std::nan("");
+}
+
+std::string alone(const Json& result, const std::string& effect) {
+  const double share = explained_alone(result, effect);
+  return std::isnan(share) ? effect + " was not among the effects that were fitted"
+                           : effect + " alone explains " + percent(share);
+}
+
+// What the numbers of a missed case say of why.
+std::string reason_of(const std::string& family, const std::vector<std::string>& truth,
+                      const std::vector<std::string>& named, const std::vector<std::string>& set, const Json& result) {
+  const double share = number(result["explained_share"]), left = result["unrest"][1];
+  std::string text;
+  const auto add = [&](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
+  if (!named.empty()) {
+    std::string all = named[0];
+    for (std::size_t i = 1; i < named.size(); ++i) all += " and " + named[i];
+    if (share > 0.995)
+      add(all + (named.size() > 1 ? " explain" : " explains") + " all that can be seen in this recording");
+    else
+      add(all + (named.size() > 1 ? " explain " : " explains ") + percent(share) + " of the misfit, an unrest of " +
+          report::significant(left, 3) + " is left");
+  }
+  if (family == "catalogue" || family == "other_form" || family == "pair")
+    for (const std::string& name : truth) {
+      if (contains(named, name)) continue;
+      add(alone(result, name));
+      if (contains(set, name)) add("it is in the set of those that cannot be told apart");
+    }
+  if (family != "pair" && named.empty() && result["verdict"] == "unexplained")
+    add("no name holds: what is left does not look like noise");
+  return text;
+}
+
 }  // namespace
 
 Json score_proof(const Json& answers, const Json& results) {
@@ -76,6 +123,7 @@ Json score_proof(const Json& answers, const Json& results) {
   std::map<std::string, std::map<std::string, Count>> strata;
   std::map<std::string, std::map<std::string, int>> confusion;
   Json misses = Json::array(), misplaced = Json::array();
+  std::array<Count, confidence_classes.size() - 1> right_by_confidence;
   int invisible = 0, cases = 0;
   double largest_clean_gain = 0.0, largest_clean_unrest = 0.0;
   std::map<std::string, int> programs;
@@ -96,6 +144,12 @@ Json score_proof(const Json& answers, const Json& results) {
         verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
     const bool nothing_to_see = family != "clean" && (seen < invisible_below || said_by_name);
     const std::string first = named.empty() ? (verdict == "consistent" ? "(nothing)" : "(unknown)") : named[0];
+    if (!named.empty()) {
+      const double confidence = result["effects"][0]["confidence"];
+      std::size_t at = 0;
+      while (at + 1 < right_by_confidence.size() && confidence >= confidence_classes[at + 1]) ++at;
+      right_by_confidence[at].add(family != "removed" && contains(truth, first));
+    }
     const bool confidently = !named.empty() && result["effects"][0]["confidence"].get<double>() >= confident;
     const std::string stratum = seen < invisible_below ? "d' < 5"
                                 : seen < 20            ? "5 to 20"
@@ -107,7 +161,8 @@ Json score_proof(const Json& answers, const Json& results) {
     const auto placed = [&](bool right_place) {
       place.add(right_place);
       if (!right_place)
-        misplaced.push_back({{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
+        misplaced.push_back(
+            {{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
     };
     ++programs[result.value("made_by", "")];
     if (result.contains("baselines")) {
@@ -210,13 +265,23 @@ Json score_proof(const Json& answers, const Json& results) {
       }
     }
     if (!good)
-      misses.push_back(
-          {{"id", id}, {"why", why}, {"visibility", seen}, {"verdict", verdict}, {"truth", truth}, {"named", named}});
+      misses.push_back({{"id", id},
+                        {"why", why},
+                        {"reason", reason_of(family, truth, named, set, result)},
+                        {"visibility", seen},
+                        {"verdict", verdict},
+                        {"truth", truth},
+                        {"named", named}});
   }
-  std::string worst_effect;
+  std::vector<std::string> worst_effects;
   double worst_share = 2.0;
-  for (const auto& [effect, count] : right_by_effect)
-    if (count.share() < worst_share) worst_share = count.share(), worst_effect = effect;
+  for (const auto& [effect, count] : right_by_effect) {
+    if (count.share() < worst_share) worst_share = count.share(), worst_effects.clear();
+    if (count.share() == worst_share) worst_effects.push_back(effect);
+  }
+  std::string least;
+  for (const std::string& effect : worst_effects) least += (least.empty() ? "" : ", ") + effect;
+  if (worst_effects.size() == right_by_effect.size()) least = "all are alike";
   Json score;
   score["cases"] = cases;
   score["invisible"] = invisible;
@@ -224,7 +289,7 @@ Json score_proof(const Json& answers, const Json& results) {
   Json& figures = score["figures"];
   figures.push_back(
       share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
-  figures.push_back(number_json("the effect that is recognised least: " + worst_effect,
+  figures.push_back(number_json("the effect that is recognised least: " + least,
                                 worst_share > 1.0 ? std::nan("") : worst_share, right_by_effect.size(), "at least 80 %",
                                 worst_share >= 0.8));
   figures.push_back(
@@ -258,6 +323,12 @@ Json score_proof(const Json& answers, const Json& results) {
     for (const auto& [level, count] : levels) score["strata"][family][level] = {count.good, count.all};
   for (const auto& [truth, given] : confusion)
     for (const auto& [answer, count] : given) score["confusion"][truth][answer] = count;
+  score["confidence"] = Json::array();
+  for (std::size_t i = 0; i < right_by_confidence.size(); ++i)
+    score["confidence"].push_back({{"from", confidence_classes[i]},
+                                   {"to", confidence_classes[i + 1]},
+                                   {"right", right_by_confidence[i].good},
+                                   {"of", right_by_confidence[i].all}});
   score["misses"] = misses;
   score["misplaced"] = misplaced;
   score["programs"] = programs;
@@ -282,7 +353,6 @@ Json score_proof(const Json& answers, const Json& results) {
 }
 
 std::string proof_markdown(const Json& score, const std::string& command) {
-  const auto percent = [](double share) { return report::fixed(100.0 * share, 1) + " %"; };
   std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " +
                      std::to_string(score["cases"].get<int>()) + " cases. Thresholds were chosen on seeds " +
                      std::to_string(first_development_seed) + " on, these are seeds " +
@@ -302,8 +372,11 @@ std::string proof_markdown(const Json& score, const std::string& command) {
               percent(figure["interval"][1]) + " |";
     else
       text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
-    text +=
-        " " + figure["goal"].get<std::string>() + " | " + (figure["of"].get<double>() == 0 ? "–" : figure["reached"].get<bool>() ? "yes" : "**no**") + " |\n";
+    text += " " + figure["goal"].get<std::string>() + " | " +
+            (figure["of"].get<double>() == 0 ? "–"
+             : figure["reached"].get<bool>() ? "yes"
+                                             : "**no**") +
+            " |\n";
   }
   text += "\nLargest gain that an effect had where nothing was concealed: " +
           report::significant(score["clean"]["largest_gain"], 3) +
@@ -313,7 +386,8 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   text += ".\n";
   if (!score["baselines"].empty()) {
     text +=
-        "\n## Simpler methods on the same cases\n\nOn the first seed of every case. A name counts for Sinew where its confidence is a half or more. "
+        "\n## Simpler methods on the same cases\n\nOn the first seed of every case. A name counts for Sinew where its "
+        "confidence is a half or more. "
         "SINDy and the Gaussian "
         "process correct the core's predictions and name no effect; what each does stands in "
         "apps/proof_baselines.h.\n\n|";
@@ -343,14 +417,21 @@ std::string proof_markdown(const Json& score, const std::string& command) {
                                      : " – |";
     text += "\n";
   }
+  text +=
+      "\n## What the confidence is worth\n\nOf the answers of all families that name something, how often the first "
+      "name is what was concealed, by the confidence it was given. An effect that was outside of the catalogue, or "
+      "taken out of it, has no right name.\n\n| confidence | first name right |\n|---|---|\n";
+  for (const Json& one : score["confidence"])
+    text += "| " + report::fixed(one["from"], 2) + " to " + report::fixed(one["to"], 2) + " | " +
+            std::to_string(one["right"].get<int>()) + " of " + std::to_string(one["of"].get<int>()) + " |\n";
   text += "\n## Each effect of the catalogue\n\n| effect | right name first |\n|---|---|\n";
   for (const auto& [effect, count] : score["by_effect"].items())
     text += "| " + effect + " | " + std::to_string(count[0].get<int>()) + " of " + std::to_string(count[1].get<int>()) +
             " |\n";
-  text += "\n## Every miss\n\n| case | what it said | d' |\n|---|---|---|\n";
+  text += "\n## Every miss\n\n| case | what it said | what its numbers say of why | d' |\n|---|---|---|---|\n";
   for (const Json& miss : score["misses"])
     text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " +
-            report::significant(miss["visibility"], 3) + " |\n";
+            miss["reason"].get<std::string>() + " | " + report::significant(miss["visibility"], 3) + " |\n";
   text += "\n## Every equation that was not right\n\n| case | where it said | where it was |\n|---|---|---|\n";
   for (const Json& one : score["misplaced"])
     text += "| " + one["id"].get<std::string>() + " | " + one["said"].get<std::string>() + " | " +
