@@ -319,9 +319,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
         "paths: effects were "
-        "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held on "
-        "the data kept "
-        "back. Together they take away " +
+        "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held, "
+        "beyond chance, on each tenth of what was fitted when it was left out of the fit. Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +

@@ -445,16 +445,12 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   };
-  // Where no explanation is one: what brings the whole path nearer, on the data kept back too and beyond chance. It is
+  // Where no explanation is one: what brings the whole path nearer, beyond chance where it was not fitted. It is
   // certain where it brings a channel most of the way without parameters that are hard to believe. More is missing even
   // so.
   const auto take_lead = [&] {
-    PathSearch paths{
-        search_settings.without, search_settings.most_effects, search_settings.least_gain, search_settings.threads, {}};
-    paths.holds = [&](const Fitted& one, const Fitted& other) {
-      const auto predictions = predictions_of(one, other);
-      return score_kept_back(predictions, nominal_model, noise, settings.search.seed).lowest_gain > 0.0;
-    };
+    const PathSearch paths{search_settings.without, search_settings.most_effects, search_settings.least_gain,
+                           search_settings.threads};
     const Lead lead = follow_paths(before, data, paths, search_settings.fit);
     if (lead.effects.empty()) return;
     const Agreement was = agreement_of(before.of, before, data, numerics),
@@ -473,12 +469,20 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
     const bool certain = largest_share >= settings.certain_share && believable;
     // As a stand-in it must do better than the one there is.
-    if (!certain && !effects.empty() && !paths.holds(after_fit, lead.path)) return;
+    if (!certain && !effects.empty() &&
+        !better_beyond_chance(cross_validated(after_fit, data, search_settings.threads, search_settings.fit),
+                              cross_validated(lead.path, data, search_settings.threads, search_settings.fit)))
+      return;
     answer = lead.path.of;
     after_fit = lead.path;
     effects = lead.effects;
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+    if (scored.highest_gain < 0.0) {
+      drop();
+      result.objections.worse_on_kept_back = true;
+      return;
+    }
     if (!certain) return;
     result.explained_share = sum / channels_off;
     result.by_paths = true;
@@ -510,8 +514,9 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.certain_share;
     if (rest.none())
       for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
-    else if (scored.lowest_gain <= 0.0)  // what predicts better even so stays as a stand-in, without a name
-      drop();
+    else if (scored.lowest_gain <= 0.0 || std::any_of(scored.error.gain_highest.begin(), scored.error.gain_highest.end(),
+                                                      [](double gain) { return gain < 0.0; }))
+      drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
   }
   if (result.verdict == Verdict::unexplained && result.effects.empty()) take_lead();
   if (answer.effects() == core.effects()) result.explained_share = 0.0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "diagnose/compare.h"
 #include "diagnose/search.h"
@@ -12,6 +13,11 @@
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
+namespace {
+
+constexpr double lost = 1e300;  // square of an error where the plant cannot follow
+
+}  // namespace
 
 Series predict(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
                const plant::NumericalSettings& numerics) {
@@ -54,7 +60,7 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
         sum += std::pow(model[c][k] - target, 2);
         ++count;
       }
-      if (std::isnan(sum)) sum = 1e300;
+      if (std::isnan(sum)) sum = lost;
       if (count > 0.0) spread.rmse[r][c] = std::max(data[r].deviation[c], std::sqrt(sum / count));
       spread.log_sum += count * std::log(spread.rmse[r][c]);
     }
@@ -103,6 +109,96 @@ PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data,
   return longest;
 }
 
+bool has_reading(const sim::Sample& sample) {
+  for (std::size_t c = 0; c < channel_count; ++c)
+    if (!std::isnan(measured(sample, c))) return true;
+  return false;
+}
+
+}  // namespace
+
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
+                           const ExplanationSettings& settings) {
+  constexpr std::size_t folds = 10;
+  constexpr double beginning_s = 10.0, guard_s = 5.0;
+  ExplanationSettings least_squares = settings;
+  least_squares.least_squares = true;
+  least_squares.most_rounds = 1;
+  // Each channel weighted as it fits: by how far off it is, and for how long.
+  const PerChannel correlation = correlation_of(path, data, settings.numerics);
+  const Spread spread = spread_of(path, data, settings.numerics);
+  std::vector<FitData> weighted = data;
+  for (std::size_t r = 0; r < data.size(); ++r)
+    for (std::size_t c = 0; c < channel_count; ++c)
+      weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+
+  FoldErrors errors;
+  errors.squares.resize(folds);
+  errors.noise.resize(folds);
+  sim::in_parallel(folds, threads, [&](std::size_t fold) {
+    std::vector<sim::Recording> masked;
+    std::vector<std::pair<std::size_t, std::size_t>> left_out;  // of each recording: first sample, one past the last
+    for (const FitData& one : data) {
+      const auto& samples = one.recording->samples;
+      std::vector<std::size_t> shown;  // samples with a reading, after the beginning
+      for (std::size_t k = 0; k < one.sample_count; ++k)
+        if (samples[k].time_s >= samples[0].time_s + beginning_s && has_reading(samples[k])) shown.push_back(k);
+      const std::size_t first = shown.size() * fold / folds, end = shown.size() * (fold + 1) / folds;
+      left_out.emplace_back(first < end ? shown[first] : 0, first < end ? shown[end - 1] + 1 : 0);
+      masked.push_back(*one.recording);
+      if (first == end) continue;
+      for (sim::Sample& sample : masked.back().samples) {
+        if (sample.time_s < samples[shown[first]].time_s - guard_s ||
+            sample.time_s > samples[shown[end - 1]].time_s + guard_s)
+          continue;
+        sample.temperature_degC.fill(std::numeric_limits<double>::quiet_NaN());
+        sample.angle_deg = std::numeric_limits<double>::quiet_NaN();
+      }
+    }
+    std::vector<FitData> rest = weighted;
+    for (std::size_t r = 0; r < rest.size(); ++r) rest[r].recording = &masked[r];
+    const Explanation refitted = explain(path.of.problem->centres(), rest, path.of.as_guess(), least_squares);
+    const Fitted without = refitted.usable ? fitted(refitted) : path;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Series model = predict(without.limb, without.starts[r], *data[r].recording, settings.numerics);
+      for (std::size_t k = left_out[r].first; k < left_out[r].second; ++k) {
+        for (std::size_t c = 0; c < channel_count; ++c) {
+          const double target = measured(data[r].recording->samples[k], c);
+          if (std::isnan(target)) continue;
+          const double square = std::pow(model[c][k] - target, 2);
+          errors.squares[fold][c] += refitted.usable && !std::isnan(square) ? square : lost;
+          errors.noise[fold][c] += std::pow(data[r].deviation[c], 2);
+        }
+      }
+    }
+  });
+  return errors;
+}
+
+bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after) {
+  const std::size_t folds = before.squares.size();
+  const auto gain_without = [&](std::size_t left_out) {
+    double gain = 0.0;
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      double was = 0.0, is = 0.0, noise = 0.0;
+      for (std::size_t f = 0; f < folds; ++f) {
+        if (f == left_out) continue;
+        was += before.squares[f][c], is += after.squares[f][c], noise += before.noise[f][c];
+      }
+      if (noise > 0.0) gain += 0.5 * std::log(std::max(was, noise) / std::max(is, noise));
+    }
+    return gain;
+  };
+  std::vector<double> gains;
+  for (std::size_t f = 0; f < folds; ++f) gains.push_back(gain_without(f));
+  const double n = static_cast<double>(folds), mean = std::accumulate(gains.begin(), gains.end(), 0.0) / n;
+  double variance = 0.0;
+  for (const double gain : gains) variance += (gain - mean) * (gain - mean) * (n - 1.0) / n;
+  return gain_without(folds) > 2.0 * std::sqrt(variance);
+}
+
+namespace {
+
 // Log posterior of a path, up to a constant, each channel's error having the size that it has.
 double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, const PerChannel& correlation,
                         const plant::NumericalSettings& numerics) {
@@ -124,6 +220,7 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
   least_squares.most_rounds = 1;
   least_squares.iterations_per_round = 15;
   Lead lead{core, {}, {}};
+  std::optional<FoldErrors> errors;  // of the path that is gone on from
   while (lead.effects.size() < search.most_effects) {
     const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);
     const Spread spread = spread_of(lead.path, data, settings.numerics);
@@ -161,7 +258,10 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
     for (std::size_t n = 0; n < std::min(order.size(), most_tries) && lead.effects.size() == already; ++n) {
       const double gain = 2.0 * (reached[order[n]] - before);
       if (gain < enough) break;
-      if (!search.holds(lead.path, paths[order[n]])) continue;
+      if (!errors) errors = cross_validated(lead.path, data, search.threads, settings);
+      const FoldErrors with = cross_validated(paths[order[n]], data, search.threads, settings);
+      if (!better_beyond_chance(*errors, with)) continue;
+      errors = with;
       lead.path = paths[order[n]];
       lead.effects.push_back(tried[order[n]]->effect);
       lead.gains.push_back(gain);

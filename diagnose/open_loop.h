@@ -38,18 +38,34 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
+// Ten-fold cross-validation of a path: of each fold and channel, how far off the prediction is where the path was
+// fitted to everything else, its unknowns begun where they are. A fold is a tenth of every recording's fitted samples,
+// in one piece, without the seconds that tell how the recording begins; its neighbourhood is in neither part.
+//
+// Source: Hastie, Tibshirani, Friedman 2009, The Elements of Statistical Learning, 2nd edition, section 7.10.
+struct FoldErrors {
+  std::vector<PerChannel> squares,
+      noise;  // [fold]: sums over its samples, units of files squared; of the sensors alone
+};
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
+                           const ExplanationSettings& settings);
+
+// Whether the error that cross-validation finds falls beyond chance: the logarithm of the root mean squares, summed
+// over channels, by more than twice its standard deviation, which is the jackknife's over folds. What is below the
+// sensors' noise counts as noise.
+bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after);
+
 // Where noise in the state swallows what is missing, the search by evidence sees only how well the next seconds follow
 // from the last. This one looks at whole paths: effects are added one by one for how much closer to the recordings the
 // plant comes from its duty alone, each channel's error counting by how many independent values it has (its correlation
 // time). The six that the score test ranks highest are fitted, and those it is blind for. A path that gains
-// `least_gain` (half of it after the first) in twice the log likelihood is put to `holds`, best first, three at most;
-// the first that does is gone on from.
+// `least_gain` (half of it after the first) in twice the log likelihood is cross-validated, best first, three at most;
+// the first that predicts better beyond chance is gone on from. Nothing outside of `data` has a vote.
 struct PathSearch {
   std::vector<std::size_t> without;  // effects that may not be named
   std::size_t most_effects;
   double least_gain;
   int threads;
-  std::function<bool(const Fitted& before, const Fitted& after)> holds;  // on data that was kept back
 };
 struct Lead {
   Fitted path;

@@ -32,8 +32,16 @@ struct Lagging {
   }
 };
 
-diagnose::PathSearch search_that(bool holds) {
-  return {{}, 1, 24.0, 2, [holds](const Fitted&, const Fitted&) { return holds; }};
+const diagnose::PathSearch one_effect{{}, 1, 24.0, 2};
+
+// Folds whose error, in units of noise, is as given.
+diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
+  diagnose::FoldErrors folds;
+  for (const double error : errors) {
+    folds.squares.push_back({100.0, 100.0, 100.0 * error * error});
+    folds.noise.push_back({100.0, 100.0, 100.0});
+  }
+  return folds;
 }
 
 }  // namespace
@@ -49,16 +57,44 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
   CHECK(diagnose::spread_of(polished, limb.data, numerics).rmse[0][0] > 5.0 * testing::paper_noise[0]);
 }
 
-TEST_CASE("open loop: following whole paths finds what is missing, unless it does not hold on other data") {
+TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there") {
   const Lagging limb;
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
-  const Lead lead = diagnose::follow_paths(core, limb.data, search_that(true), limb.settings);
+  const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
   REQUIRE(lead.effects.size() == 1);
   CHECK(plant::effects()[lead.effects[0]].name == "thermocouple_lag");
   CHECK(lead.gains[0] > 24.0);
   CHECK(plant::get_in_file_units(lead.path.limb, plant::parameter_index("thermocouple_lag.time_constant_s")) ==
         doctest::Approx(2.5).epsilon(0.05));
-  CHECK(diagnose::follow_paths(core, limb.data, search_that(false), limb.settings).effects.empty());
+  CHECK(diagnose::follow_paths(lead.path, limb.data, one_effect, limb.settings).effects.empty());
+}
+
+TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once") {
+  const Lagging limb;
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
+  const auto without = diagnose::cross_validated(core, limb.data, 2, limb.settings),
+             with = diagnose::cross_validated(lead.path, limb.data, 1, limb.settings);
+  CHECK(diagnose::better_beyond_chance(without, with));
+  CHECK_FALSE(diagnose::better_beyond_chance(with, without));
+  double squares = 0.0, noise = 0.0, samples = 0.0;
+  for (std::size_t f = 0; f < with.squares.size(); ++f)
+    squares += with.squares[f][0], noise += with.noise[f][0],
+        samples += with.noise[f][0] / std::pow(testing::paper_noise[0], 2);
+  CHECK(squares < 0.01 * noise);  // the recording has none
+  CHECK(samples == doctest::Approx(500.0).epsilon(0.01));  // all but the first ten seconds, once
+}
+
+TEST_CASE("open loop: better in one fold is chance, better in most is not, and less than noise is noise") {
+  using diagnose::better_beyond_chance;
+  const auto before = folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 5});
+  CHECK(better_beyond_chance(before, folds_of({3, 4, 3, 4, 3, 4, 3, 4, 3, 4})));
+  CHECK_FALSE(better_beyond_chance(before, before));
+  CHECK_FALSE(better_beyond_chance(folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 50}), before));
+  CHECK_FALSE(better_beyond_chance(before, folds_of({2, 9, 1, 8, 2, 7, 3, 4, 3, 1})));
+  CHECK_FALSE(better_beyond_chance(folds_of(std::vector<double>(10, 1.0)), folds_of(std::vector<double>(10, 0.1))));
+  // Where the plant could not follow once, nothing is known.
+  CHECK_FALSE(better_beyond_chance(before, folds_of({1, 1, 1, 1, 1, 1, 1, 1, 1, 1e148})));
 }
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {
