@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnose/calibrate.h"
+#include "plant/wire.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -138,6 +139,34 @@ Guess Explanation::as_guess() const {
   for (std::size_t u = 0; u < problem->unknowns().size(); ++u) guess.values[problem->unknowns()[u].name] = value(u);
   guess.forcing = forcing;
   return guess;
+}
+
+std::vector<Guess> on_branches(const Explanation& at) {
+  constexpr double least_open = 0.02;  // martensite fraction
+  std::vector<Guess> guesses;
+  const plant::Core<double> core = at.limb().core;
+  const std::size_t recordings = at.problem->data().size();
+  for (std::size_t r = 0; r < recordings; ++r) {
+    const plant::Start start = at.start(r);
+    if (start.given.empty()) continue;  // at rest
+    plant::PerCoil<plant::Envelopes<double>> loop;
+    bool is_open = false;
+    for (const std::size_t j : plant::coils) {
+      loop[j] = plant::envelopes(*start.given[plant::core_state::temperature + j], core.heating_midpoint_degC,
+                                 core.heating_width_K, core.cooling_midpoint_degC, core.cooling_width_K);
+      is_open = is_open || loop[j].heating - loop[j].cooling > least_open;
+    }
+    if (!is_open) continue;
+    const std::string owner = recordings == 1 ? "start." : "start[" + std::to_string(r) + "].";
+    for (const unsigned cooling : {0u, 1u, 2u, 3u}) {
+      Guess guess = at.as_guess();
+      for (const std::size_t j : plant::coils)
+        guess.values[owner + (j == 0 ? "martensite_A_fraction" : "martensite_B_fraction")] =
+            (cooling >> j) & 1u ? loop[j].cooling : loop[j].heating;
+      guesses.push_back(guess);
+    }
+  }
+  return guesses;
 }
 
 double share_explained(const Explanation& core, const Explanation& by) {

@@ -1,6 +1,8 @@
 #include "diagnose/gate.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 
 #include "sim/text.h"
@@ -13,6 +15,27 @@ constexpr std::size_t reach = 3;  // neighbours on each side
 
 void clear(sim::Sample& sample, std::size_t channel) {
   (channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg) = nan;
+}
+
+// Where the limb moves fast its neighbours say little of a sample, but the line through them does: the distance from
+// it, and the largest of theirs. A bend, a turn or a jump puts both off alike. NaN without two neighbours on each side.
+struct OffLine {
+  double own, neighbours;
+};
+OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, std::size_t channel) {
+  if (k < 2 || k + 2 >= samples.size()) return {nan, nan};
+  constexpr std::array<double, 4> at{-2.0, -1.0, 1.0, 2.0};
+  std::array<double, 4> value;
+  double mean = 0.0, slope = 0.0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    value[i] = measured(samples[i < 2 ? k - 2 + i : k - 1 + i], channel);
+    mean += value[i] / 4.0;
+    slope += at[i] * value[i] / 10.0;
+  }
+  OffLine off{std::abs(measured(samples[k], channel) - mean), 0.0};
+  for (std::size_t i = 0; i < 4; ++i)
+    off.neighbours = std::max(off.neighbours, std::abs(value[i] - mean - slope * at[i]));
+  return off;
 }
 
 std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::size_t channel, double noise) {
@@ -32,7 +55,8 @@ std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::s
     // The extremes may be outliers themselves.
     const double range = around[around.size() - 2] - around[1];
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
-    if (std::abs(value - median) > 8.0 * noise + range) {
+    const OffLine off = off_line(samples, k, channel);
+    if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
       clear(to.samples[k], channel);
       ++count;
     }

@@ -37,7 +37,13 @@ plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& rec
   fit.only_start = true;
   fit.most_rounds = 1;
   const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);
-  const Explanation begun = explain(limb, {{&recording, std::max<std::size_t>(count, 2), noise}}, {}, fit);
+  const std::vector<FitData> data{{&recording, std::max<std::size_t>(count, 2), noise}};
+  Explanation begun = explain(limb, data, {}, fit);
+  if (begun.usable)
+    for (const Guess& other : on_branches(begun))
+      if (const Explanation again = explain(limb, data, other, fit);
+          again.usable && again.log_posterior > begun.log_posterior)
+        begun = again;
   return begun.usable ? begun.start(0) : plant::Start{};
 }
 

@@ -90,7 +90,8 @@ class Searcher {
 
   // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
   // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
-  // with small ones, once from the effects alone, once from the whole path's least squares.
+  // with small ones, from starts on the branches of the hysteresis, from the effects alone, from the whole path's least
+  // squares.
   void settle(Explanation& explanation) const {
     if (explanation.unrest <= settings_.settled_unrest) return;
     const ForcingSize small{0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
@@ -100,6 +101,11 @@ class Searcher {
       if (unknown.parameter != plant::no_effect && plant::parameters()[unknown.parameter].effect != plant::no_effect)
         effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
+    if (explanation.unrest <= settings_.settled_unrest) return;
+    for (Guess& begun : on_branches(explanation)) {
+      begun.forcing = small;
+      try_from(begun, explanation);
+    }
     if (effects.values.empty() || explanation.unrest <= settings_.settled_unrest) return;
     try_from(effects, explanation);
     if (explanation.unrest <= settings_.settled_unrest) return;

@@ -15,7 +15,8 @@ sim::Recording steep() {
     const double time_s = 0.1 * k, warm = std::clamp(13.0 * (time_s - 10.0), 0.0, 39.0);
     const double temperature = 25.0 + (time_s < 13.0 ? warm : 39.0 * std::exp(-(time_s - 13.0) / 21.0));
     const double wobble = 0.1 * std::sin(37.0 * k);
-    recording.samples.push_back({time_s, {time_s >= 10.0 && time_s < 13.0 ? 0.6 : 0.0, 0.0}, {temperature + wobble, 25.0 + wobble}, wobble});
+    recording.samples.push_back(
+        {time_s, {time_s >= 10.0 && time_s < 13.0 ? 0.6 : 0.0, 0.0}, {temperature + wobble, 25.0 + wobble}, wobble});
   }
   return recording;
 }
@@ -25,7 +26,8 @@ sim::Recording steep() {
 TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
   sim::Recording recording = steep();
   diagnose::GateNotes notes;
-  CHECK(diagnose::gated(recording, nullptr, notes).samples[115].temperature_degC[0] == recording.samples[115].temperature_degC[0]);
+  CHECK(diagnose::gated(recording, nullptr, notes).samples[115].temperature_degC[0] ==
+        recording.samples[115].temperature_degC[0]);
   CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
   recording.samples[115].temperature_degC[0] += 15.0;
   recording.samples[300].angle_deg -= 9.0;
@@ -36,6 +38,26 @@ TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
   CHECK(std::isnan(clean.samples[300].angle_deg));
   CHECK(std::isnan(clean.samples[0].temperature_degC[1]));
   CHECK(again.outliers == std::array<std::size_t, 3>{1, 1, 1});
+}
+
+TEST_CASE(
+    "gate: where the limb swings, an error less than what its neighbours span is one; a turn, a kick and a jump are "
+    "none") {
+  sim::Recording recording{"swing", {}, {}, {}};
+  for (int k = 0; k < 270; ++k) {
+    const double time_s = 0.1 * k, wobble = 0.05 * std::sin(37.0 * k);
+    double angle = 30.0 * std::cos(0.7 * time_s);        // 21 deg/s where it passes the middle; at rest at both ends
+    if (k >= 135) angle += 12.0;                         // jumps where it turns
+    if (k >= 200) angle += 2.5 * std::min(k - 200, 20);  // is kicked, and stopped
+    recording.samples.push_back({time_s, {0.3, 0.0}, {25.0 + wobble, 25.0 - wobble}, angle + wobble});
+  }
+  diagnose::GateNotes notes;
+  CHECK(std::isfinite(diagnose::gated(recording, nullptr, notes).samples[112].angle_deg));
+  CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
+  recording.samples[112].angle_deg += 8.0;  // the six around it span 12 deg
+  diagnose::GateNotes again;
+  CHECK(std::isnan(diagnose::gated(recording, nullptr, again).samples[112].angle_deg));
+  CHECK(again.outliers == std::array<std::size_t, 3>{0, 0, 1});
 }
 
 TEST_CASE("gate: missing samples are counted, and a recording in which nothing is driven is said to be of little use") {

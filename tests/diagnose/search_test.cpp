@@ -32,7 +32,8 @@ TEST_CASE("score: a thermocouple's gain cannot be seen, since calibration imitat
   const sim::Recording recording = recorded_with("", 0.0);
   const Explanation core = explain({}, data_of(recording), {}, {});
   REQUIRE(core.usable);
-  const Scores scores = score(core, {plant::effect_index("thermocouple_heat_sink"), plant::effect_index("thermocouple_lag")}, 1);
+  const Scores scores =
+      score(core, {plant::effect_index("thermocouple_heat_sink"), plant::effect_index("thermocouple_lag")}, 1);
   REQUIRE(scores.all.size() == 2);
   CHECK(scores.all[0].visible_share < 1e-3);
   CHECK(scores.all[1].visible_share > 0.1);
@@ -62,6 +63,27 @@ TEST_CASE("score: a gain of nothing is certain to come by chance, a large one ha
   // Threads and repetition change nothing.
   const Scores again = score(core, all, 1);
   for (std::size_t i = 0; i < scores.all.size(); ++i) CHECK(scores.all[i].statistic == again.all[i].statistic);
+}
+
+TEST_CASE("start: guesses on the branches of the hysteresis where the loop is open, none where both coils are cold") {
+  const sim::Recording whole = testing::recorded(testing::babbling(60.0));
+  const auto guesses_from = [&](std::size_t first) {
+    sim::Recording part{"part", {}, {}, {}};
+    part.samples.assign(whole.samples.begin() + static_cast<std::ptrdiff_t>(first),
+                        whole.samples.begin() + static_cast<std::ptrdiff_t>(first) + 100);
+    return diagnose::on_branches(diagnose::explain({}, {{&part, part.samples.size(), testing::paper_noise}}, {}, {}));
+  };
+  CHECK(guesses_from(0).empty());
+  std::size_t warm = 0;
+  for (std::size_t k = 0; k < 400; ++k)
+    if (whole.samples[k].temperature_degC[0] > whole.samples[warm].temperature_degC[0]) warm = k;
+  const auto guesses = guesses_from(warm + 20);
+  REQUIRE(guesses.size() == 4);
+  const auto fraction_A = [&](std::size_t g) { return guesses[g].values.at("start.martensite_A_fraction"); };
+  CHECK(fraction_A(0) > fraction_A(1) + 0.02);
+  CHECK(fraction_A(0) == fraction_A(2));
+  CHECK(fraction_A(1) == fraction_A(3));
+  CHECK(guesses[0].values.at("start.martensite_B_fraction") >= guesses[2].values.at("start.martensite_B_fraction"));
 }
 
 TEST_CASE("search: names what was left out and its size, and finds nothing where nothing is") {
