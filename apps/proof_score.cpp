@@ -357,9 +357,12 @@ Json score_proof(const Json& answers, const Json& results) {
 
 std::string proof_markdown(const Json& score, const std::string& command) {
   std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " +
-                     std::to_string(score["cases"].get<int>()) + " cases. Thresholds were chosen on seeds " +
-                     std::to_string(first_development_seed) + " on, these are seeds " +
-                     std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " +
+                     std::to_string(score["cases"].get<int>()) + " cases" +
+                     (score["wanted"] == score["cases"]
+                          ? std::string()
+                          : " of " + std::to_string(score["wanted"].get<int>()) + ", those that have been made") +
+                     ". Thresholds were chosen on seeds " + std::to_string(first_development_seed) +
+                     " on, these are seeds " + std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " +
                      std::to_string(score["invisible"].get<int>()) +
                      " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the "
                      "effect and the answer lists it by "

@@ -30,7 +30,7 @@ struct ProveArguments {
   std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
-  bool few = false, json = false, without_baselines = false, recordings = false;
+  bool few = false, json = false, without_baselines = false, recordings = false, score = false;
 };
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
@@ -160,12 +160,18 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   });
   if (cases.empty())
     throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
+  const fs::path out(arguments.out);
+  const std::size_t wanted = cases.size();
+  if (arguments.score) {
+    std::erase_if(cases, [&](const ProofCase& one) { return !fs::exists(out / "cases" / (one.id() + ".json")); });
+    if (cases.empty())
+      throw sim::InputError(
+          {.file = "", .key = "--score", .value = arguments.out, .advice = "none of the cases is there"});
+  }
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
 
-  // The answers are sealed before any diagnosis begins.
-  const fs::path out(arguments.out);
   fs::create_directories(out / "cases");
   Json answers;
   for (const ProofCase& one : cases) {
@@ -177,12 +183,6 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
     sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
   }
-  const std::string sealed = answers.dump(1) + "\n";
-  sim::write_file_whole(out / "answers.json", sealed);
-  const std::string seal = sim::sha256(sealed);
-  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(), seal.c_str());
-  std::fflush(stdout);
-
   // What is there already of the same answers is not done again; README.md says which programs made the cases.
   const auto seal_of = [&](const ProofCase& one) { return sim::sha256(answers[one.id()].dump()); };
   const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
@@ -198,8 +198,20 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
         continue;
       }
     }
+    if (arguments.score)
+      throw sim::InputError({.file = file.string(),
+                             .key = "--score",
+                             .value = cases[i].id(),
+                             .advice = "this case was made of another recording; remove it or make it again"});
     open.push_back(i);
   }
+
+  // The answers are sealed before any diagnosis begins.
+  const std::string sealed = answers.dump(1) + "\n";
+  sim::write_file_whole(out / "answers.json", sealed);
+  const std::string seal = sim::sha256(sealed);
+  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(), seal.c_str());
+  std::fflush(stdout);
   if (open.size() < cases.size()) std::printf("%zu of them are there already\n", cases.size() - open.size());
   {
     Progress progress("proving");
@@ -245,6 +257,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   }
   Json score = score_proof(answers, results);
   score["first_seed"] = cases.front().seed;
+  score["wanted"] = wanted;
   std::string command =
       "sinew prove " +
       (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
@@ -256,6 +269,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
   if (arguments.without_baselines) command += " --without-baselines";
+  if (arguments.score) command += " --score";
   if (arguments.few) command = "sinew prove --few --out " + arguments.out;
   sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
   sim::write_file_whole(out / "README.md", proof_markdown(score, command));
@@ -280,6 +294,7 @@ void add_prove(CLI::App& program, int& exit_code) {
       "  sinew prove --out results/proof\n"
       "  sinew prove --set development --families clean --seeds 2 --out /tmp/clean\n"
       "  sinew prove --kinds hard_stop.exponential --seeds 1 --recordings --out /tmp/one\n"
+      "  sinew prove --out results/proof --score\n"
       "  sinew prove --few --out /tmp/few");
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
   command->add_option("--plant", arguments->plant, "nominal plant")->check(CLI::ExistingFile);
@@ -300,6 +315,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
   command->add_flag("--without-baselines", arguments->without_baselines,
                     "the simpler methods, which take as long as the diagnosis, are left out");
+  command->add_flag("--score", arguments->score, "no case is made: those that are there are scored");
   command->add_flag("--recordings", arguments->recordings,
                     "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");

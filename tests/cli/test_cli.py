@@ -459,6 +459,11 @@ def test_prove():
     check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601
           and len(columns(f"proof/recordings/{case[:-5]}/heldout.csv")["angle_deg"]) == 601, said(kept))
+    (folder / f"proof/cases/{case}").unlink()
+    scored = sinew(*made, "--score")
+    check("prove --score: scores what is there, and makes nothing", scored.returncode == 0 and json.loads(content("proof/score.json"))["cases"] == 7
+          and "7 cases of 8, those that have been made" in content("proof/README.md").decode() and not (folder / f"proof/cases/{case}").exists(), said(scored))
+    refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--score = p\n  none of the cases")
     refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds\n  no case is left")
     refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
 
