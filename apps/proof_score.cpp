@@ -335,7 +335,8 @@ Json score_proof(const Json& answers, const Json& results) {
   score["misses"] = misses;
   score["misplaced"] = misplaced;
   score["programs"] = programs;
-  score["clean"] = {{"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
+  score["clean"] = {
+      {"cases", alarms.all}, {"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
   score["baselines"] = Json::array();
   if (!others.empty()) {
     const auto row = [&](const std::string& what, auto&& of) {
@@ -384,9 +385,12 @@ std::string proof_markdown(const Json& score, const std::string& command) {
                                              : "**no**") +
             " |\n";
   }
-  text += "\nLargest gain that an effect had where nothing was concealed: " +
-          report::significant(score["clean"]["largest_gain"], 3) +
-          "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". Made by";
+  text += "\n";
+  if (score["clean"]["cases"].get<int>() > 0)
+    text += "Largest gain that an effect had where nothing was concealed: " +
+            report::significant(score["clean"]["largest_gain"], 3) +
+            "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". ";
+  text += "Made by";
   for (const auto& [program, count] : score["programs"].items())
     text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
   text += ". Of the cases in which the held-out error is worse than before, " +
