@@ -44,8 +44,8 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
 //
 // Source: Hastie, Tibshirani, Friedman 2009, The Elements of Statistical Learning, 2nd edition, section 7.10.
 struct FoldErrors {
-  std::vector<PerChannel> squares,
-      noise;  // [fold]: sums over its samples, units of files squared; of the sensors alone
+  std::vector<PerChannel> squares;  // [fold]: sums over its samples, units of files squared
+  std::vector<PerChannel> noise;    // [fold]: what the sensors alone would make of these
 };
 FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
                            const ExplanationSettings& settings);
