@@ -318,9 +318,9 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.verdict == Verdict::unexplained && d.by_paths) {
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
-        "paths: effects were "
-        "added one by one for how much nearer they bring the prediction from duty alone, and kept where that held, "
-        "beyond chance, on each tenth of what was fitted when it was left out of the fit. Together they take away " +
+        "paths: effects were added one by one for how much nearer they bring the prediction from duty alone, and kept "
+        "where they also predict better, beyond chance, what was left out of the fit, a tenth at a time. Together they "
+        "take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +
