@@ -108,8 +108,12 @@ std::string reason_of(const std::string& family, const std::vector<std::string>&
       add(alone(result, name));
       if (contains(set, name)) add("it is in the set of those that cannot be told apart");
     }
-  if (family != "pair" && named.empty() && result["verdict"] == "unexplained")
-    add("no name holds: what is left does not look like noise");
+  if (family != "pair" && named.empty() && result["verdict"] == "unexplained") {
+    if (result.contains("objections") && !result["objections"].empty())
+      for (const Json& objection : result["objections"]) add("against what was found: " + objection.get<std::string>());
+    else
+      add("no name holds, an unrest of " + report::significant(left, 3) + " is left");
+  }
   return text;
 }
 

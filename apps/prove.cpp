@@ -66,6 +66,16 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
                        {"channel", diagnose::channels[diagnosis.located.channel].column}};
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
+  const diagnose::Objections& against = diagnosis.objections;
+  result["objections"] = Json::array();
+  for (const auto& [there, words] :
+       {std::pair{against.leaves_too_much, "it leaves too much"},
+        {!against.channels.empty(), "it leaves a channel nearly as far off as before"},
+        {against.pushes_parameters, "it pushes the core's parameters away from what is believed"},
+        {against.at_a_bound, "a shape of it is at a bound"},
+        {against.worse_on_kept_back, "it predicts the data kept back worse, beyond chance"},
+        {against.patchwork, "it is one of more than two"}})
+    if (there) result["objections"].push_back(words);
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back(

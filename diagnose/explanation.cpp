@@ -148,7 +148,7 @@ std::vector<Guess> on_branches(const Explanation& at) {
   const std::size_t recordings = at.problem->data().size();
   for (std::size_t r = 0; r < recordings; ++r) {
     const plant::Start start = at.start(r);
-    if (start.given.empty()) continue;  // at rest
+    if (start.given.empty() || !start.given[plant::core_state::temperature]) continue;  // at rest
     plant::PerCoil<plant::Envelopes<double>> loop;
     bool is_open = false;
     for (const std::size_t j : plant::coils) {

@@ -74,6 +74,9 @@ TEST_CASE("start: guesses on the branches of the hysteresis where the loop is op
     return diagnose::on_branches(diagnose::explain({}, {{&part, part.samples.size(), testing::paper_noise}}, {}, {}));
   };
   CHECK(guesses_from(0).empty());
+  diagnose::ExplanationSettings at_rest;
+  at_rest.start = diagnose::StartPolicy::at_rest;
+  CHECK(diagnose::on_branches(diagnose::explain({}, {{&whole, 100, testing::paper_noise}}, {}, at_rest)).empty());
   std::size_t warm = 0;
   for (std::size_t k = 0; k < 400; ++k)
     if (whole.samples[k].temperature_degC[0] > whole.samples[warm].temperature_degC[0]) warm = k;
