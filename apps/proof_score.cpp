@@ -74,10 +74,11 @@ std::string percent(double share) { return report::fixed(100.0 * share, 1) + " %
 // where it was not among those that were.
 double explained_alone(const Json& result, const std::string& effect) {
   const Json& first = result["rounds"][0];
-  const double core = result["explanations"][0]["misfit"];
+  const double core = number(result["explanations"][0]["misfit"]);
+  if (!(core > 0.0)) return std::nan("");
   if (first.contains("candidates"))
     for (const Json& candidate : first["candidates"])
-      if (candidate[0] == effect) return 1.0 - std::max(0.0, candidate[2].get<double>()) / core;
+      if (candidate[0] == effect) return 1.0 - std::max(0.0, number(candidate[2])) / core;
   return std::nan("");
 }
 
@@ -90,7 +91,8 @@ std::string alone(const Json& result, const std::string& effect) {
 // What the numbers of a missed case say of why.
 std::string reason_of(const std::string& family, const std::vector<std::string>& truth,
                       const std::vector<std::string>& named, const std::vector<std::string>& set, const Json& result) {
-  const double share = number(result["explained_share"]), left = result["unrest"][1];
+  if (result["verdict"] == "failed") return result["why"];
+  const double share = number(result["explained_share"]), left = number(result["unrest"][1]);
   std::string text;
   const auto add = [&](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
   if (!named.empty()) {
@@ -195,9 +197,11 @@ Json score_proof(const Json& answers, const Json& results) {
       reduction(baselines["gaussian_process"]["normalised_after"], others["Gaussian process"]);
     }
     if (family == "clean") {
-      for (const Json& round : result["rounds"])
-        largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
-      largest_clean_unrest = std::max(largest_clean_unrest, result["unrest"][0].get<double>());
+      if (verdict != "failed") {
+        for (const Json& round : result["rounds"])
+          largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
+        largest_clean_unrest = std::max(largest_clean_unrest, number(result["unrest"][0]));
+      }
       alarms.add(verdict != "consistent");
       if (verdict != "consistent") miss("false alarm");
       confusion["(nothing)"][first]++;
@@ -287,7 +291,7 @@ Json score_proof(const Json& answers, const Json& results) {
   }
   std::string least;
   for (const std::string& effect : worst_effects) least += (least.empty() ? "" : ", ") + effect;
-  if (worst_effects.size() == right_by_effect.size()) least = "all are alike";
+  if (worst_effects.size() > 1 && worst_effects.size() == right_by_effect.size()) least = "all are alike";
   Json score;
   score["cases"] = cases;
   score["invisible"] = invisible;

@@ -216,11 +216,20 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     open.push_back(i);
   }
 
-  // The answers are sealed before any diagnosis begins.
-  const std::string sealed = answers.dump(1) + "\n";
-  sim::write_file_whole(out / "answers.json", sealed);
-  const std::string seal = sim::sha256(sealed);
-  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(), seal.c_str());
+  // The answers are sealed before any diagnosis begins, beside those that are there of other cases; what is only scored
+  // has its seal.
+  const fs::path seal_file = out / "answers.json";
+  Json sealed = fs::exists(seal_file) ? Json::parse(sim::read_file(seal_file), nullptr, false) : Json();
+  if (!sealed.is_object()) sealed = Json::object();
+  for (const auto& [id, answer] : answers.items()) {
+    if (arguments.score && sealed.value(id, Json()) != answer)
+      throw sim::InputError(
+          {.file = seal_file.string(), .key = "--score", .value = id, .advice = "this answer was not sealed"});
+    sealed[id] = answer;
+  }
+  if (!arguments.score) sim::write_file_whole(seal_file, sealed.dump(1) + "\n");
+  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(),
+              sim::sha256(sim::read_file(seal_file)).c_str());
   std::fflush(stdout);
   if (open.size() < cases.size()) std::printf("%zu of them are there already\n", cases.size() - open.size());
   {
@@ -279,7 +288,6 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
   if (arguments.without_baselines) command += " --without-baselines";
-  if (arguments.score) command += " --score";
   if (arguments.few) command = "sinew prove --few --out " + arguments.out;
   sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
   sim::write_file_whole(out / "README.md", proof_markdown(score, command));

@@ -163,7 +163,7 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
           stretches.push_back({});
           end_s = prediction.time_s[k] + stretch_s;
         }
-        const auto square = [&](double model) { return std::pow(model - prediction.measured[c][k], 2); };
+        const auto square = [&](double model) { return square_of_error(model, prediction.measured[c][k]); };
         Stretch& stretch = stretches.back();
         stretch.nominal += square(nominal[p][c][k]);
         stretch.before += square(prediction.before[c][k]);
@@ -185,10 +185,11 @@ Scored score_kept_back(const std::vector<Prediction>& predictions, const std::ve
       continue;
     }
     const auto n = static_cast<double>(sum.count);
-    error.nominal[c] = std::sqrt(sum.nominal / n);
-    error.before[c] = std::sqrt(sum.before / n);
-    error.after[c] = std::sqrt(sum.after / n);
-    error.noise[c] = std::sqrt(sum.noise / n);
+    const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : nan; };
+    error.nominal[c] = rms(sum.nominal);
+    error.before[c] = rms(sum.before);
+    error.after[c] = rms(sum.after);
+    error.noise[c] = rms(sum.noise);
     error.gain[c] = 1.0 - error.after[c] / error.before[c];
     const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c));
     std::vector<double> gains, differences;
@@ -473,16 +474,14 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         !better_beyond_chance(cross_validated(after_fit, data, search_settings.threads, search_settings.fit),
                               cross_validated(lead.path, data, search_settings.threads, search_settings.fit)))
       return;
+    const std::vector<Prediction> predictions = predictions_of(before, lead.path);
+    const Scored kept_back = score_kept_back(predictions, nominal_model, noise, settings.search.seed);
+    if (kept_back.highest_gain < 0.0) return;  // the veto of the data kept back
     answer = lead.path.of;
     after_fit = lead.path;
     effects = lead.effects;
-    result.predictions = predictions_of(before, after_fit);
-    scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
-    if (scored.highest_gain < 0.0) {
-      drop();
-      result.objections.worse_on_kept_back = true;
-      return;
-    }
+    result.predictions = predictions;
+    scored = kept_back;
     if (!certain) return;
     result.explained_share = sum / channels_off;
     result.by_paths = true;

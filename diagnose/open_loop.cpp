@@ -13,12 +13,6 @@
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
-namespace {
-
-constexpr double lost = 1e300;  // square of an error where the plant cannot follow
-
-}  // namespace
-
 Series predict(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
                const plant::NumericalSettings& numerics) {
   Series model;
@@ -171,8 +165,7 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
         for (std::size_t c = 0; c < channel_count; ++c) {
           const double target = measured(data[r].recording->samples[k], c);
           if (std::isnan(target)) continue;
-          const double square = std::pow(model[c][k] - target, 2);
-          errors.squares[fold][c] += refitted.usable && !std::isnan(square) ? square : lost;
+          errors.squares[fold][c] += refitted.usable ? square_of_error(model[c][k], target) : lost;
           errors.noise[fold][c] += std::pow(data[r].deviation[c], 2);
         }
       }

@@ -1,11 +1,19 @@
 // What a plant predicts of a recording from its duty alone, and the plant that does so best.
 #pragma once
 
+#include <cmath>
+
 #include "diagnose/explanation.h"
 
 namespace sinew::diagnose {
 
 inline constexpr double settling_s = 5.0;  // of a held-out recording: tells how it begins, and is not scored
+
+inline constexpr double lost = 1e200;  // square of an error where the plant cannot follow; sums stay finite
+inline double square_of_error(double model, double target) {
+  const double square = (model - target) * (model - target);
+  return std::isfinite(square) ? square : lost;
+}
 
 using Series = std::array<std::vector<double>, channel_count>;  // of each channel, one value a sample
 

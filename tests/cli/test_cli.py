@@ -460,7 +460,13 @@ def test_prove():
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601
           and len(columns(f"proof/recordings/{case[:-5]}/heldout.csv")["angle_deg"]) == 601, said(kept))
     (folder / f"proof/cases/{case}").unlink()
+    seal = content("proof/answers.json")
     scored = sinew(*made, "--score")
+    check("prove --score: leaves the seal as it is", content("proof/answers.json") == seal)
+    write("proof/answers.json", seal.decode().replace('"plain"', '"other"'))
+    unsealed = sinew(*made, "--score")
+    check("prove --score: refuses answers that were not sealed", unsealed.returncode == WRONG_INPUT and "was not sealed" in unsealed.stderr, said(unsealed))
+    write("proof/answers.json", seal.decode())
     check("prove --score: scores what is there, and makes nothing", scored.returncode == 0 and json.loads(content("proof/score.json"))["cases"] == 7
           and "7 cases of 8, those that have been made" in content("proof/README.md").decode() and not (folder / f"proof/cases/{case}").exists(), said(scored))
     refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--score = p\n  none of the cases")
