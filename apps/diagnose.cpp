@@ -68,7 +68,7 @@ sim::Recording read_checked(const std::string& path, double fit_until_s, bool tr
   if (training && diagnose::samples_until(recording, fit_until_s) < 20)
     throw sim::InputError({.file = path,
                            .key = "--fit-until",
-                           .value = sim::shortest(fit_until_s),
+                           .value = std::isfinite(fit_until_s) ? sim::shortest(fit_until_s) : "the end",
                            .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
                                      sim::shortest(recording.samples.front().time_s) + " s"});
   return recording;
@@ -122,6 +122,14 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     training.push_back(read_checked(path, arguments.fit_until_s, true));
   for (const std::string& path : arguments.held_out)
     held_out.push_back(read_checked(path, arguments.fit_until_s, false));
+  if (std::isfinite(arguments.fit_until_s) &&
+      std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
+        return diagnose::samples_until(one, arguments.fit_until_s) == one.samples.size();
+      }))
+    throw sim::InputError({.file = "",
+                           .key = "--fit-until",
+                           .value = sim::shortest(arguments.fit_until_s),
+                           .advice = "keeps nothing back: every recording ends before"});
   InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
   for (const auto* paths : {&arguments.training, &arguments.held_out})
     for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));

@@ -21,10 +21,15 @@ struct ProofCase {
   std::string id() const;  // unique, fit for a file name
 };
 
-inline constexpr std::uint64_t first_development_seed = 101, first_reported_seed = 13001;
+// Seeds of each set. Reported seeds that were looked at, and led to a change, are reported no more: the clean ones go on from
+// others.
+struct FirstSeeds {
+  std::uint64_t concealed, clean;
+};
+inline constexpr FirstSeeds development_seeds{101, 101}, reported_seeds{13001, 14001};
 
 // `seeds` of every case; clean ones eight times as many, over all disturbances. Strengths go through 1, 0.5 and 0.25.
-std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double training_s, double held_out_s);
+std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s);
 // A dozen, for ./check.
 std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s);
 

@@ -26,10 +26,11 @@ std::string ProofCase::id() const {
   return family() + "-" + kind.name + "-" + variant + "-" + text_of(settings.strength) + "-" + std::to_string(seed);
 }
 
-std::vector<ProofCase> proof_cases(std::uint64_t first_seed, int seeds, double training_s, double held_out_s) {
+std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s) {
   std::vector<ProofCase> cases;
   const auto add = [&](const prove::Kind& kind, int index, double strength, int variant, bool removed) {
-    ProofCase one{kind, first_seed + static_cast<std::uint64_t>(index), {}, "plain", removed};
+    const std::uint64_t from = kind.family == prove::Family::clean ? first.clean : first.concealed;
+    ProofCase one{kind, from + static_cast<std::uint64_t>(index), {}, "plain", removed};
     one.settings.training_s = training_s;
     one.settings.heldout_s = held_out_s;
     one.settings.strength = strength;
@@ -75,7 +76,7 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
                                         "outside-bend_cooling",    "outside-motion_cooling"};
   std::vector<ProofCase> few;
   for (const std::string& prefix : wanted)
-    for (const ProofCase& one : proof_cases(first_development_seed, 1, training_s, held_out_s))
+    for (const ProofCase& one : proof_cases(development_seeds, 1, training_s, held_out_s))
       if (one.id().starts_with(prefix)) {
         few.push_back(one);
         few.back().with_baselines = few.size() % 4 == 1;

@@ -161,6 +161,8 @@ Json score_proof(const Json& answers, const Json& results) {
                                 : seen < 20            ? "5 to 20"
                                 : seen < 100           ? "20 to 100"
                                                        : "over 100";
+    const std::string sure =
+        named.empty() ? "" : " (" + report::fixed(result["effects"][0]["confidence"].get<double>(), 2) + ")";
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
@@ -217,7 +219,7 @@ Json score_proof(const Json& answers, const Json& results) {
         contained.add(contains(set, truth[0]));
         sizes.push_back(static_cast<double>(set.size()));
         placed(result["located"]["place"] == answer["effects"][0]["place"]);
-        if (first != truth[0]) miss("named " + first);
+        if (first != truth[0]) miss("named " + first + sure);
       }
     } else if (family == "pair") {
       const int hits = static_cast<int>(contains(named, truth[0])) + static_cast<int>(contains(named, truth[1]));
@@ -240,9 +242,9 @@ Json score_proof(const Json& answers, const Json& results) {
         strata[family][stratum].add(!confidently);
         placed(right_place);
         if (confidently)
-          miss("confidently misnamed " + first);
+          miss("confidently misnamed " + first + sure);
         else if (verdict != "unexplained" && !right_place)
-          miss("neither unknown nor in the right place: " + first);
+          miss("neither unknown nor in the right place: " + first + sure);
       }
       confusion[(family == "outside" ? "outside: " : "removed: ") + truth[0]][first]++;
     }
@@ -299,9 +301,11 @@ Json score_proof(const Json& answers, const Json& results) {
   Json& figures = score["figures"];
   figures.push_back(
       share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
-  figures.push_back(number_json("the effect that is recognised least: " + least,
-                                worst_share > 1.0 ? std::nan("") : worst_share, right_by_effect.size(), "at least 80 %",
-                                worst_share >= 0.8));
+  figures.push_back(
+      number_json("the effect of " + std::to_string(right_by_effect.size()) + " that is recognised least: " + least,
+                  worst_share > 1.0 ? std::nan("") : worst_share,
+                  worst_effects.empty() ? 0 : static_cast<std::size_t>(right_by_effect[worst_effects[0]].all),
+                  "at least 80 %", worst_share >= 0.8));
   figures.push_back(
       share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
   figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));
@@ -364,14 +368,26 @@ Json score_proof(const Json& answers, const Json& results) {
   return score;
 }
 
+namespace {
+
+std::string seeds_text(const Json& score) {
+  std::string text;
+  if (score.contains("first_seed")) text += std::to_string(score["first_seed"].get<std::uint64_t>()) + " on";
+  if (score.contains("first_clean_seed"))
+    text += (text.empty() ? "" : ", where nothing is missing ") +
+            std::to_string(score["first_clean_seed"].get<std::uint64_t>()) + " on";
+  return text + " (what was taken out of the catalogue: 500 more)";
+}
+
+}  // namespace
+
 std::string proof_markdown(const Json& score, const std::string& command) {
   std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " +
                      std::to_string(score["cases"].get<int>()) + " cases" +
                      (score["wanted"] == score["cases"]
                           ? std::string()
                           : " of " + std::to_string(score["wanted"].get<int>()) + ", those that have been made") +
-                     ". Thresholds were chosen on seeds " + std::to_string(first_development_seed) +
-                     " on, these are seeds " + std::to_string(score["first_seed"].get<std::uint64_t>()) + " on. In " +
+                     ". Seeds: " + seeds_text(score) + "; docs/diagnosis.md says which were looked at before. In " +
                      std::to_string(score["invisible"].get<int>()) +
                      " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the "
                      "effect and the answer lists it by "
@@ -386,7 +402,9 @@ std::string proof_markdown(const Json& score, const std::string& command) {
               std::to_string(figure["of"].get<int>()) + ") | " + percent(figure["interval"][0]) + " to " +
               percent(figure["interval"][1]) + " |";
     else
-      text += report::significant(figure["value"], 3) + " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
+      text += (figure["goal"].get<std::string>().ends_with("%") ? percent(figure["value"])
+                                                                : report::significant(figure["value"], 3)) +
+              " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
     text += " " + figure["goal"].get<std::string>() + " | " +
             (figure["of"].get<double>() == 0 ? "–"
              : figure["reached"].get<bool>() ? "yes"

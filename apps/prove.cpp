@@ -156,12 +156,12 @@ std::string figures_text(const Json& score) {
 }
 
 void prove_all(const ProveArguments& arguments, int& exit_code) {
-  std::vector<ProofCase> cases = arguments.few
-                                     ? few_proof_cases(arguments.training_s, arguments.held_out_s)
-                                     : proof_cases(arguments.first_seed != 0        ? arguments.first_seed
-                                                   : arguments.set == "development" ? first_development_seed
-                                                                                    : first_reported_seed,
-                                                   arguments.seeds, arguments.training_s, arguments.held_out_s);
+  std::vector<ProofCase> cases =
+      arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
+                    : proof_cases(arguments.first_seed != 0 ? FirstSeeds{arguments.first_seed, arguments.first_seed}
+                                  : arguments.set == "development" ? development_seeds
+                                                                   : reported_seeds,
+                                  arguments.seeds, arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -175,8 +175,10 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   if (arguments.score) {
     std::erase_if(cases, [&](const ProofCase& one) { return !fs::exists(out / "cases" / (one.id() + ".json")); });
     if (cases.empty())
-      throw sim::InputError(
-          {.file = "", .key = "--score", .value = arguments.out, .advice = "none of the cases is there"});
+      throw sim::InputError({.file = "",
+                             .key = "--out",
+                             .value = arguments.out,
+                             .advice = "holds none of the cases that --score would score"});
   }
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;
@@ -184,14 +186,18 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
 
   fs::create_directories(out / "cases");
   Json answers;
-  for (const ProofCase& one : cases) {
-    const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
-    answers[one.id()] = answer_of(one, concealed);
-    if (!arguments.recordings) continue;
-    const fs::path folder = out / "recordings" / one.id();
-    fs::create_directories(folder);
-    sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
-    sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
+  {
+    Progress making("making recordings");
+    for (const ProofCase& one : cases) {
+      making.show(static_cast<double>(answers.size()) / static_cast<double>(cases.size()), one.id());
+      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+      answers[one.id()] = answer_of(one, concealed);
+      if (!arguments.recordings) continue;
+      const fs::path folder = out / "recordings" / one.id();
+      fs::create_directories(folder);
+      sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
+      sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
+    }
   }
   // What is there already of the same answers is not done again; README.md says which programs made the cases.
   const auto seal_of = [&](const ProofCase& one) { return sim::sha256(answers[one.id()].dump()); };
@@ -209,10 +215,11 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       }
     }
     if (arguments.score)
-      throw sim::InputError({.file = file.string(),
-                             .key = "--score",
-                             .value = cases[i].id(),
-                             .advice = "this case was made of another recording; remove it or make it again"});
+      throw sim::InputError(
+          {.file = file.string(),
+           .key = "--score",
+           .value = cases[i].id(),
+           .advice = "this case is damaged, or was made of another recording; remove it or make it again"});
     open.push_back(i);
   }
 
@@ -275,7 +282,10 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
     return;
   }
   Json score = score_proof(answers, results);
-  score["first_seed"] = cases.front().seed;
+  for (const ProofCase& one : cases) {
+    Json& first = score[one.family() == "clean" ? "first_clean_seed" : "first_seed"];
+    if (first.is_null() || one.seed < first.get<std::uint64_t>()) first = one.seed;
+  }
   score["wanted"] = wanted;
   std::string command =
       "sinew prove " +

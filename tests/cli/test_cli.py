@@ -434,6 +434,7 @@ def test_diagnose():
             r"^--heldout = \./made/recording\.csv\n  is given twice")
     refused("diagnose of a recording that is not there", ["diagnose", "--train", "nowhere.csv", "--plant", PAPER_LIMB, "--out", "o"],
             r"^nowhere\.csv: cannot read")
+    refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps nothing back")
     refused("diagnose --out that is a file", [*made, "--out", "a_file"], r"^--out = a_file\n  is a file")
 
 
@@ -446,7 +447,7 @@ def test_prove():
     check("prove: writes answers, a case each, score and table", files_in("proof") == sorted(
         ["README.md", "answers.json", "cases", "confusion.svg", "score.json", *(f"cases/{case}.json" for case in answers)]), said(result))
     score = json.loads(content("proof/score.json"))
-    check("prove: scores what it diagnosed", score["cases"] == 8 and score["first_seed"] == 101 and score["baselines"], score)
+    check("prove: scores what it diagnosed", score["cases"] == 8 and score["first_clean_seed"] == 101 and score["baselines"], score)
     # A case that is damaged, or answers something else, is done again; the others are not.
     case = sorted(files_in("proof/cases"))[0]
     before = content(f"proof/cases/{case}").decode()
@@ -469,7 +470,7 @@ def test_prove():
     write("proof/answers.json", seal.decode())
     check("prove --score: scores what is there, and makes nothing", scored.returncode == 0 and json.loads(content("proof/score.json"))["cases"] == 7
           and "7 cases of 8, those that have been made" in content("proof/README.md").decode() and not (folder / f"proof/cases/{case}").exists(), said(scored))
-    refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--score = p\n  none of the cases")
+    refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--out = p\n  holds none of the cases")
     refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds\n  no case is left")
     refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
 
