@@ -183,6 +183,11 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
+  if (d.by_chance)
+    json["unrest"]["by_chance"] = {{"drawn", d.by_chance->drawn},
+                                   {"as_large", d.by_chance->as_large},
+                                   {"largest", d.by_chance->largest},
+                                   {"probability", d.by_chance->probability()}};
   json["stand_ins"] = names_of(stand_ins(d));
   json["fitted"] = fitted_json(answer_of(d));
   json["flipped_signs"] = ordered_json::array();

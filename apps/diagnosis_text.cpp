@@ -18,6 +18,7 @@ using diagnose::Verdict;
 constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
+constexpr double nearly_all_share = 0.9;
 
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
 
@@ -90,7 +91,10 @@ std::string verdict_sentence(const Diagnosis& d) {
         for (const auto& found : d.effects)
           named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
                           probability_words(found.confidence));
-        return "More is missing than I know, but part of it has a name: " + listed(named) + ".";
+        return (d.explained_share >= nearly_all_share && !d.by_paths
+                    ? "Nearly all that is missing has a name, though something is left that the catalogue's law does not explain: "
+                    : "More is missing than I know, but part of it has a name: ") +
+               listed(named) + ".";
       }
       return "Something is missing that I do not know: it seems to enter in " + located_words(d) +
              ", and no effect of the catalogue explains it.";
@@ -280,6 +284,18 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
          ", so none is given.";
 }
 
+// What chance has to do with what is left, where that is not plain.
+std::string chance_of_the_rest(const Diagnosis& d) {
+  if (!d.by_chance) return "";
+  const diagnose::UnrestByChance& chance = *d.by_chance;
+  const std::string simulated = std::to_string(chance.drawn) + " simulated recordings in which nothing is missing, with air that "
+                                "moves as much as here";
+  return chance.as_large > 0 ? "The plant leaves more than it mostly does where nothing is missing, but of " + simulated + ", " +
+                                   std::to_string(chance.as_large) + " had as much: it may be chance."
+                             : "What is left is not much: none of " + simulated + ", had as much, but one had " +
+                                   percent(chance.largest / answer_of(d).unrest) + " of it.";
+}
+
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
   std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " +
@@ -313,8 +329,11 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       tested += " The one that would help most is that " + std::string(plant::effects()[best].words) + " (" +
                 std::string(effect_name(best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
-    return {tested};
+    text.push_back(tested);
+    if (d.by_chance) text.push_back(chance_of_the_rest(d));
+    return text;
   }
+  if (d.by_chance) text.push_back(chance_of_the_rest(d));
   if (d.verdict == Verdict::unexplained && d.by_paths) {
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "

@@ -118,11 +118,10 @@ double share_left(double was, double is, double noise) {
 }
 
 Objections objections_to(const Explanation& answer, const std::vector<std::size_t>& effects, const Diagnosis& diagnosis,
-                         const DiagnosisSettings& settings, const PerChannel& noise) {
+                         bool something_left, const DiagnosisSettings& settings, const PerChannel& noise) {
   Objections result;
   const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
-  result.leaves_too_much =
-      diagnosis.explained_share < settings.least_explained_share && answer.unrest >= settings.search.visible_unrest;
+  result.leaves_too_much = something_left;
   for (std::size_t c = 0; c < channel_count; ++c)
     if (far_off(after.rmse[c], c, noise, settings) &&
         share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
@@ -255,7 +254,7 @@ std::vector<std::size_t> enough_alone(const Search& search, double share) {
   return effects;
 }
 
-FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& diagnosis,
+FoundEffect found(std::size_t effect, const Explanation& by, bool something_left, const Diagnosis& diagnosis,
                   const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   for (const Round& round : diagnosis.search.rounds)
@@ -281,7 +280,7 @@ FoundEffect found(std::size_t effect, const Explanation& by, const Diagnosis& di
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
-  if (!nothing_left(diagnosis.search, settings.search)) result.confidence *= 0.9 * diagnosis.explained_share;
+  if (something_left) result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
   return result;
 }
 
@@ -488,7 +487,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.agreement_before = was;
     result.agreement_after = is;
     for (std::size_t i = 0; i < effects.size(); ++i) {
-      FoundEffect one = found(effects[i], answer, result, settings);
+      FoundEffect one = found(effects[i], answer, true, result, settings);
       one.gain = lead.gains[i];
       one.chance = std::erfc(std::sqrt(0.5 * one.gain));
       one.confidence = settings.most_confidence_in_a_lead * one.gain / (one.gain + settings.doubtful_gain);
@@ -503,16 +502,29 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     drop();
     result.objections.worse_on_kept_back = true;
   }
+  // Whether an explanation leaves more than there is where nothing is missing.
+  const auto leaves_something = [&](const Explanation& explanation, double as_good_as_nothing) {
+    if (explanation.unrest < as_good_as_nothing) return false;
+    if (explanation.unrest >= settings.certain_unrest) return true;
+    if (search_settings.progress) search_settings.progress(0.98, "asking how much is left by chance");
+    result.by_chance =
+        unrest_by_chance(explanation, data, search_settings.threads, search_settings.seed, search_settings.fit);
+    return result.by_chance->as_large == 0;
+  };
   if (effects.empty()) {
-    result.verdict = core.unrest > settings.search.visible_unrest ? Verdict::unexplained : Verdict::consistent;
+    result.verdict = leaves_something(core, search_settings.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
   } else {
-    result.objections = objections_to(answer, effects, result, settings, result.gate.front().noise);
+    const bool explains = result.explained_share >= settings.least_explained_share;
+    const bool something_left =
+        leaves_something(answer, explains ? as_good_as_nothing(core, search_settings) : search_settings.visible_unrest);
+    result.objections = objections_to(answer, effects, result, something_left, settings, result.gate.front().noise);
     result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result.objections;
     rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.certain_share;
     if (rest.none())
-      for (const std::size_t e : effects) result.effects.push_back(found(e, answer, result, settings));
+      for (const std::size_t e : effects)
+        result.effects.push_back(found(e, answer, something_left, result, settings));
     else if (scored.lowest_gain <= 0.0 || std::any_of(scored.error.gain_highest.begin(), scored.error.gain_highest.end(),
                                                       [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
@@ -543,7 +555,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
           result.ambiguous_with.push_back(e);
   }
 
-  if (result.verdict == Verdict::unexplained && result.effects.empty()) {
+  std::optional<Wandering> wandering;
+  if (result.verdict == Verdict::unexplained && (result.effects.empty() || result.by_paths)) {
     if (search_settings.progress) search_settings.progress(0.99, "asking what is no constant");
     WanderSettings wander = settings.wander;
     wander.without = search_settings.without;
@@ -552,7 +565,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     for (const std::size_t c : {0, 1})
       wander.temperatures_are_off = wander.temperatures_are_off ||
                                     far_off(result.agreement_before.rmse[c], c, result.gate.front().noise, settings);
-    result.wandering = what_wanders(core, wander, search_settings.fit);
+    wandering = what_wanders(core, wander, search_settings.fit);
+    if (!result.by_paths) result.wandering = wandering;
     if (result.wandering && result.wandering->of.effect != plant::no_effect &&
         result.wandering->explained_share >= settings.certain_share) {
       result.effects.push_back(found(*result.wandering, settings));
@@ -575,6 +589,10 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         group.push_back(place);
   } else if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
+    // What paths alone suggest is as often a look-alike, which may act elsewhere.
+    if (wandering)
+      if (const std::string other(plant::text_of(wandering->of.place)); other != result.located.place)
+        result.located.cannot_be_told_from.push_back(other);
   } else if (result.verdict == Verdict::unexplained) {
     const std::vector<std::string> places = places_of(forcing);
     // Heat that depends on the duty comes from the supply's side.

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "diagnose/chance.h"
 #include "diagnose/experiment.h"
 #include "diagnose/gate.h"
 #include "diagnose/locate.h"
@@ -20,6 +21,8 @@ struct DiagnosisSettings {
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
+  // Unrest between search.visible_unrest and this is held against simulated recordings in which nothing is missing (chance.h).
+  double certain_unrest = 2500.0;
   // Of what a channel's path was off before, squared, at most this may be left after, unless it is as little as moving air does.
   double most_left_of_channel = 0.3;
   PerChannel as_little{0.6, 0.6, 0.5};  // units of files, beside twice the sensor's noise
@@ -34,11 +37,14 @@ struct DiagnosisSettings {
   WanderSettings wander;  // thresholds
   double other_place_loss = 200.0;  // of log evidence: a place whose best wanderer loses less may be the one
   double doubtful_gain = 50.0;  // confidence in a gain of this size is a half
+  // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
+  // catalogue's, or what acts is not in the catalogue and looks like it.
+  double most_confidence_in_a_form = 0.5;
 };
 
 // Why an explanation that was found is not the answer. Empty where it is.
 struct Objections {
-  bool leaves_too_much = false;      // of the misfit
+  bool leaves_too_much = false;      // more than noise and moving air bring
   std::vector<std::size_t> channels; // whose path it leaves nearly as far off as before
   bool pushes_parameters = false;    // away from what is believed
   bool at_a_bound = false;           // a shape of an effect
@@ -122,6 +128,8 @@ struct Diagnosis {
   // share of its own.
   double explained_share = 0.0;
   bool by_paths = false;                 // the effects were found by following whole paths (open_loop.h)
+  // Where the verdict hangs on an unrest that is not large: how large it becomes where nothing is missing.
+  std::optional<UnrestByChance> by_chance;
   double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;        // effects that were not found
   LeftOver left_over;

@@ -38,9 +38,10 @@ OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, std::si
   return off;
 }
 
-std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::size_t channel, double noise) {
+// Masks those that its samples show. How many.
+std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, double noise) {
   std::size_t count = 0;
-  const auto& samples = from.samples;
+  const std::vector<sim::Sample> samples = recording.samples;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const double value = measured(samples[k], channel);
     if (std::isnan(value)) continue;
@@ -57,10 +58,17 @@ std::size_t mask_outliers(const sim::Recording& from, sim::Recording& to, std::s
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
     const OffLine off = off_line(samples, k, channel);
     if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
-      clear(to.samples[k], channel);
+      clear(recording.samples[k], channel);
       ++count;
     }
   }
+  return count;
+}
+
+// Of three outliers within a few samples the one in the middle shows only when the others are gone.
+std::size_t mask_outliers(sim::Recording& recording, std::size_t channel, double noise) {
+  std::size_t count = 0;
+  while (const std::size_t more = mask_plain_outliers(recording, channel, noise)) count += more;
   return count;
 }
 
@@ -104,7 +112,7 @@ sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, G
       if (step > 1e-9 && (notes.step[c] == 0.0 || step < notes.step[c])) notes.step[c] = step;
       last = value;
     }
-    notes.outliers[c] = mask_outliers(recording, result, c, notes.noise[c]);
+    notes.outliers[c] = mask_outliers(result, c, notes.noise[c]);
     notes.stuck_share[c] = longest_run_share(recording, c);
     const std::string words(channels[c].words);
     if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");

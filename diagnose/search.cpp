@@ -482,8 +482,12 @@ Guess guess_with(const Explanation& at, const Score& score) {
   return guess;
 }
 
+double as_good_as_nothing(const Explanation& core, const SearchSettings& settings) {
+  return std::max(settings.visible_unrest, settings.nothing_left_share * core.unrest);
+}
+
 bool nothing_left(const Search& search, const SearchSettings& settings) {
-  return search.best.unrest < std::max(settings.visible_unrest, settings.nothing_left_share * search.core.unrest);
+  return search.best.unrest < as_good_as_nothing(search.core, settings);
 }
 
 Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {

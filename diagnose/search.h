@@ -60,6 +60,9 @@ struct Search {
 // Where a fit of one more effect begins: all else as it is, the effect as the score says.
 Guess guess_with(const Explanation& at, const Score& score);
 
+// The unrest below which an explanation leaves nothing, beside the core's.
+double as_good_as_nothing(const Explanation& core, const SearchSettings& settings);
+
 // Whether the best explanation leaves no more than noise.
 bool nothing_left(const Search& search, const SearchSettings& settings);
 

@@ -60,6 +60,17 @@ TEST_CASE(
   CHECK(again.outliers == std::array<std::size_t, 3>{0, 0, 1});
 }
 
+TEST_CASE("gate: of three outliers within a few samples the one between the others is found, too") {
+  sim::Recording recording = steep();
+  recording.samples[200].temperature_degC[0] -= 14.0;
+  recording.samples[203].temperature_degC[0] += 13.0;  // its neighbours span 18 K
+  recording.samples[205].temperature_degC[0] -= 18.0;
+  diagnose::GateNotes notes;
+  const sim::Recording clean = diagnose::gated(recording, nullptr, notes);
+  for (const std::size_t k : {200u, 203u, 205u}) CHECK(std::isnan(clean.samples[k].temperature_degC[0]));
+  CHECK(notes.outliers == std::array<std::size_t, 3>{3, 0, 0});
+}
+
 TEST_CASE("gate: missing samples are counted, and a recording in which nothing is driven is said to be of little use") {
   sim::Recording recording = steep();
   for (auto& sample : recording.samples) sample.duty_fraction = {0.0, 0.0};

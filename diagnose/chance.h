@@ -1,0 +1,27 @@
+// How large an unrest becomes by chance: parametric bootstrap of the check that something is missing.
+//
+// The filter is linear about one path. Air that pushes a coil over a corner of its hysteresis, or a beam to where it stiffens,
+// leaves more than the filter expects of it, in some recordings and not in others. So the explanation itself, integrated with air
+// that wanders as much as was found and with the sensors' noise, is put in the recording's place, and fitted again.
+//
+// Source: Davison, Hinkley, Bootstrap Methods and their Application (1997), section 4.2 (Monte Carlo tests).
+#pragma once
+
+#include "diagnose/explanation.h"
+
+namespace sinew::diagnose {
+
+struct UnrestByChance {
+  std::size_t drawn = 0;     // simulated recordings in which nothing is missing
+  std::size_t as_large = 0;  // of which have at least the unrest that was found
+  double largest = 0.0;
+  // Of a Monte Carlo test: (1 + as_large) / (1 + drawn).
+  double probability() const { return static_cast<double>(1 + as_large) / static_cast<double>(1 + drawn); }
+};
+
+// Up to 99 draws, so that the least probability is 0.01; ends after those four among which one is as large.
+// `data`: what `found` was fitted to. Throws Stopped where settings.should_stop says so.
+UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitData>& data, int threads,
+                                std::uint64_t seed, const ExplanationSettings& settings);
+
+}  // namespace sinew::diagnose
