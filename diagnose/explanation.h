@@ -70,14 +70,14 @@ struct Explanation {
 Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings);
 
+// The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
+double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
+                       ForcingSize* found = nullptr);
+
 // Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands
 // still, or on one of the loop's branches, which a fit that begins inside does not feel. The same guess with one recording's
 // fractions on the branches, in the four combinations; of every recording that begins where the loop is open.
 std::vector<Guess> on_branches(const Explanation& at);
-
-// The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
-double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
-                       ForcingSize* found = nullptr);
 
 // Share of the core's misfit that an explanation accounts for, 0 to 1.
 double share_explained(const Explanation& core, const Explanation& by);

@@ -109,6 +109,17 @@ PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data,
   return longest;
 }
 
+// Each channel weighted as a path fits it: by how far off it is, and for how long.
+std::vector<FitData> weighted_for(const Fitted& path, const std::vector<FitData>& data, const PerChannel& correlation,
+                                  const plant::NumericalSettings& numerics) {
+  const Spread spread = spread_of(path, data, numerics);
+  std::vector<FitData> weighted = data;
+  for (std::size_t r = 0; r < data.size(); ++r)
+    for (std::size_t c = 0; c < channel_count; ++c)
+      weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+  return weighted;
+}
+
 bool has_reading(const sim::Sample& sample) {
   for (std::size_t c = 0; c < channel_count; ++c)
     if (!std::isnan(measured(sample, c))) return true;
@@ -124,13 +135,8 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
   least_squares.most_rounds = 1;
-  // Each channel weighted as it fits: by how far off it is, and for how long.
-  const PerChannel correlation = correlation_of(path, data, settings.numerics);
-  const Spread spread = spread_of(path, data, settings.numerics);
-  std::vector<FitData> weighted = data;
-  for (std::size_t r = 0; r < data.size(); ++r)
-    for (std::size_t c = 0; c < channel_count; ++c)
-      weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+  const std::vector<FitData> weighted =
+      weighted_for(path, data, correlation_of(path, data, settings.numerics), settings.numerics);
 
   FoldErrors errors;
   errors.squares.resize(folds);
@@ -222,11 +228,7 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
   std::optional<FoldErrors> errors;  // of the path that is gone on from
   while (lead.effects.size() < search.most_effects) {
     const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);
-    const Spread spread = spread_of(lead.path, data, settings.numerics);
-    std::vector<FitData> weighted = data;
-    for (std::size_t r = 0; r < data.size(); ++r)
-      for (std::size_t c = 0; c < channel_count; ++c)
-        weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+    const std::vector<FitData> weighted = weighted_for(lead.path, data, correlation, settings.numerics);
     const Explanation here = explain(lead.path.of.problem->centres(), weighted, lead.path.of.as_guess(), least_squares);
     if (!here.usable) break;
     const Fitted without_more = fitted(here);
