@@ -125,6 +125,8 @@ Json score_proof(const Json& answers, const Json& results) {
   Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place,
       covered, worse;
   std::map<std::string, Count> right_by_effect;
+  std::map<std::string, int> hidden_by_effect;  // cases of the catalogue that show nothing of it
+  std::map<std::string, std::map<std::string, Count>> right_by_variant;  // of a family; clean: no false alarm
   std::vector<double> sizes, errors, reductions;
   std::map<std::string, std::map<std::string, Count>> strata;
   std::map<std::string, std::map<std::string, int>> confusion;
@@ -205,16 +207,21 @@ Json score_proof(const Json& answers, const Json& results) {
         largest_clean_unrest = std::max(largest_clean_unrest, number(result["unrest"][0]));
       }
       alarms.add(verdict != "consistent");
+      right_by_variant[answer["variant"]][family].add(verdict == "consistent");
       if (verdict != "consistent") miss("false alarm");
       confusion["(nothing)"][first]++;
     } else if (family == "catalogue" || family == "other_form") {
       confusion[truth[0]][first]++;
       if (nothing_to_see && named.empty() && verdict == "consistent") {
         ++invisible;
+        if (family == "catalogue") ++hidden_by_effect[truth[0]];
         strata[family][stratum].add(true);
       } else {
         (family == "catalogue" ? right : form).add(first == truth[0]);
-        if (family == "catalogue") right_by_effect[truth[0]].add(first == truth[0]);
+        if (family == "catalogue") {
+          right_by_effect[truth[0]].add(first == truth[0]);
+          right_by_variant[answer["variant"]][family].add(first == truth[0]);
+        }
         strata[family][stratum].add(first == truth[0]);
         contained.add(contains(set, truth[0]));
         sizes.push_back(static_cast<double>(set.size()));
@@ -297,7 +304,7 @@ Json score_proof(const Json& answers, const Json& results) {
   Json score;
   score["cases"] = cases;
   score["invisible"] = invisible;
-  for (const char* part : {"by_effect", "strata", "confusion"}) score[part] = Json::object();
+  for (const char* part : {"by_effect", "by_disturbance", "strata", "confusion"}) score[part] = Json::object();
   Json& figures = score["figures"];
   figures.push_back(
       share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
@@ -332,7 +339,16 @@ Json score_proof(const Json& answers, const Json& results) {
   figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect",
                                 median(reductions), reductions.size(), "at least 95 %", median(reductions) >= 0.95));
   figures.push_back(share_json("held-out error worse than before", worse, "at most 1 %", worse.share() <= 0.01));
-  for (const auto& [effect, count] : right_by_effect) score["by_effect"][effect] = {count.good, count.all};
+  for (const auto& [effect, count] : right_by_effect)
+    score["by_effect"][effect] = {{"right", count.good}, {"of", count.all}, {"hidden", 0}};
+  for (const auto& [effect, count] : hidden_by_effect) {
+    Json& one = score["by_effect"][effect];
+    if (one.is_null()) one = {{"right", 0}, {"of", 0}};
+    one["hidden"] = count;
+  }
+  for (const auto& [variant, families] : right_by_variant)
+    for (const auto& [family, count] : families)
+      score["by_disturbance"][variant][family] = {{"right", count.good}, {"of", count.all}};
   for (const auto& [family, levels] : strata)
     for (const auto& [level, count] : levels) score["strata"][family][level] = {count.good, count.all};
   for (const auto& [truth, given] : confusion)
@@ -462,10 +478,25 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   for (const Json& one : score["confidence"])
     text += "| " + report::fixed(one["from"], 2) + " to " + report::fixed(one["to"], 2) + " | " +
             std::to_string(one["right"].get<int>()) + " of " + std::to_string(one["of"].get<int>()) + " |\n";
-  text += "\n## Each effect of the catalogue\n\n| effect | right name first |\n|---|---|\n";
+  const auto right_of_all = [](const Json& count) {
+    return std::to_string(count["right"].get<int>()) + " of " + std::to_string(count["of"].get<int>());
+  };
+  text +=
+      "\n## Each disturbance\n\nAir moves in all of them. One more may be there: sensors with steps of 0.5 K and 0.25°, gaps, "
+      "outliers, a clock that drifts by 1 %, a start in mid-motion.\n\n| disturbance | nothing concealed: no false "
+      "alarm | an effect of the catalogue: right name first |\n|---|---|---|\n";
+  for (const auto& [variant, families] : score["by_disturbance"].items()) {
+    text += "| " + variant + " |";
+    for (const char* family : {"clean", "catalogue"})
+      text += " " + (families.contains(family) ? right_of_all(families[family]) : "–") + " |";
+    text += "\n";
+  }
+  text +=
+      "\n## Each effect of the catalogue\n\nCases that show nothing of it were answered so, most by its name.\n\n"
+      "| effect | right name first | cases that show nothing of it |\n|---|---|---|\n";
   for (const auto& [effect, count] : score["by_effect"].items())
-    text += "| " + effect + " | " + std::to_string(count[0].get<int>()) + " of " + std::to_string(count[1].get<int>()) +
-            " |\n";
+    text += "| " + effect + " | " + (count["of"].get<int>() > 0 ? right_of_all(count) : "–") + " | " +
+            (count["hidden"].get<int>() > 0 ? std::to_string(count["hidden"].get<int>()) : "") + " |\n";
   text += "\n## Every miss\n\n| case | what it said | what its numbers say of why | d' |\n|---|---|---|---|\n";
   for (const Json& miss : score["misses"])
     text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " +

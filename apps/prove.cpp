@@ -2,8 +2,10 @@
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <thread>
 
 #include "apps/app.h"
@@ -105,6 +107,12 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   return result;
 }
 
+std::vector<std::size_t> all_effects() {
+  std::vector<std::size_t> all(plant::effect_count);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
 // What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
 double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concealed,
               const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
@@ -118,28 +126,46 @@ double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concea
       guess.values[key] = value * plant::parameters()[plant::parameter_index(key)].declaration.unit.internal_per_unit;
     }
   }
-  settings.search.without.clear();
-  for (std::size_t e = 0; e < plant::effect_count; ++e) settings.search.without.push_back(e);
+  settings.search.without = all_effects();
   settings.search.guess = guess;
   const diagnose::Diagnosis known = diagnose::diagnose(limb, training, held_out, settings);
   return normalised(known.held_out.after, known.held_out.noise);
 }
 
-Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
-  const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
-  const std::vector<sim::Recording> training{recording_of(concealed.training, "training")};
-  const std::vector<sim::Recording> held_out{recording_of(concealed.heldout, "held out")};
+// What a case puts to any method.
+struct Given {
+  prove::Concealed concealed;
+  std::vector<sim::Recording> training, held_out;
   diagnose::DiagnosisSettings settings;
-  settings.search.threads = 1;
-  settings.search.fit.should_stop = interrupted;
-  if (one.removed)
-    for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
-  const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
+
+  explicit Given(const ProofCase& one)
+      : concealed(prove::make(one.kind, one.seed, one.settings)),
+        training{recording_of(concealed.training, "training")},
+        held_out{recording_of(concealed.heldout, "held out")} {
+    settings.search.threads = 1;
+    settings.search.fit.should_stop = interrupted;
+    if (one.removed)
+      for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
+  }
+};
+
+Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
+  const Given given(one);
+  const diagnose::Diagnosis diagnosis =
+      diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
   Json result = result_of(diagnosis);
-  if (one.with_baselines) result["baselines"] = baselines(diagnosis, settings);
+  if (one.with_baselines) result["baselines"] = baselines(diagnosis, given.settings);
   if (one.family() == "catalogue" || one.family() == "pair")
-    result["normalised_oracle"] = oracle(nominal, concealed, training, held_out, settings);
+    result["normalised_oracle"] = oracle(nominal, given.concealed, given.training, given.held_out, given.settings);
   return result;
+}
+
+// The simpler methods alone, from the core.
+Json baselines_of(const ProofCase& one, const plant::Limb<double>& nominal) {
+  const Given given(one);
+  diagnose::DiagnosisSettings core_alone = given.settings;
+  core_alone.search.without = all_effects();
+  return baselines(diagnose::diagnose(nominal, given.training, given.held_out, core_alone), given.settings);
 }
 
 std::string figures_text(const Json& score) {
@@ -204,6 +230,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
   Json results;
   std::vector<std::size_t> open;
+  std::map<std::size_t, Json> without_baselines;  // of the open ones, those that were diagnosed
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const fs::path file = out / "cases" / (cases[i].id() + ".json");
     if (fs::exists(file)) {
@@ -211,6 +238,10 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       if (kept.is_object() && kept.value("seconds", Json()) == Json({arguments.training_s, arguments.held_out_s}) &&
           kept.value("answer", "") == seal_of(cases[i])) {
         results[cases[i].id()] = kept;
+        if (!cases[i].with_baselines || arguments.score || kept.contains("baselines") || kept["verdict"] == "failed")
+          continue;
+        without_baselines[i] = kept;
+        open.push_back(i);
         continue;
       }
     }
@@ -238,7 +269,9 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(),
               sim::sha256(sim::read_file(seal_file)).c_str());
   std::fflush(stdout);
-  if (open.size() < cases.size()) std::printf("%zu of them are there already\n", cases.size() - open.size());
+  if (const std::size_t there = results.size(); there > 0) std::printf("%zu of them are there already\n", there);
+  if (!without_baselines.empty())
+    std::printf("of which %zu are put to the simpler methods now\n", without_baselines.size());
   {
     Progress progress("proving");
     std::atomic<std::size_t> next{0}, done{0};
@@ -247,11 +280,21 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       for (std::size_t n = next++; n < open.size() && !interrupted(); n = next++) {
         const ProofCase& one = cases[open[n]];
         Json result;
+        const auto kept = without_baselines.find(open[n]);
         try {
-          result = diagnose_case(one, nominal);
+          if (kept != without_baselines.end()) {
+            result = kept->second;
+            result["baselines"] = baselines_of(one, nominal);
+          } else {
+            result = diagnose_case(one, nominal);
+          }
         } catch (const diagnose::Stopped&) {
           return;
         } catch (const std::exception& e) {
+          if (kept != without_baselines.end()) {
+            std::fprintf(stderr, "%s: the simpler methods failed: %s\n", one.id().c_str(), e.what());
+            continue;
+          }
           result = {{"verdict", "failed"},
                     {"why", e.what()},
                     {"effects", Json::array()},
@@ -262,9 +305,11 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
                     {"normalised_before", 0.0},
                     {"normalised_after", 0.0}};
         }
-        result["seconds"] = {arguments.training_s, arguments.held_out_s};
-        result["made_by"] = mark;
-        result["answer"] = seal_of(one);
+        if (kept == without_baselines.end()) {
+          result["seconds"] = {arguments.training_s, arguments.held_out_s};
+          result["made_by"] = mark;
+          result["answer"] = seal_of(one);
+        }
         sim::write_file_whole(out / "cases" / (one.id() + ".json"), result.dump(1) + "\n");
         const std::scoped_lock lock(keeping);
         results[one.id()] = result;

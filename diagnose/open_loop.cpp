@@ -227,6 +227,11 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
   Lead lead{core, {}, {}};
   std::optional<FoldErrors> errors;  // of the path that is gone on from
   while (lead.effects.size() < search.most_effects) {
+    std::vector<std::size_t> candidates;
+    for (std::size_t e = 0; e < plant::effect_count; ++e)
+      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
+        candidates.push_back(e);
+    if (candidates.empty()) break;
     const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);
     const std::vector<FitData> weighted = weighted_for(lead.path, data, correlation, settings.numerics);
     const Explanation here = explain(lead.path.of.problem->centres(), weighted, lead.path.of.as_guess(), least_squares);
@@ -234,10 +239,6 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
     const Fitted without_more = fitted(here);
     const double before = std::max(log_posterior_of(lead.path, data, correlation, settings.numerics),
                                    log_posterior_of(without_more, data, correlation, settings.numerics));
-    std::vector<std::size_t> candidates;
-    for (std::size_t e = 0; e < plant::effect_count; ++e)
-      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
-        candidates.push_back(e);
     const Scores scores = score(here, candidates, search.threads);
     std::vector<const Score*> tried;
     for (const std::size_t s : scores.best)
