@@ -456,6 +456,13 @@ def test_prove():
         again = sinew(*made)
         check(f"prove: a case that is {what} is done again, to the same bytes", again.returncode == 0 and "7 of them are there already" in again.stdout
               and content(f"proof/cases/{case}").decode() == before, said(again))
+    without = json.loads(before)
+    del without["baselines"]
+    write(f"proof/cases/{case}", json.dumps(without))
+    added = sinew(*made)
+    check("prove: a case that the simpler methods have not seen is put to them, and not diagnosed again", added.returncode == 0
+          and "8 of them are there already\nof which 1 are put to the simpler methods now" in added.stdout
+          and json.loads(content(f"proof/cases/{case}")) == json.loads(before), said(added))
     kept = sinew(*made, "--recordings")
     check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601
