@@ -186,6 +186,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   if (d.by_chance)
     json["unrest"]["by_chance"] = {{"drawn", d.by_chance->drawn},
                                    {"as_large", d.by_chance->as_large},
+                                   {"unrest", d.by_chance->unrest},
+                                   {"air_K", d.by_chance->air_K},
                                    {"largest", d.by_chance->largest},
                                    {"probability", d.by_chance->probability()}};
   json["stand_ins"] = names_of(stand_ins(d));
@@ -256,6 +258,8 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   std::string text = "# Repaired by `sinew diagnose`: " + file_name(inputs.plant) + ", fitted to " + listed(trained) +
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
   if (!stand_ins(d).empty()) text += "# What was added is a stand-in for something that the catalogue does not have.\n";
+  else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
+    text += "# Something is left that this does not explain: whether the limb does what was added is as likely as not.\n";
   text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
   for (std::size_t c = 0; c < channel_count; ++c)
     if (d.held_out.samples[c] > 0)

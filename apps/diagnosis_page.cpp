@@ -173,7 +173,9 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
                  !usable                                      ? "–"
                  : candidate.explanation.log_evidence == best ? "the best"
                                                               : odds_words(best - candidate.explanation.log_evidence),
-                 found ? "yes" : "no"};
+                 !found                              ? "no"
+                 : d.verdict == Verdict::unexplained ? "perhaps"
+                                                     : "yes"};
     row.emphasis = found;
     table.rows.push_back(row);
   }
@@ -538,7 +540,9 @@ report::Table effect_table(const Diagnosis& d) {
     std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
     if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
-      answer = d.wandering ? "perhaps, but not constant" : "found";
+      answer = d.wandering                           ? "perhaps, but not constant"
+               : d.verdict == Verdict::unexplained ? "perhaps"
+                                                   : "found";
       row.emphasis = true;
     } else if (among(substitutes, e)) {
       answer = "stands in for what is missing";

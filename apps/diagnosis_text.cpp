@@ -58,6 +58,9 @@ std::string located_words(const Diagnosis& d) {
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
+      if (d.by_chance)
+        return "Nothing is missing that could be told from chance: the plant leaves more than it mostly does, but so do some "
+               "recordings in which nothing is missing.";
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") +
              " to within sensor noise and moving air.";
@@ -92,7 +95,7 @@ std::string verdict_sentence(const Diagnosis& d) {
           named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
                           probability_words(found.confidence));
         return (d.explained_share >= nearly_all_share && !d.by_paths
-                    ? "Nearly all that is missing has a name, though something is left that the catalogue's law does not explain: "
+                    ? "What is missing looks like one that I know, but something is left that its law does not explain: "
                     : "More is missing than I know, but part of it has a name: ") +
                listed(named) + ".";
       }
@@ -165,6 +168,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
                       std::string(channels[located.channel].words) + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
+  if (d.verdict == Verdict::consistent && d.by_chance) return {first};
   if (d.verdict == Verdict::consistent)
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
 
@@ -186,14 +190,16 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
   } else if (!d.effects.empty() && !leads(d, located.place))
     place += (place.empty() ? "" : " ") +
-             std::string(d.effects.size() == 1 ? "The effect that explains it, below,"
-                                               : "Of the effects that explain it, below, the strongest") +
+             std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
+                                               : "Of the effects that may explain it, below, the strongest") +
              " acts in " + place_words(located.place) + ": what it does looks, from outside, much like the former.";
   if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
     place += " It could as well enter in " + listed(words) + ".";
   }
+  if (d.by_paths && !located.cannot_be_told_from.empty())
+    place += " Were one thing no constant instead, it would act in " + place_words(located.cannot_be_told_from.front()) + ".";
   if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};
 }
@@ -288,12 +294,12 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
 std::string chance_of_the_rest(const Diagnosis& d) {
   if (!d.by_chance) return "";
   const diagnose::UnrestByChance& chance = *d.by_chance;
-  const std::string simulated = std::to_string(chance.drawn) + " simulated recordings in which nothing is missing, with air that "
-                                "moves as much as here";
-  return chance.as_large > 0 ? "The plant leaves more than it mostly does where nothing is missing, but of " + simulated + ", " +
-                                   std::to_string(chance.as_large) + " had as much: it may be chance."
-                             : "What is left is not much: none of " + simulated + ", had as much, but one had " +
-                                   percent(chance.largest / answer_of(d).unrest) + " of it.";
+  const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that wanders by " +
+                                report::fixed(chance.air_K, 2) + " K, ";
+  return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
+                                   std::to_string(chance.as_large) + " left as much: it may be chance."
+                             : "What is left is not much: none of " + simulated + "left as much, but one left " +
+                                   percent(chance.largest / chance.unrest) + " of it.";
 }
 
 std::string wandering_words(const Diagnosis& d) {
@@ -344,7 +350,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +
                    " of what noise and moving air leave open. What is left is more than "
-                   "noise: the effect acts in another form than the catalogue's, or is not alone.");
+                   "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
+                   "the catalogue lacks.");
   } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
     std::string start = "Something is missing that I do not know.";
     const auto& left = d.left_over;
@@ -446,7 +453,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
   else
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
-           " switched on and all parameters fitted again.";
+           " switched on and all parameters fitted again." +
+           (d.verdict == Verdict::unexplained ? " Whether the limb does this is as likely as not." : "");
   text += " `sinew run` and `sinew compare` accept it.";
   for (const std::size_t p : d.flipped_signs)
     text += " The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(d.repaired, p) +
@@ -580,7 +588,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
              (imitated.size() == 1 ? "it." : "them.");
   if (!too_small.empty() && d.verdict == Verdict::unexplained)
     hidden += std::string(hidden.empty() ? "" : " ") +
-              "As long as this much is unexplained, nothing can be said about " + listed(too_small) + ".";
+              "As long as something is unexplained, nothing can be said about " + listed(too_small) + ".";
   else if (!too_small.empty())
     hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) +
               " would hardly touch this data, so nothing is known of " + (too_small.size() == 1 ? "it." : "them.");

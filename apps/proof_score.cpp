@@ -492,7 +492,7 @@ std::string proof_markdown(const Json& score, const std::string& command) {
     text += "\n";
   }
   text +=
-      "\n## Each effect of the catalogue\n\nCases that show nothing of it were answered so, most by its name.\n\n"
+      "\n## Each effect of the catalogue\n\nCases that show nothing of it were answered so.\n\n"
       "| effect | right name first | cases that show nothing of it |\n|---|---|---|\n";
   for (const auto& [effect, count] : score["by_effect"].items())
     text += "| " + effect + " | " + (count["of"].get<int>() > 0 ? right_of_all(count) : "–") + " | " +

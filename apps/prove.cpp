@@ -79,6 +79,11 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
         {against.patchwork, "it is one of more than two"}})
     if (there) result["objections"].push_back(words);
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
+  if (const auto& chance = diagnosis.by_chance)
+    result["by_chance"] = {{"unrest", chance->unrest},
+                           {"drawn", chance->drawn},
+                           {"as_large", chance->as_large},
+                           {"largest", chance->largest}};
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back(
         {{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},

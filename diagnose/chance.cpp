@@ -20,7 +20,6 @@ sim::Recording drawn(const Explanation& from, std::size_t r, double air_K, const
   recording.samples.resize(data.sample_count);
   std::uint64_t draw = 0;
   double offset_K = air_K * chance.normal(draw++);
-  const double kept = std::exp(-air_period_s / forcings[static_cast<std::size_t>(Forcing::air)].correlation_time_s);
   const auto limb_in = [&](double air_offset_K) {
     plant::Limb<double> limb = from.limb();
     limb.core.ambient_temperature_degC += air_offset_K;
@@ -28,7 +27,7 @@ sim::Recording drawn(const Explanation& from, std::size_t r, double air_K, const
   };
   plant::Integrator integrator(limb_in(offset_K), from.start(r), numerics);
   const double first_s = recording.samples.front().time_s;
-  double air_until_s = air_period_s;
+  double air_since_s = 0.0;
   bool failed = false;
   for (sim::Sample& sample : recording.samples) {
     failed = failed || integrator.advance_to(sample.time_s - first_s);
@@ -40,8 +39,10 @@ sim::Recording drawn(const Explanation& from, std::size_t r, double air_K, const
     }
     if (failed) continue;
     integrator.hold(sample.duty_fraction);
-    if (sample.time_s - first_s < air_until_s) continue;
-    air_until_s += air_period_s;
+    const double stood_s = sample.time_s - first_s - air_since_s;
+    if (stood_s < air_period_s) continue;
+    air_since_s += stood_s;
+    const double kept = std::exp(-stood_s / forcings[static_cast<std::size_t>(Forcing::air)].correlation_time_s);
     offset_K = kept * offset_K + std::sqrt(1.0 - kept * kept) * air_K * chance.normal(draw++);
     integrator.restart();
     integrator = plant::Integrator(limb_in(offset_K), integrator.checkpoint(), numerics);
@@ -63,6 +64,8 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
   static_cast<void>(
       likelihood_with(found, {true, false, false, false, false, false}, settings.most_air_K, &air));
   UnrestByChance result;
+  result.unrest = found.unrest;
+  result.air_K = air[0];
   while (result.drawn < most && result.as_large == 0) {
     std::vector<double> unrest(std::min(at_once, most - result.drawn));
     sim::in_parallel(unrest.size(), threads, [&](std::size_t i) {
@@ -75,8 +78,9 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];
       Explanation again = explain(found.problem->centres(), instead, found.as_guess(), shortly);
       if (again.usable && again.unrest >= found.unrest)
-        again = explain(found.problem->centres(), instead, again.as_guess(), settings);
-      unrest[i] = again.usable ? again.unrest : 0.0;
+        if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable)
+          again = whole;
+      unrest[i] = again.usable ? again.unrest : found.unrest;
     });
     for (const double one : unrest) {
       ++result.drawn;

@@ -2,7 +2,8 @@
 //
 // The filter is linear about one path. Air that pushes a coil over a corner of its hysteresis, or a beam to where it stiffens,
 // leaves more than the filter expects of it, in some recordings and not in others. So the explanation itself, integrated with air
-// that wanders as much as was found and with the sensors' noise, is put in the recording's place, and fitted again.
+// that wanders as much as was found and with the sensors' noise, is put in the recording's place, and fitted again. Steps of a
+// sensor count as white noise of their size.
 //
 // Source: Davison, Hinkley, Bootstrap Methods and their Application (1997), section 4.2 (Monte Carlo tests).
 #pragma once
@@ -12,14 +13,17 @@
 namespace sinew::diagnose {
 
 struct UnrestByChance {
-  std::size_t drawn = 0;     // simulated recordings in which nothing is missing
+  double unrest = 0.0;       // that was found
+  double air_K = 0.0;        // deviation of the air that wanders
+  std::size_t drawn = 0;     // simulations of all recordings in which nothing is missing, and that could be fitted
   std::size_t as_large = 0;  // of which have at least the unrest that was found
   double largest = 0.0;
-  // Of a Monte Carlo test: (1 + as_large) / (1 + drawn).
+  // Of a Monte Carlo test: (1 + as_large) / (1 + drawn); where draws ended early, no less than with all of them.
   double probability() const { return static_cast<double>(1 + as_large) / static_cast<double>(1 + drawn); }
 };
 
 // Up to 99 draws, so that the least probability is 0.01; ends after those four among which one is as large.
+// Where a draw cannot be fitted it counts as as large: nothing is known of it.
 // `data`: what `found` was fitted to. Throws Stopped where settings.should_stop says so.
 UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitData>& data, int threads,
                                 std::uint64_t seed, const ExplanationSettings& settings);

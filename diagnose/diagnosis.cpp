@@ -281,6 +281,7 @@ FoundEffect found(std::size_t effect, const Explanation& by, bool something_left
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
   if (something_left) result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
+  else if (diagnosis.by_chance) result.confidence *= diagnosis.explained_share;
   return result;
 }
 
@@ -311,7 +312,7 @@ std::string_view text_of(Verdict verdict) {
   return "";
 }
 
-Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search,
+Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, bool something_left,
                        const DiagnosisSettings& settings) {
   Parsimony result;
   const auto among = [](const std::vector<std::size_t>& all, std::size_t e) {
@@ -322,9 +323,9 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
     std::erase_if(alone, [&](std::size_t e) { return among(effects, e); });
     return alone;
   };
-  if (!nothing_left(search, settings.search)) result.as_good = others(settings.least_explained_share);
+  if (something_left) result.as_good = others(settings.least_explained_share);
   if (effects.size() == 2) {
-    result.patched = !nothing_left(search, settings.search);
+    result.patched = something_left;
     const std::vector<std::size_t> most = enough_alone(search, settings.certain_share),
                                    nearly_all = enough_alone(search, settings.least_explained_share);
     result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
@@ -442,6 +443,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     answer = core;
     after_fit = before;
     effects.clear();
+    result.by_chance.reset();
     result.predictions = predictions_of(before, after_fit);
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   };
@@ -476,6 +478,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     const std::vector<Prediction> predictions = predictions_of(before, lead.path);
     const Scored kept_back = score_kept_back(predictions, nominal_model, noise, settings.search.seed);
     if (kept_back.highest_gain < 0.0) return;  // the veto of the data kept back
+    result.by_chance.reset();
     answer = lead.path.of;
     after_fit = lead.path;
     effects = lead.effects;
@@ -502,6 +505,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     drop();
     result.objections.worse_on_kept_back = true;
   }
+  bool something_left = true;
   // Whether an explanation leaves more than there is where nothing is missing.
   const auto leaves_something = [&](const Explanation& explanation, double as_good_as_nothing) {
     if (explanation.unrest < as_good_as_nothing) return false;
@@ -515,7 +519,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.verdict = leaves_something(core, search_settings.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
   } else {
     const bool explains = result.explained_share >= settings.least_explained_share;
-    const bool something_left =
+    something_left =
         leaves_something(answer, explains ? as_good_as_nothing(core, search_settings) : search_settings.visible_unrest);
     result.objections = objections_to(answer, effects, result, something_left, settings, result.gate.front().noise);
     result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
@@ -546,7 +550,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
           std::none_of(effects.begin(), effects.end(), [&, r = rival](std::size_t e) { return e == r; }))
         result.ambiguous_with.push_back(rival);
   if (!result.effects.empty() && !result.by_paths) {
-    result.parsimony = parsimony_of(effects, result.search, settings);
+    result.parsimony = parsimony_of(effects, result.search, something_left, settings);
     if (!result.parsimony.none())
       for (FoundEffect& effect : result.effects) effect.confidence *= 0.5;
     for (const auto* rivals : {&result.parsimony.as_good, &result.parsimony.common_causes})
@@ -590,9 +594,11 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   } else if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
     // What paths alone suggest is as often a look-alike, which may act elsewhere.
+    auto& group = result.located.cannot_be_told_from;
+    group.clear();
     if (wandering)
       if (const std::string other(plant::text_of(wandering->of.place)); other != result.located.place)
-        result.located.cannot_be_told_from.push_back(other);
+        group.push_back(other);
   } else if (result.verdict == Verdict::unexplained) {
     const std::vector<std::string> places = places_of(forcing);
     // Heat that depends on the duty comes from the supply's side.

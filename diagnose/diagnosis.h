@@ -19,7 +19,7 @@ struct DiagnosisSettings {
   double fit_until_s = 1e300;       // of each training recording; what comes later is kept back
   StartPolicy start = StartPolicy::estimated;
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
-  double least_explained_share = 0.9;  // of the misfit: below, what is missing has no name in the catalogue
+  double least_explained_share = 0.9;  // of the misfit: with less, the limit for unrest is that of the core
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
   // Unrest between search.visible_unrest and this is held against simulated recordings in which nothing is missing (chance.h).
   double certain_unrest = 2500.0;
@@ -64,7 +64,8 @@ struct Parsimony {
 
 // An effect in another form than the catalogue's is fitted by its look-alikes, or by two that share its work; that one of
 // them fits better says little then.
-Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, const DiagnosisSettings& settings);
+Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, bool something_left,
+                       const DiagnosisSettings& settings);
 
 enum class Verdict { consistent, missing_physics, unexplained };
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json

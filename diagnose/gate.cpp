@@ -38,20 +38,27 @@ OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, std::si
   return off;
 }
 
-// Masks those that its samples show. How many.
-std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, double noise) {
+// Masks those that its samples show. How many. `ends`: also within `reach` of the recording's ends.
+std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, double noise, bool ends) {
   std::size_t count = 0;
   const std::vector<sim::Sample> samples = recording.samples;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const double value = measured(samples[k], channel);
     if (std::isnan(value)) continue;
+    const bool at_end = k < reach || k + reach >= samples.size();
+    if (at_end && !ends) continue;
     std::vector<double> around;
+    std::size_t before = 0;
     // The six nearest; at the ends they all lie on one side.
     const std::size_t window = std::min(2 * reach, samples.size() - 1);
     const std::size_t begin = std::min(k - std::min(k, reach), samples.size() - 1 - window);
     for (std::size_t i = begin; i <= begin + window; ++i)
-      if (const double near = measured(samples[i], channel); i != k && !std::isnan(near)) around.push_back(near);
-    if (around.size() < 4) continue;
+      if (const double near = measured(samples[i], channel); i != k && !std::isnan(near)) {
+        around.push_back(near);
+        before += i < k;
+      }
+    // With one on one side and three on the other, the median of samples on a steep line is off it.
+    if (around.size() < 4 || (!at_end && (before < 2 || around.size() - before < 2))) continue;
     std::sort(around.begin(), around.end());
     // The extremes may be outliers themselves.
     const double range = around[around.size() - 2] - around[1];
@@ -67,8 +74,8 @@ std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, 
 
 // Of three outliers within a few samples the one in the middle shows only when the others are gone.
 std::size_t mask_outliers(sim::Recording& recording, std::size_t channel, double noise) {
-  std::size_t count = 0;
-  while (const std::size_t more = mask_plain_outliers(recording, channel, noise)) count += more;
+  std::size_t count = mask_plain_outliers(recording, channel, noise, true);
+  for (std::size_t more = count; more > 0; count += more) more = mask_plain_outliers(recording, channel, noise, false);
   return count;
 }
 

@@ -31,7 +31,7 @@ TEST_CASE("chance: what is drawn from a plant has the unrest of one from which n
     CHECK(diagnose::unrest_by_chance(found, data, 2, 8, settings).largest != by_one.largest);
   }
   SUBCASE("as much as any has comes with the first draws, and no more are made") {
-    found.unrest = 0.0;
+    found.unrest = -1e9;
     const UnrestByChance any = diagnose::unrest_by_chance(found, data, 2, 7, settings);
     CHECK(any.drawn == 4);
     CHECK(any.as_large == 4);

@@ -58,6 +58,11 @@ TEST_CASE(
   diagnose::GateNotes again;
   CHECK(std::isnan(diagnose::gated(recording, nullptr, again).samples[112].angle_deg));
   CHECK(again.outliers == std::array<std::size_t, 3>{0, 0, 1});
+  // Beside readings that are missing, what is left is no outlier.
+  for (const std::size_t k : {112u, 113u, 116u, 225u, 226u, 227u}) recording.samples[k].angle_deg = std::nan("");
+  diagnose::GateNotes gaps;
+  static_cast<void>(diagnose::gated(recording, nullptr, gaps));
+  CHECK(gaps.outliers == std::array<std::size_t, 3>{0, 0, 0});
 }
 
 TEST_CASE("gate: of three outliers within a few samples the one between the others is found, too") {
