@@ -259,7 +259,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
   if (!stand_ins(d).empty()) text += "# What was added is a stand-in for something that the catalogue does not have.\n";
   else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
-    text += "# Something is left that this does not explain: whether the limb does what was added is as likely as not.\n";
+    text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
   for (std::size_t c = 0; c < channel_count; ++c)
     if (d.held_out.samples[c] > 0)

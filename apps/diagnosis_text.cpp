@@ -55,6 +55,12 @@ std::string located_words(const Diagnosis& d) {
   return either_words(places);
 }
 
+std::string rivals_in_headline(const Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
+  return " – or that " + listed(names) + ": this recording cannot tell them apart.";
+}
+
 std::string verdict_sentence(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
@@ -71,11 +77,7 @@ std::string verdict_sentence(const Diagnosis& d) {
                                         [](const auto& found) { return found.confidence < doubtful_below; });
       std::string text =
           (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
-      if (!d.ambiguous_with.empty()) {
-        std::vector<std::string> names;
-        for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
-        return text + " – or that " + listed(names) + ": this recording cannot tell them apart.";
-      }
+      if (!d.ambiguous_with.empty()) return text + rivals_in_headline(d);
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
@@ -97,7 +99,7 @@ std::string verdict_sentence(const Diagnosis& d) {
         return (d.explained_share >= nearly_all_share && !d.by_paths
                     ? "What is missing looks like one that I know, but something is left that its law does not explain: "
                     : "More is missing than I know, but part of it has a name: ") +
-               listed(named) + ".";
+               listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
       }
       return "Something is missing that I do not know: it seems to enter in " + located_words(d) +
              ", and no effect of the catalogue explains it.";
@@ -388,7 +390,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
-  if (!d.effects.empty() && !d.by_paths) {
+  if (!d.effects.empty() && !(d.by_paths && d.ambiguous_with.empty())) {
     if (d.ambiguous_with.empty()) {
       text.back() += " Nothing else in the catalogue does as well.";
     } else {
@@ -454,7 +456,7 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
            " switched on and all parameters fitted again." +
-           (d.verdict == Verdict::unexplained ? " Whether the limb does this is as likely as not." : "");
+           (d.verdict == Verdict::unexplained ? " That the limb does this is not certain." : "");
   text += " `sinew run` and `sinew compare` accept it.";
   for (const std::size_t p : d.flipped_signs)
     text += " The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(d.repaired, p) +

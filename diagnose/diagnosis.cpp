@@ -549,8 +549,10 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
           std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), rival) == result.ambiguous_with.end() &&
           std::none_of(effects.begin(), effects.end(), [&, r = rival](std::size_t e) { return e == r; }))
         result.ambiguous_with.push_back(rival);
-  if (!result.effects.empty() && !result.by_paths) {
-    result.parsimony = parsimony_of(effects, result.search, something_left, settings);
+  if (!result.effects.empty()) {
+    // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
+    result.parsimony = parsimony_of(effects, result.search, something_left && !result.by_paths, settings);
+    if (result.by_paths) result.parsimony.either_alone = false;
     if (!result.parsimony.none())
       for (FoundEffect& effect : result.effects) effect.confidence *= 0.5;
     for (const auto* rivals : {&result.parsimony.as_good, &result.parsimony.common_causes})
