@@ -26,7 +26,7 @@ std::string ProofCase::id() const {
   return family() + "-" + kind.name + "-" + variant + "-" + text_of(settings.strength) + "-" + std::to_string(seed);
 }
 
-std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s) {
+std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, double training_s, double held_out_s) {
   std::vector<ProofCase> cases;
   const auto add = [&](const prove::Kind& kind, int index, double strength, int variant, bool removed) {
     const std::uint64_t from = kind.family == prove::Family::clean ? first.clean : first.concealed;
@@ -40,13 +40,17 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, double training_
     }
     cases.push_back(one);
   };
+  const auto add_clean = [&](const prove::Kind& kind, int index) {
+    const int turn = index % 8;
+    add(kind, index, 1.0, turn < 3 ? -1 : turn - 3, false);
+  };
   for (int s = 0; s < seeds; ++s)
     for (const prove::Kind& kind : prove::kinds()) {
       const std::size_t before = cases.size();
       const double strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
       switch (kind.family) {
         case prove::Family::clean:
-          for (int i = 0; i < 8; ++i) add(kind, 8 * s + i, 1.0, i < 3 ? -1 : i - 3, false);
+          for (int i = 0; i < 8; ++i) add_clean(kind, 8 * s + i);
           break;
         case prove::Family::catalogue: {
           add(kind, s, strength, s == 3 ? static_cast<int>(cases.size() % variants.size()) : -1, false);
@@ -64,6 +68,9 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, double training_
       }
       for (std::size_t i = before; i < cases.size(); ++i) cases[i].with_baselines = s == 0;
     }
+  for (const prove::Kind& kind : prove::kinds())
+    if (kind.family == prove::Family::clean)
+      for (int i = 8 * seeds; i < clean; ++i) add_clean(kind, i);
   return cases;
 }
 
@@ -76,7 +83,7 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
                                         "outside-bend_cooling",    "outside-motion_cooling"};
   std::vector<ProofCase> few;
   for (const std::string& prefix : wanted)
-    for (const ProofCase& one : proof_cases(development_seeds, 1, training_s, held_out_s))
+    for (const ProofCase& one : proof_cases(development_seeds, 1, 8, training_s, held_out_s))
       if (one.id().starts_with(prefix)) {
         few.push_back(one);
         few.back().with_baselines = few.size() % 4 == 1;

@@ -1,4 +1,5 @@
 // sinew prove: puts the diagnosis to the proof on concealed data that an independent generator makes.
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -29,6 +30,7 @@ struct ProveArguments {
   std::string out, plant = "plant/limbs/paper_limb.yaml", set = "reported";
   std::vector<std::string> families, kinds;
   int seeds = 5;
+  int clean = 0;  // 0: eight for each seed
   std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
@@ -187,12 +189,18 @@ std::string figures_text(const Json& score) {
 }
 
 void prove_all(const ProveArguments& arguments, int& exit_code) {
+  if (arguments.clean != 0 && arguments.clean < 8 * arguments.seeds)
+    throw sim::InputError({.file = "",
+                           .key = "--clean",
+                           .value = std::to_string(arguments.clean),
+                           .advice = "at least eight for each seed, here " + std::to_string(8 * arguments.seeds)});
   std::vector<ProofCase> cases =
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
                     : proof_cases(arguments.first_seed != 0 ? FirstSeeds{arguments.first_seed, arguments.first_seed}
                                   : arguments.set == "development" ? development_seeds
                                                                    : reported_seeds,
-                                  arguments.seeds, arguments.training_s, arguments.held_out_s);
+                                  arguments.seeds, std::max(arguments.clean, 8 * arguments.seeds),
+                                  arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -340,7 +348,8 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   std::string command =
       "sinew prove " +
       (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
-      " --seeds " + std::to_string(arguments.seeds) + " --training " + sim::shortest(arguments.training_s) +
+      " --seeds " + std::to_string(arguments.seeds) +
+      (arguments.clean > 8 * arguments.seeds ? " --clean " + std::to_string(arguments.clean) : "") + " --training " + sim::shortest(arguments.training_s) +
       " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
@@ -379,8 +388,10 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
   command->add_option("--first-seed", arguments->first_seed, "seeds from here on, instead of those of a set")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}));
-  command->add_option("--seeds", arguments->seeds, "seeds of every case; clean ones eight times as many")
+  command->add_option("--seeds", arguments->seeds, "seeds of every case")
       ->check(CLI::Range(1, 100));
+  command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
+      ->check(CLI::Range(8, 10000));
   command->add_option("--families", arguments->families, "only these")
       ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
       ->delimiter(',');

@@ -478,6 +478,8 @@ def test_prove():
     check("prove --score: scores what is there, and makes nothing", scored.returncode == 0 and json.loads(content("proof/score.json"))["cases"] == 7
           and "7 cases of 8, those that have been made" in content("proof/README.md").decode() and not (folder / f"proof/cases/{case}").exists(), said(scored))
     refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--out = p\n  holds none of the cases")
+    refused("prove with fewer clean recordings than eight for each seed", ["prove", "--seeds", "2", "--clean", "15", "--out", "p"],
+            r"--clean = 15\n  at least eight for each seed, here 16")
     refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds\n  no case is left")
     refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
 
