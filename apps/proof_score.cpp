@@ -132,7 +132,7 @@ Json score_proof(const Json& answers, const Json& results) {
   std::map<std::string, std::map<std::string, int>> confusion;
   Json misses = Json::array(), misplaced = Json::array();
   std::array<Count, confidence_classes.size() - 1> right_by_confidence;
-  int invisible = 0, cases = 0, worse_for_all = 0;
+  int invisible = 0, cases = 0, worse_for_all = 0, place_said_first = 0;
   double largest_clean_gain = 0.0, largest_clean_unrest = 0.0;
   std::map<std::string, int> programs;
   std::map<std::string, Baseline> others;
@@ -168,11 +168,17 @@ Json score_proof(const Json& answers, const Json& results) {
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
-    const auto placed = [&](bool right_place) {
+    // The equation, or one of a group of which the answer says that they cannot be told apart.
+    const auto placed = [&] {
+      const bool said_first = result["located"]["place"] == answer["effects"][0]["place"];
+      const std::vector<std::string> group = result["located"].value("or", std::vector<std::string>{});
+      const bool right_place = said_first || contains(group, answer["effects"][0]["place"].get<std::string>());
       place.add(right_place);
+      place_said_first += said_first;
       if (!right_place)
         misplaced.push_back(
             {{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
+      return right_place;
     };
     ++programs[result.value("made_by", "")];
     if (result.contains("baselines")) {
@@ -225,7 +231,7 @@ Json score_proof(const Json& answers, const Json& results) {
         strata[family][stratum].add(first == truth[0]);
         contained.add(contains(set, truth[0]));
         sizes.push_back(static_cast<double>(set.size()));
-        placed(result["located"]["place"] == answer["effects"][0]["place"]);
+        placed();
         if (first != truth[0]) miss("named " + first + sure);
       }
     } else if (family == "pair") {
@@ -239,15 +245,10 @@ Json score_proof(const Json& answers, const Json& results) {
         ++invisible;
         strata[family][stratum].add(true);
       } else {
-        // The equation, or one of a group of which the answer says that they cannot be told apart.
-        bool right_place = result["located"]["place"] == answer["effects"][0]["place"];
-        if (result["located"].contains("or"))
-          for (const Json& other : result["located"]["or"])
-            right_place = right_place || other == answer["effects"][0]["place"];
+        const bool right_place = placed();
         (family == "outside" ? unknown : removed_unknown).add(verdict == "unexplained" || right_place);
         (family == "outside" ? misnamed : removed_misnamed).add(confidently);
         strata[family][stratum].add(!confidently);
-        placed(right_place);
         if (confidently)
           miss("confidently misnamed " + first + sure);
         else if (verdict != "unexplained" && !right_place)
@@ -331,7 +332,7 @@ Json score_proof(const Json& answers, const Json& results) {
       share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
   figures.push_back(
       number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
-  figures.push_back(share_json("equation right", place, "at least 97 %", place.share() >= 0.97));
+  figures.push_back(share_json("equation right, or among those said to be alike", place, "at least 97 %", place.share() >= 0.97));
   figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %",
                                 median(errors) < 0.1));
   figures.push_back(share_json("95 % intervals that cover the truth", covered, "92 to 98 %",
@@ -360,6 +361,7 @@ Json score_proof(const Json& answers, const Json& results) {
                                    {"right", right_by_confidence[i].good},
                                    {"of", right_by_confidence[i].all}});
   score["worse_for_all"] = worse_for_all;
+  score["place_said_first"] = {{"right", place_said_first}, {"of", place.all}};
   score["misses"] = misses;
   score["misplaced"] = misplaced;
   score["programs"] = programs;
@@ -437,7 +439,11 @@ std::string proof_markdown(const Json& score, const std::string& command) {
     text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
   text += ". Of the cases in which the held-out error is worse than before, " +
           std::to_string(score["worse_for_all"].get<int>()) +
-          " are worse, too, for one who knows the effect: air moved otherwise there.\n";
+          " are worse, too, for one who knows the effect: air moved otherwise there. The equation that the answer says first was "
+          "right in " +
+          std::to_string(score["place_said_first"]["right"].get<int>()) + " of " +
+          std::to_string(score["place_said_first"]["of"].get<int>()) +
+          "; the others count where it says that they cannot be told apart.\n";
   if (!score["baselines"].empty()) {
     text +=
         "\n## Simpler methods on the same cases\n\nOn the first seed of every case. A name counts for Sinew where its "
