@@ -188,16 +188,16 @@ Json score_proof(const Json& answers, const Json& results) {
         const double before = number(result["normalised_before"]), oracle = number(result["normalised_oracle"]);
         if (before > 1.1 * oracle) of.reductions.push_back((before - after) / (before - oracle));
       };
-      const auto names = [&](Baseline& of, const std::vector<std::string>& given) {
+      const auto names = [&](Baseline& of, const std::vector<std::string>& given, bool counts_as_sure) {
         const std::string name = given.empty() ? "" : given[0];
         if (family == "clean") of.alarms.add(!given.empty());
         if (family == "catalogue" && !nothing_to_see) of.right.add(name == truth[0]);
         if (family == "other_form" && !nothing_to_see) of.form.add(name == truth[0]);
-        if ((family == "outside" || family == "removed") && !nothing_to_see) of.misnamed.add(!given.empty());
+        if ((family == "outside" || family == "removed") && !nothing_to_see) of.misnamed.add(counts_as_sure && !given.empty());
         if (family == "pair") of.both.add(contains(given, truth[0]) && contains(given, truth[1]));
       };
-      names(ours, confidently ? named : std::vector<std::string>{});
-      names(others["BIC"], baselines["bic"]["effects"].get<std::vector<std::string>>());
+      names(ours, named, confidently);
+      names(others["BIC"], baselines["bic"]["effects"].get<std::vector<std::string>>(), true);
       int terms = 0;
       for (const Json& count : baselines["sindy"]["terms"]) terms += count.get<int>();
       if (family == "clean") others["SINDy"].alarms.add(terms > 0);
@@ -446,8 +446,8 @@ std::string proof_markdown(const Json& score, const std::string& command) {
           "; the others count where it says that they cannot be told apart.\n";
   if (!score["baselines"].empty()) {
     text +=
-        "\n## Simpler methods on the same cases\n\nOn the first seed of every case. A name counts for Sinew where its "
-        "confidence is a half or more. "
+        "\n## Simpler methods on the same cases\n\nOn the first seed of every case. Misnamed counts for Sinew where the "
+        "confidence is a half or more; BIC gives none. "
         "SINDy and the Gaussian "
         "process correct the core's predictions and name no effect; what each does stands in "
         "apps/proof_baselines.h.\n\n|";
