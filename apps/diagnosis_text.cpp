@@ -286,7 +286,7 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
   if (against.patchwork) reasons.push_back("takes three effects, and one that is not known is likelier than that");
   if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
   const std::string rule =
-      "A name is given only to what explains " + percent(settings.least_explained_share) + " and could not be chance";
+      "A name is given only to what explains " + percent(settings.certain_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
   return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) +
          ", so none is given.";
