@@ -5,26 +5,19 @@
 #include "tests/diagnose/one_limb.h"
 
 using namespace sinew;
-using diagnose::Explanation;
 using diagnose::UnrestByChance;
 
 namespace {
 
-// A recording from which nothing is missing, with the paper's sensors, and the core fitted to it.
-struct Whole {
-  sim::Recording recording;
-  std::vector<diagnose::FitData> data;
-  diagnose::ExplanationSettings settings;
-  Explanation core;
+sim::Scenario with_sensors_of_the_paper() {
+  sim::Scenario scenario = testing::babbling(40.0);
+  scenario.sensors = {};
+  return scenario;
+}
 
-  Whole() {
-    sim::Scenario scenario = testing::babbling(40.0);
-    scenario.sensors = {};
-    recording = testing::recorded(scenario);
-    data = {{&recording, recording.samples.size(), testing::paper_noise}};
-    settings.start = diagnose::StartPolicy::at_rest;
-    core = diagnose::explain({}, data, {}, settings);
-  }
+// Nothing is missing.
+struct Whole : testing::FittedCore {
+  Whole() : FittedCore(with_sensors_of_the_paper()) {}
 };
 
 }  // namespace

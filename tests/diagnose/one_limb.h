@@ -1,7 +1,7 @@
 // A limb with known parameters, and recordings of it, for the tests of diagnose/.
 #pragma once
 
-#include "diagnose/fit.h"
+#include "diagnose/explanation.h"
 #include "sim/scenario.h"
 #include "sim/simulation.h"
 
@@ -24,5 +24,21 @@ inline sim::Recording recorded(const sim::Scenario& scenario) {
 }
 
 inline constexpr diagnose::PerChannel paper_noise{0.12, 0.12, 0.05};
+
+// A recording that begins at rest, and the paper's core fitted to it.
+struct FittedCore {
+  sim::Recording recording;
+  std::vector<diagnose::FitData> data;
+  diagnose::ExplanationSettings settings;
+  diagnose::Explanation core;
+
+  explicit FittedCore(const sim::Scenario& scenario)
+      : recording(recorded(scenario)), data{{&recording, recording.samples.size(), paper_noise}} {
+    settings.start = diagnose::StartPolicy::at_rest;
+    core = diagnose::explain({}, data, {}, settings);
+  }
+  FittedCore(const FittedCore&) = delete;  // `data` points into it
+  FittedCore& operator=(const FittedCore&) = delete;
+};
 
 }  // namespace sinew::testing

@@ -14,22 +14,15 @@ using diagnose::Lead;
 
 namespace {
 
-// A recording of a limb whose thermocouples lag, and the core fitted to it.
-struct Lagging {
-  sim::Recording recording;
-  std::vector<diagnose::FitData> data;
-  diagnose::ExplanationSettings settings;
-  Explanation core;
+sim::Scenario lagging_thermocouples() {
+  sim::Scenario scenario = testing::babbling(60.0);
+  scenario.limb = diagnose::with_effect({}, plant::effect_index("thermocouple_lag"));
+  plant::set(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 2.5);
+  return scenario;
+}
 
-  Lagging() {
-    sim::Scenario scenario = testing::babbling(60.0);
-    scenario.limb = diagnose::with_effect({}, plant::effect_index("thermocouple_lag"));
-    plant::set(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 2.5);
-    recording = testing::recorded(scenario);
-    data = {{&recording, recording.samples.size(), testing::paper_noise}};
-    settings.start = diagnose::StartPolicy::at_rest;
-    core = diagnose::explain({}, data, {}, settings);
-  }
+struct Lagging : testing::FittedCore {
+  Lagging() : FittedCore(lagging_thermocouples()) {}
 };
 
 const diagnose::PathSearch one_effect{{}, 1, 24.0, 2};
