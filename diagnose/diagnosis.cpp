@@ -13,7 +13,6 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double guard_s = 5.0;  // between what is fitted and what is kept back of one recording
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
 constexpr double two_sided_95 = 1.959964;

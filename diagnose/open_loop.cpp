@@ -131,7 +131,7 @@ bool has_reading(const sim::Sample& sample) {
 FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
                            const ExplanationSettings& settings) {
   constexpr std::size_t folds = 10;
-  constexpr double beginning_s = 10.0, guard_s = 5.0;
+  constexpr double beginning_s = 10.0;  // is always fitted: it tells how the recording begins
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
   least_squares.most_rounds = 1;
