@@ -18,7 +18,6 @@ using diagnose::Verdict;
 constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
-constexpr double nearly_all_share = 0.9;
 
 std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
 
@@ -96,7 +95,7 @@ std::string verdict_sentence(const Diagnosis& d) {
         for (const auto& found : d.effects)
           named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
                           probability_words(found.confidence));
-        return (d.explained_share >= nearly_all_share && !d.by_paths
+        return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
                     ? "What is missing looks like one that I know, but something is left that its law does not explain: "
                     : "More is missing than I know, but part of it has a name: ") +
                listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
@@ -286,15 +285,14 @@ std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSetting
   if (against.patchwork) reasons.push_back("takes three effects, and one that is not known is likelier than that");
   if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
   const std::string rule =
-      "A name is given only to what explains " + percent(settings.certain_share) + " and could not be chance";
+      "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
   return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) +
          ", so none is given.";
 }
 
-// What chance has to do with what is left, where that is not plain.
+// What chance has to do with what is left, where that was asked.
 std::string chance_of_the_rest(const Diagnosis& d) {
-  if (!d.by_chance) return "";
   const diagnose::UnrestByChance& chance = *d.by_chance;
   const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that wanders by " +
                                 report::fixed(chance.air_K, 2) + " K, ";

@@ -134,6 +134,7 @@ double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concea
     }
   }
   settings.search.without = all_effects();
+  settings.certain_unrest = 0.0;  // only the fit is wanted
   settings.search.guess = guess;
   const diagnose::Diagnosis known = diagnose::diagnose(limb, training, held_out, settings);
   return normalised(known.held_out.after, known.held_out.noise);
@@ -172,6 +173,7 @@ Json baselines_of(const ProofCase& one, const plant::Limb<double>& nominal) {
   const Given given(one);
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects();
+  core_alone.certain_unrest = 0.0;  // only the fit is wanted
   return baselines(diagnose::diagnose(nominal, given.training, given.held_out, core_alone), given.settings);
 }
 
@@ -243,7 +245,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
   const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
   Json results;
   std::vector<std::size_t> open;
-  std::map<std::size_t, Json> without_baselines;  // of the open ones, those that were diagnosed
+  std::map<std::size_t, Json> diagnosed_before;  // of the open ones, those that were diagnosed
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const fs::path file = out / "cases" / (cases[i].id() + ".json");
     if (fs::exists(file)) {
@@ -253,7 +255,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
         results[cases[i].id()] = kept;
         if (!cases[i].with_baselines || arguments.score || kept.contains("baselines") || kept["verdict"] == "failed")
           continue;
-        without_baselines[i] = kept;
+        diagnosed_before[i] = kept;
         open.push_back(i);
         continue;
       }
@@ -283,8 +285,8 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
               sim::sha256(sim::read_file(seal_file)).c_str());
   std::fflush(stdout);
   if (const std::size_t there = results.size(); there > 0) std::printf("%zu of them are there already\n", there);
-  if (!without_baselines.empty())
-    std::printf("of which %zu are put to the simpler methods now\n", without_baselines.size());
+  if (!diagnosed_before.empty())
+    std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before.size());
   {
     Progress progress("proving");
     std::atomic<std::size_t> next{0}, done{0};
@@ -293,9 +295,9 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       for (std::size_t n = next++; n < open.size() && !interrupted(); n = next++) {
         const ProofCase& one = cases[open[n]];
         Json result;
-        const auto kept = without_baselines.find(open[n]);
+        const auto kept = diagnosed_before.find(open[n]);
         try {
-          if (kept != without_baselines.end()) {
+          if (kept != diagnosed_before.end()) {
             result = kept->second;
             result["baselines"] = baselines_of(one, nominal);
           } else {
@@ -304,7 +306,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
         } catch (const diagnose::Stopped&) {
           return;
         } catch (const std::exception& e) {
-          if (kept != without_baselines.end()) {
+          if (kept != diagnosed_before.end()) {
             std::fprintf(stderr, "%s: the simpler methods failed: %s\n", one.id().c_str(), e.what());
             continue;
           }
@@ -318,7 +320,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
                     {"normalised_before", 0.0},
                     {"normalised_after", 0.0}};
         }
-        if (kept == without_baselines.end()) {
+        if (kept == diagnosed_before.end()) {
           result["seconds"] = {arguments.training_s, arguments.held_out_s};
           result["made_by"] = mark;
           result["answer"] = seal_of(one);

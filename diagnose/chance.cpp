@@ -14,7 +14,7 @@ constexpr double air_period_s = 1.0;  // the air stands still for as long
 
 // What the explanation would have recorded on the recording's duty, where it has readings, had the air and the sensors been
 // others. Missing from where the integration fails.
-sim::Recording drawn(const Explanation& from, std::size_t r, double air_K, const FitData& data,
+sim::Recording drawn_recording(const Explanation& from, std::size_t r, double air_K, const FitData& data,
                      const sim::RandomStream& chance, const plant::NumericalSettings& numerics) {
   sim::Recording recording = *data.recording;
   recording.samples.resize(data.sample_count);
@@ -33,7 +33,7 @@ sim::Recording drawn(const Explanation& from, std::size_t r, double air_K, const
     failed = failed || integrator.advance_to(sample.time_s - first_s);
     const plant::Reading<double> reading = integrator.reading();
     for (std::size_t c = 0; c < channel_count; ++c) {
-      double& value = c < 2 ? sample.temperature_degC[c] : sample.angle_deg;
+      double& value = measured(sample, c);
       const double noise = data.deviation[c] * chance.normal(draw++);
       if (!std::isnan(value)) value = failed ? std::numeric_limits<double>::quiet_NaN() : shown(reading, c) + noise;
     }
@@ -72,7 +72,7 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
       std::vector<sim::Recording> recordings;
       for (std::size_t r = 0; r < data.size(); ++r) {
         const std::string name = "diagnose.chance." + std::to_string(result.drawn + i) + "." + std::to_string(r);
-        recordings.push_back(drawn(found, r, air[0], data[r], sim::RandomStream(seed, name), settings.numerics));
+        recordings.push_back(drawn_recording(found, r, air[0], data[r], sim::RandomStream(seed, name), settings.numerics));
       }
       std::vector<FitData> instead = data;
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];

@@ -15,7 +15,7 @@ namespace sinew::diagnose {
 struct UnrestByChance {
   double unrest = 0.0;       // that was found
   double air_K = 0.0;        // deviation of the air that wanders
-  std::size_t drawn = 0;     // simulations of all recordings in which nothing is missing, and that could be fitted
+  std::size_t drawn = 0;     // simulations of all recordings in which nothing is missing
   std::size_t as_large = 0;  // of which have at least the unrest that was found
   double largest = 0.0;
   // Of a Monte Carlo test: (1 + as_large) / (1 + drawn); where draws ended early, no less than with all of them.

@@ -27,6 +27,9 @@ inline constexpr std::array<Channel, channel_count> channels{
 inline double measured(const sim::Sample& sample, std::size_t channel) {
   return channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg;
 }
+inline double& measured(sim::Sample& sample, std::size_t channel) {
+  return channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg;
+}
 inline double shown(const plant::Reading<double>& reading, std::size_t channel) {
   return channel < 2 ? reading.temperature_degC[channel] : reading.angle_rad / plant::radians_per_degree;
 }

@@ -16,7 +16,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
 constexpr double two_sided_95 = 1.959964;
-constexpr double nearly_all = 0.98;  // of the misfit
+constexpr double two_suffice_share = 0.98;  // of the misfit: a third effect is one too many
 
 // Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
 // out.
@@ -94,7 +94,7 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
       return share_explained(search.core, by) >= settings.least_explained_share;
     };
     const bool third = last && search.rounds.size() > 2 && last == &search.rounds[2] &&
-                       share_explained(search.core, last->before) >= nearly_all;
+                       share_explained(search.core, last->before) >= two_suffice_share;
     const bool keep =
         !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
     return keep ? search.best : last->before;
@@ -325,7 +325,7 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
   if (something_left) result.as_good = others(settings.least_explained_share);
   if (effects.size() == 2) {
     result.patched = something_left;
-    const std::vector<std::size_t> most = enough_alone(search, settings.certain_share),
+    const std::vector<std::size_t> most = enough_alone(search, settings.named_share),
                                    nearly_all = enough_alone(search, settings.least_explained_share);
     result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
                           (among(nearly_all, effects[0]) || among(nearly_all, effects[1]));
@@ -345,7 +345,7 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
   };
   if (std::all_of(effects.begin(), effects.end(), is_sensor) && at(plant::Place::sensor_temperature) &&
       at(plant::Place::sensor_angle)) {
-    result.common_causes = others(settings.certain_share);
+    result.common_causes = others(settings.named_share);
     std::erase_if(result.common_causes, is_sensor);
   }
   return result;
@@ -443,7 +443,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     after_fit = before;
     effects.clear();
     result.by_chance.reset();
-    result.predictions = predictions_of(before, after_fit);
+    for (Prediction& prediction : result.predictions) prediction.after = prediction.before;
     scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
   };
   // Where no explanation is one: what brings the whole path nearer, beyond chance where it was not fitted. It is
@@ -468,7 +468,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     const bool believable =
         is.pull <= settings.most_growth_of_pull * was.pull &&
         std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
-    const bool certain = largest_share >= settings.certain_share && believable;
+    const bool certain = largest_share >= settings.named_share && believable;
     // As a stand-in it must do better than the one there is.
     if (!certain && !effects.empty() &&
         !better_beyond_chance(cross_validated(after_fit, data, search_settings.threads, search_settings.fit),
@@ -506,8 +506,8 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
   }
   bool something_left = true;
   // Whether an explanation leaves more than there is where nothing is missing.
-  const auto leaves_something = [&](const Explanation& explanation, double as_good_as_nothing) {
-    if (explanation.unrest < as_good_as_nothing) return false;
+  const auto leaves_something = [&](const Explanation& explanation, double limit) {
+    if (explanation.unrest < limit) return false;
     if (explanation.unrest >= settings.certain_unrest) return true;
     if (search_settings.progress) search_settings.progress(0.98, "asking how much is left by chance");
     result.by_chance =
@@ -524,7 +524,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result.objections;
-    rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.certain_share;
+    rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.named_share;
     if (rest.none())
       for (const std::size_t e : effects)
         result.effects.push_back(found(e, answer, something_left, result, settings));
@@ -573,7 +573,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
     wandering = what_wanders(core, wander, search_settings.fit);
     if (!result.by_paths) result.wandering = wandering;
     if (result.wandering && result.wandering->of.effect != plant::no_effect &&
-        result.wandering->explained_share >= settings.certain_share) {
+        result.wandering->explained_share >= settings.named_share) {
       result.effects.push_back(found(*result.wandering, settings));
       for (const auto& [rival, loss] : result.effects.front().rivals)
         if (loss < settings.ambiguous_loss) result.ambiguous_with.push_back(rival);
@@ -594,7 +594,7 @@ Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Re
         group.push_back(place);
   } else if (!result.effects.empty()) {
     result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
-    // What paths alone suggest is as often a look-alike, which may act elsewhere.
+    // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
     auto& group = result.located.cannot_be_told_from;
     group.clear();
     if (wandering)

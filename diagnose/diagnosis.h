@@ -29,8 +29,8 @@ struct DiagnosisSettings {
   // A right effect lets the core's parameters come back to what is believed of them. One that pushes them away, by more than
   // this in the sum of their squared distances, is bought with them.
   double most_rise_of_pull = 6.0;
-  // What explains so much, in every channel, without a rise of pull is certain even where something is left.
-  double certain_share = 0.75;
+  // What explains so much, in every channel, without a rise of pull is named even where something is left.
+  double named_share = 0.75;
   // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
   double most_growth_of_pull = 1.5;
   double most_confidence_in_a_lead = 0.5;  // on development, what paths alone suggest was a look-alike as often as not

@@ -13,10 +13,6 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t reach = 3;  // neighbours on each side
 
-void clear(sim::Sample& sample, std::size_t channel) {
-  (channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg) = nan;
-}
-
 // Where the limb moves fast its neighbours say little of a sample, but the line through them does: the distance from
 // it, and the largest of theirs. A bend, a turn or a jump puts both off alike. NaN without two neighbours on each side.
 struct OffLine {
@@ -65,7 +61,7 @@ std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, 
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
     const OffLine off = off_line(samples, k, channel);
     if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
-      clear(recording.samples[k], channel);
+      measured(recording.samples[k], channel) = nan;
       ++count;
     }
   }

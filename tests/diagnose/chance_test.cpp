@@ -15,15 +15,10 @@ sim::Scenario with_sensors_of_the_paper() {
   return scenario;
 }
 
-// Nothing is missing.
-struct Whole : testing::FittedCore {
-  Whole() : FittedCore(with_sensors_of_the_paper()) {}
-};
-
 }  // namespace
 
 TEST_CASE("chance: much unrest never comes by it, whatever the number of threads") {
-  Whole limb;
+  testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
   CHECK(limb.core.unrest < 50.0);
   limb.core.unrest = 1e4;
@@ -38,7 +33,7 @@ TEST_CASE("chance: much unrest never comes by it, whatever the number of threads
 }
 
 TEST_CASE("chance: as much as any has comes with the first draws, and no more are made") {
-  Whole limb;
+  testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
   limb.core.unrest = -1e9;
   const UnrestByChance any = diagnose::unrest_by_chance(limb.core, limb.data, 2, 7, limb.settings);

@@ -7,7 +7,7 @@
 
 namespace sinew::testing {
 
-// Babbling of `duration_s`; noise-free sensors unless `sensors` says otherwise.
+// Babbling of `duration_s`; noise-free sensors.
 inline sim::Scenario babbling(double duration_s) {
   sim::Scenario scenario;
   scenario.duration_s = duration_s;

@@ -21,10 +21,6 @@ sim::Scenario lagging_thermocouples() {
   return scenario;
 }
 
-struct Lagging : testing::FittedCore {
-  Lagging() : FittedCore(lagging_thermocouples()) {}
-};
-
 const diagnose::PathSearch one_effect{{}, 1, 24.0, 2};
 
 // Folds whose error, in units of noise, is as given.
@@ -40,7 +36,7 @@ diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
 }  // namespace
 
 TEST_CASE("open loop: the polished path is no further from the recording than the explanation's own") {
-  const Lagging limb;
+  const testing::FittedCore limb(lagging_thermocouples());
   REQUIRE(limb.core.usable);
   const Fitted polished = diagnose::polished(limb.core, limb.data, limb.settings);
   const auto& numerics = limb.settings.numerics;
@@ -51,7 +47,7 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
 }
 
 TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there") {
-  const Lagging limb;
+  const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
   REQUIRE(lead.effects.size() == 1);
@@ -63,7 +59,7 @@ TEST_CASE("open loop: following whole paths finds what is missing, and nothing o
 }
 
 TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once") {
-  const Lagging limb;
+  const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
   const auto without = diagnose::cross_validated(core, limb.data, 2, limb.settings),
