@@ -2,51 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "diagnose/calibrate.h"
-#include "diagnose/open_loop.h"
-#include "sim/random.h"
-#include "sim/simulation.h"
 
 namespace sinew::diagnose {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double bootstrap_block_s = 20.0;
-constexpr int bootstrap_draws = 400;
 constexpr double two_sided_95 = 1.959964;
 constexpr double two_suffice_share = 0.98;  // of the misfit: a third effect is one too many
 
-// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
-// out.
-constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
-
-struct Split {
-  sim::Recording fitted;        // with what is not to be fitted masked
-  std::size_t sample_count;     // the first so many are fitted
-  std::vector<bool> kept_back;  // of the recording's samples
-};
-
-Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
-  Split result{gated, gated.samples.size(), std::vector<bool>(gated.samples.size(), false)};
-  const std::size_t until = samples_until(gated, fit_until_s);
-  if (until < gated.samples.size()) {
-    result.sample_count = until;
-    for (std::size_t k = until; k < gated.samples.size(); ++k) result.kept_back[k] = true;
-    return result;
-  }
-  if (!keep_blocks) return result;
-  const double first_s = gated.samples.front().time_s, duration_s = gated.duration_s();
-  for (std::size_t k = 0; k < gated.samples.size(); ++k)
-    for (const auto& [from, to] : kept_back_shares) {
-      const double time_s = gated.samples[k].time_s - first_s;
-      if (time_s < from * duration_s - guard_s || time_s > to * duration_s + guard_s) continue;
-      result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
-      result.fitted.samples[k].temperature_degC = {nan, nan};
-      result.fitted.samples[k].angle_deg = nan;
-    }
-  return result;
+bool contains(const std::vector<std::size_t>& all, std::size_t one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
 }
 
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
@@ -131,111 +97,6 @@ Objections objections_to(const Explanation& answer, const std::vector<std::size_
   return result;
 }
 
-struct Stretch {  // squares of one channel over some seconds of what was kept back
-  double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
-  std::size_t count = 0;
-};
-
-struct Scored {
-  HeldOutError error;
-  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise.
-  double lowest_gain = 0.0, highest_gain = 0.0;
-};
-
-Scored score_kept_back(const std::vector<Prediction>& predictions, const std::vector<Series>& nominal,
-                       const std::vector<PerChannel>& noise, std::uint64_t seed) {
-  Scored result;
-  std::vector<double> total(bootstrap_draws, 0.0);
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    std::vector<Stretch> stretches;
-    for (std::size_t p = 0; p < predictions.size(); ++p) {
-      const Prediction& prediction = predictions[p];
-      double end_s = -1e300;
-      // At least a dozen stretches to draw from, but none shorter than 5 s.
-      const double kept_s =
-          0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
-      const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
-      for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
-        if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
-        if (prediction.time_s[k] > end_s) {
-          stretches.push_back({});
-          end_s = prediction.time_s[k] + stretch_s;
-        }
-        const auto square = [&](double model) { return square_of_error(model, prediction.measured[c][k]); };
-        Stretch& stretch = stretches.back();
-        stretch.nominal += square(nominal[p][c][k]);
-        stretch.before += square(prediction.before[c][k]);
-        stretch.after += square(prediction.after[c][k]);
-        stretch.noise += noise[p][c] * noise[p][c];
-        ++stretch.count;
-      }
-    }
-    Stretch sum;
-    for (const Stretch& s : stretches) {
-      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise,
-          sum.count += s.count;
-    }
-    HeldOutError& error = result.error;
-    error.samples[c] = sum.count;
-    if (sum.count == 0) {
-      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] =
-          error.gain_highest[c] = nan;
-      continue;
-    }
-    const auto n = static_cast<double>(sum.count);
-    const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : nan; };
-    error.nominal[c] = rms(sum.nominal);
-    error.before[c] = rms(sum.before);
-    error.after[c] = rms(sum.after);
-    error.noise[c] = rms(sum.noise);
-    error.gain[c] = 1.0 - error.after[c] / error.before[c];
-    const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c));
-    std::vector<double> gains, differences;
-    std::uint64_t index = 0;
-    for (int d = 0; d < bootstrap_draws; ++d) {
-      double before = 0.0, after = 0.0;
-      for (std::size_t i = 0; i < stretches.size(); ++i) {
-        const auto pick =
-            std::min(stretches.size() - 1,
-                     static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
-        before += stretches[pick].before;
-        after += stretches[pick].after;
-      }
-      gains.push_back(before > 0.0 ? 1.0 - std::sqrt(after / before) : 0.0);
-      differences.push_back(before - after);
-    }
-    for (int d = 0; d < bootstrap_draws; ++d)
-      total[static_cast<std::size_t>(d)] += differences[static_cast<std::size_t>(d)] * n / sum.noise;
-    std::sort(gains.begin(), gains.end());
-    error.gain_lowest[c] = gains[bootstrap_draws / 40];
-    error.gain_highest[c] = gains[bootstrap_draws - 1 - bootstrap_draws / 40];
-  }
-  std::sort(total.begin(), total.end());
-  result.lowest_gain = total[bootstrap_draws / 40];
-  result.highest_gain = total[bootstrap_draws - 1 - bootstrap_draws / 40];
-  return result;
-}
-
-std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, std::size_t channel, bool after) {
-  constexpr std::size_t step = 5, lags = 41;  // 0.5 s at 10 Hz, up to 20 s
-  std::vector<double> product(lags, 0.0);
-  for (const Prediction& prediction : predictions) {
-    const auto residual = [&](std::size_t k) {
-      return prediction.kept_back[k]
-                 ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
-                 : nan;
-    };
-    for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
-      for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
-        const double value = residual(k) * residual(k + lag * step);
-        if (!std::isnan(value)) product[lag] += value;
-      }
-  }
-  if (product[0] > 0.0)
-    for (std::size_t lag = lags; lag-- > 0;) product[lag] /= product[0];
-  return product;
-}
-
 std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb<double>& nominal) {
   std::vector<std::size_t> effects;
   for (const std::size_t e : explanation.effects())
@@ -253,14 +114,9 @@ std::vector<std::size_t> enough_alone(const Search& search, double share) {
   return effects;
 }
 
-FoundEffect found(std::size_t effect, const Explanation& by, bool something_left, const Diagnosis& diagnosis,
-                  const DiagnosisSettings& settings) {
+// An effect with the values that an explanation gives it, and what fits in its place.
+FoundEffect described(std::size_t effect, const Explanation& by, const Search& search) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
-  for (const Round& round : diagnosis.search.rounds)
-    if (round.accepted && round.candidates.front().effect == effect) {
-      result.gain = round.gain;
-      result.chance = round.chance;
-    }
   const plant::Limb<double> limb = by.limb();
   for (const std::size_t p : plant::effects()[effect].parameters) {
     const auto& declared = plant::parameters()[p].declaration;
@@ -274,8 +130,18 @@ FoundEffect found(std::size_t effect, const Explanation& by, bool something_left
       }
     result.parameters.push_back(parameter);
   }
-  if (const auto rivals = diagnosis.search.rivals.find(effect); rivals != diagnosis.search.rivals.end())
-    result.rivals = rivals->second;
+  if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
+  return result;
+}
+
+FoundEffect found_by_evidence(std::size_t effect, bool something_left, const Diagnosis& diagnosis,
+                              const DiagnosisSettings& settings) {
+  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
+  for (const Round& round : diagnosis.search.rounds)
+    if (round.accepted && round.candidates.front().effect == effect) {
+      result.gain = round.gain;
+      result.chance = round.chance;
+    }
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
@@ -284,8 +150,17 @@ FoundEffect found(std::size_t effect, const Explanation& by, bool something_left
   return result;
 }
 
+FoundEffect found_on_paths(std::size_t effect, double gain, const Diagnosis& diagnosis,
+                           const DiagnosisSettings& settings) {
+  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
+  result.gain = gain;
+  result.chance = std::erfc(std::sqrt(0.5 * gain));
+  result.confidence = settings.most_confidence_in_a_lead * gain / (gain + settings.doubtful_gain);
+  return result;
+}
+
 // An effect whose strength is no constant, so that no parameter of it has a value.
-FoundEffect found(const Wandering& wandering, const DiagnosisSettings& settings) {
+FoundEffect found_wandering(const Wandering& wandering, const DiagnosisSettings& settings) {
   FoundEffect result{wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
   double likely = 1.0;
   for (const auto& [other, loss] : wandering.others) {
@@ -314,12 +189,9 @@ std::string_view text_of(Verdict verdict) {
 Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, bool something_left,
                        const DiagnosisSettings& settings) {
   Parsimony result;
-  const auto among = [](const std::vector<std::size_t>& all, std::size_t e) {
-    return std::find(all.begin(), all.end(), e) != all.end();
-  };
   const auto others = [&](double share) {
     std::vector<std::size_t> alone = enough_alone(search, share);
-    std::erase_if(alone, [&](std::size_t e) { return among(effects, e); });
+    std::erase_if(alone, [&](std::size_t e) { return contains(effects, e); });
     return alone;
   };
   if (something_left) result.as_good = others(settings.least_explained_share);
@@ -327,8 +199,8 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
     result.patched = something_left;
     const std::vector<std::size_t> most = enough_alone(search, settings.named_share),
                                    nearly_all = enough_alone(search, settings.least_explained_share);
-    result.either_alone = among(most, effects[0]) && among(most, effects[1]) &&
-                          (among(nearly_all, effects[0]) || among(nearly_all, effects[1]));
+    result.either_alone = contains(most, effects[0]) && contains(most, effects[1]) &&
+                          (contains(nearly_all, effects[0]) || contains(nearly_all, effects[1]));
   }
   // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
   // on the way but did not make it into the answer.
@@ -351,298 +223,336 @@ Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& se
   return result;
 }
 
-Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
-                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings) {
-  if (training.empty()) throw std::invalid_argument("a diagnosis needs a recording");
-  Diagnosis result;
-  const PerChannel* given_noise = settings.noise ? &*settings.noise : nullptr;
-  std::vector<sim::Recording> gated_training, gated_held_out;
-  for (const auto* recordings : {&training, &held_out})
-    for (const sim::Recording& recording : *recordings) {
-      result.gate.emplace_back();
-      (recordings == &training ? gated_training : gated_held_out)
-          .push_back(gated(recording, given_noise, result.gate.back()));
-    }
-  const auto kept = std::make_shared<std::vector<Split>>();
-  std::vector<Split>& splits = *kept;
-  result.kept_alive = kept;
-  for (const sim::Recording& recording : gated_training)
-    splits.push_back(split(recording, settings.fit_until_s, held_out.empty()));
-  std::vector<FitData> data;
-  for (std::size_t r = 0; r < splits.size(); ++r)
-    data.push_back({&splits[r].fitted, splits[r].sample_count, result.gate[r].noise});
+namespace {
 
-  SearchSettings search_settings = settings.search;
-  search_settings.fit.start = settings.start;
-  const plant::Limb<double> given =
-      with_signs_of(nominal, data, settings.start, search_settings.fit.numerics, result.flipped_signs);
-  result.search = search(given, data, search_settings);
-  const Explanation& core = result.search.core;
-  result.visibility = std::sqrt(std::max(0.0, core.misfit));
+// One diagnosis, step by step. `result_.answer` is what stands for the time being, `after_` its path.
+class Diagnoser {
+ public:
+  Diagnoser(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+            const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings)
+      : training_(training), held_out_(held_out), settings_(settings), search_(settings.search) {
+    search_.fit.start = settings.start;
+    gate();
+    given_ = with_signs_of(nominal, data_, settings.start, search_.fit.numerics, result_.flipped_signs);
+  }
 
-  Explanation answer = chosen(result.search, settings);
-  result.explained_share = share_explained(core, answer);
+  Diagnosis run() {
+    result_.search = search(given_, data_, search_);
+    result_.visibility = std::sqrt(std::max(0.0, core().misfit));
+    result_.answer = chosen(result_.search, settings_);
+    result_.explained_share = share_explained(core(), result_.answer);
+    before_ = path_of(core());
+    after_ = result_.answer.effects() == core().effects() ? before_ : path_of(result_.answer);
+    effects_ = added(result_.answer, given_);
+    predict_all();
+    judge();
+    if (result_.verdict == Verdict::unexplained && result_.effects.empty()) take_lead();
+    if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
+    result_.correlation = correlation_of(result_.predictions);
+    doubt();
+    const std::optional<Wandering> wandering = ask_what_wanders();
+    place(wandering);
+    list_others();
+    design();
+    result_.repaired = after_.limb;
+    result_.starts = after_.starts;
+    return std::move(result_);
+  }
 
-  // The data kept back: core and answer, each from the recording's duty alone.
-  const auto& numerics = search_settings.fit.numerics;
-  std::vector<Series> nominal_model;
-  std::vector<PerChannel> noise;
-  const auto path_of = [&](const Explanation& explanation) {
-    return explanation.unrest < search_settings.visible_unrest ? fitted(explanation)
-                                                               : polished(explanation, data, search_settings.fit);
-  };
-  const Fitted before = path_of(core);
-  Fitted after_fit = answer.effects() == core.effects() ? before : path_of(answer);
-  const auto predictions_of = [&](const Fitted& first, const Fitted& second) {
-    std::vector<Prediction> predictions;
-    nominal_model.clear();
-    noise.clear();
-    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, std::vector<bool> kept_back,
-                         bool is_training, const std::array<plant::Start, 3>& starts, const PerChannel& sensor_noise) {
+ private:
+  const Explanation& core() const { return result_.search.core; }
+  const plant::NumericalSettings& numerics() const { return search_.fit.numerics; }
+  const PerChannel& sensors() const { return result_.gate.front().noise; }
+  void tell(double share, const std::string& doing) const {
+    if (search_.progress) search_.progress(share, doing);
+  }
+
+  void gate() {
+    const PerChannel* given_noise = settings_.noise ? &*settings_.noise : nullptr;
+    for (const auto* recordings : {&training_, &held_out_})
+      for (const sim::Recording& recording : *recordings) {
+        result_.gate.emplace_back();
+        (recordings == &training_ ? gated_training_ : gated_held_out_)
+            .push_back(gated(recording, given_noise, result_.gate.back()));
+      }
+    for (const sim::Recording& recording : gated_training_)
+      splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
+    result_.kept_alive = splits_;
+    for (std::size_t r = 0; r < splits_->size(); ++r)
+      data_.push_back({&(*splits_)[r].fitted, (*splits_)[r].sample_count, result_.gate[r].noise});
+  }
+
+  // Where an explanation leaves something its forcings carry it, and its path must be fitted by itself.
+  Fitted path_of(const Explanation& explanation) const {
+    return explanation.unrest < search_.visible_unrest ? fitted(explanation) : polished(explanation, data_, search_.fit);
+  }
+
+  plant::Start start_there(const plant::Limb<double>& limb, std::size_t held_out) const {
+    return start_of(limb, gated_held_out_[held_out], result_.gate[training_.size() + held_out].noise, search_.fit);
+  }
+
+  // Of every recording, training ones first, each from its duty alone.
+  std::vector<Series> predicted_by(const Fitted& path) const {
+    std::vector<Series> models;
+    for (std::size_t r = 0; r < training_.size(); ++r)
+      models.push_back(predict(path.limb, path.starts[r], gated_training_[r], numerics()));
+    for (std::size_t r = 0; r < held_out_.size(); ++r)
+      models.push_back(predict(path.limb, start_there(path.limb, r), gated_held_out_[r], numerics()));
+    return models;
+  }
+
+  void predict_all() {
+    const std::vector<Series> before = predicted_by(before_);
+    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, const plant::Start& nominal_start) {
+      const std::size_t r = result_.predictions.size();
       Prediction prediction;
       prediction.recording = &original;
-      prediction.training = is_training;
-      prediction.kept_back = std::move(kept_back);
+      prediction.training = r < training_.size();
+      prediction.noise = result_.gate[r].noise;
       for (const sim::Sample& sample : clean.samples) {
         prediction.time_s.push_back(sample.time_s);
         for (std::size_t c = 0; c < channel_count; ++c) prediction.measured[c].push_back(measured(sample, c));
+        const bool settled = sample.time_s >= clean.samples.front().time_s + settling_s;
+        prediction.kept_back.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
-      prediction.before = predict(first.limb, starts[1], clean, numerics);
-      prediction.after = predict(second.limb, starts[2], clean, numerics);
-      nominal_model.push_back(predict(given, starts[0], clean, numerics));
-      noise.push_back(sensor_noise);
-      predictions.push_back(std::move(prediction));
+      if (prediction.training) prediction.kept_back = (*splits_)[r].kept_back;
+      prediction.nominal = predict(given_, nominal_start, clean, numerics());
+      prediction.before = before[r];
+      result_.predictions.push_back(std::move(prediction));
     };
-    for (std::size_t r = 0; r < training.size(); ++r) {
-      // The nominal plant begins as the calibrated one does, but for states that it shares with it.
-      add(training[r], gated_training[r], splits[r].kept_back, true,
-          {before.starts[r], first.starts[r], second.starts[r]}, result.gate[r].noise);
-    }
-    for (std::size_t r = 0; r < held_out.size(); ++r) {
-      const PerChannel& sensors = result.gate[training.size() + r].noise;
-      const sim::Recording& clean = gated_held_out[r];
-      std::vector<bool> kept_back(clean.samples.size());
-      for (std::size_t k = 0; k < kept_back.size(); ++k)
-        kept_back[k] = settings.start == StartPolicy::at_rest ||
-                       clean.samples[k].time_s >= clean.samples.front().time_s + settling_s;
-      add(held_out[r], clean, kept_back, false,
-          {start_of(given, clean, sensors, search_settings.fit),
-           start_of(first.limb, clean, sensors, search_settings.fit),
-           start_of(second.limb, clean, sensors, search_settings.fit)},
-          sensors);
-    }
-    return predictions;
-  };
-  result.predictions = predictions_of(before, after_fit);
-  Scored scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
+    // The nominal plant begins as the calibrated one does, but for states that it shares with it.
+    for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r], before_.starts[r]);
+    for (std::size_t r = 0; r < held_out_.size(); ++r) add(held_out_[r], gated_held_out_[r], start_there(given_, r));
+    set_after(result_.predictions, effects_.empty() ? before : predicted_by(after_));
+    score_kept_back();
+  }
+
+  static void set_after(std::vector<Prediction>& predictions, const std::vector<Series>& models) {
+    for (std::size_t p = 0; p < predictions.size(); ++p) predictions[p].after = models[p];
+  }
+  void score_kept_back() { result_.held_out = error_of(result_.predictions, search_.seed); }
 
   // Back to the core: what was found is not the answer.
-  std::vector<std::size_t> effects = added(answer, given);
-  const auto drop = [&] {
-    answer = core;
-    after_fit = before;
-    effects.clear();
-    result.by_chance.reset();
-    for (Prediction& prediction : result.predictions) prediction.after = prediction.before;
-    scored = score_kept_back(result.predictions, nominal_model, noise, settings.search.seed);
-  };
+  void drop() {
+    result_.answer = core();
+    after_ = before_;
+    effects_.clear();
+    result_.by_chance.reset();
+    for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
+    score_kept_back();
+  }
+
+  // Whether an explanation leaves more than there is where nothing is missing.
+  bool leaves_something(const Explanation& explanation, double limit) {
+    if (explanation.unrest < limit) return false;
+    if (explanation.unrest >= settings_.certain_unrest) return true;
+    tell(0.98, "asking how much is left by chance");
+    result_.by_chance = unrest_by_chance(explanation, data_, search_.threads, search_.seed, search_.fit);
+    return result_.by_chance->as_large == 0;
+  }
+
+  void judge() {
+    result_.agreement_before = agreement_of(core(), before_, data_, numerics());
+    result_.agreement_after = agreement_of(result_.answer, after_, data_, numerics());
+    // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
+    // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
+    if (!effects_.empty() && result_.held_out.highest_total_gain < 0.0) {
+      drop();
+      result_.objections.worse_on_kept_back = true;
+    }
+    if (effects_.empty()) {
+      result_.verdict =
+          leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
+      return;
+    }
+    const bool explains = result_.explained_share >= settings_.least_explained_share;
+    something_left_ =
+        leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
+    result_.objections = objections_to(result_.answer, effects_, result_, something_left_, settings_, sensors());
+    result_.verdict = result_.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
+    // What was accepted on the way to an explanation that explains little is not certain.
+    Objections rest = result_.objections;
+    rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
+    const auto& highest = result_.held_out.gain_highest;
+    if (rest.none())
+      for (const std::size_t e : effects_)
+        result_.effects.push_back(found_by_evidence(e, something_left_, result_, settings_));
+    else if (result_.held_out.lowest_total_gain <= 0.0 ||
+             std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
+      drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
+  }
+
   // Where no explanation is one: what brings the whole path nearer, beyond chance where it was not fitted. It is
   // certain where it brings a channel most of the way without parameters that are hard to believe. More is missing even
   // so.
-  const auto take_lead = [&] {
-    const PathSearch paths{search_settings.without, search_settings.most_effects, search_settings.least_gain,
-                           search_settings.threads};
-    const Lead lead = follow_paths(before, data, paths, search_settings.fit);
+  void take_lead() {
+    const PathSearch paths{search_.without, search_.most_effects, search_.least_gain, search_.threads};
+    const Lead lead = follow_paths(before_, data_, paths, search_.fit);
     if (lead.effects.empty()) return;
-    const Agreement was = agreement_of(before.of, before, data, numerics),
-                    is = agreement_of(lead.path.of, lead.path, data, numerics);
-    const PerChannel& sensors = result.gate.front().noise;
+    const Agreement was = agreement_of(before_.of, before_, data_, numerics()),
+                    is = agreement_of(lead.path.of, lead.path, data_, numerics());
     double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
     for (std::size_t c = 0; c < channel_count; ++c) {
-      if (!far_off(was.rmse[c], c, sensors, settings)) continue;
-      const double share = 1.0 - share_left(was.rmse[c], is.rmse[c], sensors[c]);
+      if (!far_off(was.rmse[c], c, sensors(), settings_)) continue;
+      const double share = 1.0 - share_left(was.rmse[c], is.rmse[c], sensors()[c]);
       largest_share = std::max(largest_share, share);
       sum += std::max(0.0, share);
       ++channels_off;
     }
     const bool believable =
-        is.pull <= settings.most_growth_of_pull * was.pull &&
+        is.pull <= settings_.most_growth_of_pull * was.pull &&
         std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
-    const bool certain = largest_share >= settings.named_share && believable;
+    const bool certain = largest_share >= settings_.named_share && believable;
     // As a stand-in it must do better than the one there is.
-    if (!certain && !effects.empty() &&
-        !better_beyond_chance(cross_validated(after_fit, data, search_settings.threads, search_settings.fit),
-                              cross_validated(lead.path, data, search_settings.threads, search_settings.fit)))
+    if (!certain && !effects_.empty() &&
+        !better_beyond_chance(cross_validated(after_, data_, search_.threads, search_.fit),
+                              cross_validated(lead.path, data_, search_.threads, search_.fit)))
       return;
-    const std::vector<Prediction> predictions = predictions_of(before, lead.path);
-    const Scored kept_back = score_kept_back(predictions, nominal_model, noise, settings.search.seed);
-    if (kept_back.highest_gain < 0.0) return;  // the veto of the data kept back
-    result.by_chance.reset();
-    answer = lead.path.of;
-    after_fit = lead.path;
-    effects = lead.effects;
-    result.predictions = predictions;
-    scored = kept_back;
+    std::vector<Prediction> predictions = result_.predictions;
+    set_after(predictions, predicted_by(lead.path));
+    const HeldOutError kept_back = error_of(predictions, search_.seed);
+    if (kept_back.highest_total_gain < 0.0) return;  // the veto of the data kept back
+    result_.by_chance.reset();
+    result_.answer = lead.path.of;
+    after_ = lead.path;
+    effects_ = lead.effects;
+    result_.predictions = std::move(predictions);
+    result_.held_out = kept_back;
     if (!certain) return;
-    result.explained_share = sum / channels_off;
-    result.by_paths = true;
-    result.agreement_before = was;
-    result.agreement_after = is;
-    for (std::size_t i = 0; i < effects.size(); ++i) {
-      FoundEffect one = found(effects[i], answer, true, result, settings);
-      one.gain = lead.gains[i];
-      one.chance = std::erfc(std::sqrt(0.5 * one.gain));
-      one.confidence = settings.most_confidence_in_a_lead * one.gain / (one.gain + settings.doubtful_gain);
-      result.effects.push_back(one);
-    }
-  };
-  result.agreement_before = agreement_of(core, before, data, numerics);
-  result.agreement_after = agreement_of(answer, after_fit, data, numerics);
-  // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
-  // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
-  if (!effects.empty() && scored.highest_gain < 0.0) {
-    drop();
-    result.objections.worse_on_kept_back = true;
-  }
-  bool something_left = true;
-  // Whether an explanation leaves more than there is where nothing is missing.
-  const auto leaves_something = [&](const Explanation& explanation, double limit) {
-    if (explanation.unrest < limit) return false;
-    if (explanation.unrest >= settings.certain_unrest) return true;
-    if (search_settings.progress) search_settings.progress(0.98, "asking how much is left by chance");
-    result.by_chance =
-        unrest_by_chance(explanation, data, search_settings.threads, search_settings.seed, search_settings.fit);
-    return result.by_chance->as_large == 0;
-  };
-  if (effects.empty()) {
-    result.verdict = leaves_something(core, search_settings.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
-  } else {
-    const bool explains = result.explained_share >= settings.least_explained_share;
-    something_left =
-        leaves_something(answer, explains ? as_good_as_nothing(core, search_settings) : search_settings.visible_unrest);
-    result.objections = objections_to(answer, effects, result, something_left, settings, result.gate.front().noise);
-    result.verdict = result.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
-    // What was accepted on the way to an explanation that explains little is not certain.
-    Objections rest = result.objections;
-    rest.leaves_too_much = rest.leaves_too_much && result.explained_share < settings.named_share;
-    if (rest.none())
-      for (const std::size_t e : effects)
-        result.effects.push_back(found(e, answer, something_left, result, settings));
-    else if (scored.lowest_gain <= 0.0 || std::any_of(scored.error.gain_highest.begin(), scored.error.gain_highest.end(),
-                                                      [](double gain) { return gain < 0.0; }))
-      drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
-  }
-  if (result.verdict == Verdict::unexplained && result.effects.empty()) take_lead();
-  if (answer.effects() == core.effects()) result.explained_share = 0.0;
-  result.held_out = scored.error;
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    result.correlation.before[c] = autocorrelation(result.predictions, c, false);
-    result.correlation.after[c] = autocorrelation(result.predictions, c, true);
+    result_.explained_share = sum / channels_off;
+    result_.by_paths = true;
+    result_.agreement_before = was;
+    result_.agreement_after = is;
+    for (std::size_t i = 0; i < effects_.size(); ++i)
+      result_.effects.push_back(found_on_paths(effects_[i], lead.gains[i], result_, settings_));
   }
 
-  std::stable_sort(result.effects.begin(), result.effects.end(),
-                   [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
-  for (const FoundEffect& effect : result.effects)
-    for (const auto& [rival, loss] : effect.rivals)
-      if (loss < settings.ambiguous_loss &&
-          std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), rival) == result.ambiguous_with.end() &&
-          std::none_of(effects.begin(), effects.end(), [&, r = rival](std::size_t e) { return e == r; }))
-        result.ambiguous_with.push_back(rival);
-  if (!result.effects.empty()) {
+  void add_rival(std::size_t effect) {
+    if (!contains(result_.ambiguous_with, effect)) result_.ambiguous_with.push_back(effect);
+  }
+
+  // What cannot be told from what was found, and whether it may be something else in another form.
+  void doubt() {
+    std::stable_sort(result_.effects.begin(), result_.effects.end(),
+                     [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
+    for (const FoundEffect& effect : result_.effects)
+      for (const auto& [rival, loss] : effect.rivals)
+        if (loss < settings_.ambiguous_loss && !contains(effects_, rival)) add_rival(rival);
+    if (result_.effects.empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
-    result.parsimony = parsimony_of(effects, result.search, something_left && !result.by_paths, settings);
-    if (result.by_paths) result.parsimony.either_alone = false;
-    if (!result.parsimony.none())
-      for (FoundEffect& effect : result.effects) effect.confidence *= 0.5;
-    for (const auto* rivals : {&result.parsimony.as_good, &result.parsimony.common_causes})
-      for (const std::size_t e : *rivals)
-        if (std::find(result.ambiguous_with.begin(), result.ambiguous_with.end(), e) == result.ambiguous_with.end())
-          result.ambiguous_with.push_back(e);
+    result_.parsimony = parsimony_of(effects_, result_.search, something_left_ && !result_.by_paths, settings_);
+    if (result_.by_paths) result_.parsimony.either_alone = false;
+    if (!result_.parsimony.none())
+      for (FoundEffect& effect : result_.effects) effect.confidence *= 0.5;
+    for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
+      for (const std::size_t e : *rivals) add_rival(e);
   }
 
-  std::optional<Wandering> wandering;
-  if (result.verdict == Verdict::unexplained && (result.effects.empty() || result.by_paths)) {
-    if (search_settings.progress) search_settings.progress(0.99, "asking what is no constant");
-    WanderSettings wander = settings.wander;
-    wander.without = search_settings.without;
-    wander.threads = search_settings.threads;
+  std::optional<Wandering> ask_what_wanders() {
+    if (result_.verdict != Verdict::unexplained || (!result_.effects.empty() && !result_.by_paths)) return std::nullopt;
+    tell(0.99, "asking what is no constant");
+    WanderSettings wander = settings_.wander;
+    wander.without = search_.without;
+    wander.threads = search_.threads;
     wander.temperatures_are_off = false;
     for (const std::size_t c : {0, 1})
-      wander.temperatures_are_off = wander.temperatures_are_off ||
-                                    far_off(result.agreement_before.rmse[c], c, result.gate.front().noise, settings);
-    wandering = what_wanders(core, wander, search_settings.fit);
-    if (!result.by_paths) result.wandering = wandering;
-    if (result.wandering && result.wandering->of.effect != plant::no_effect &&
-        result.wandering->explained_share >= settings.named_share) {
-      result.effects.push_back(found(*result.wandering, settings));
-      for (const auto& [rival, loss] : result.effects.front().rivals)
-        if (loss < settings.ambiguous_loss) result.ambiguous_with.push_back(rival);
+      wander.temperatures_are_off =
+          wander.temperatures_are_off || far_off(result_.agreement_before.rmse[c], c, sensors(), settings_);
+    const std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
+    if (!result_.by_paths) result_.wandering = wandering;
+    if (result_.wandering && result_.wandering->of.effect != plant::no_effect &&
+        result_.wandering->explained_share >= settings_.named_share) {
+      result_.effects.push_back(found_wandering(*result_.wandering, settings_));
+      for (const auto& [rival, loss] : result_.effects.front().rivals)
+        if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
     }
-  }
-  result.located = locate(core, gated_training, search_settings.fit.most_air_K, settings.search.seed);
-  const Forcing forcing = result.located.shares.front().forcing;
-  if (result.verdict == Verdict::unexplained)
-    result.left_over = left_over(result.effects.empty() || result.wandering ? core : answer, forcing, search_settings.fit.most_air_K);
-  if (result.wandering) {
-    result.located.place = plant::text_of(result.wandering->of.place);
-    auto& group = result.located.cannot_be_told_from;
-    group.clear();
-    for (const auto& [other, loss] : result.wandering->others)
-      if (const std::string place(plant::text_of(other.place));
-          loss < settings.other_place_loss && place != result.located.place &&
-          std::find(group.begin(), group.end(), place) == group.end())
-        group.push_back(place);
-  } else if (!result.effects.empty()) {
-    result.located.place = plant::text_of(plant::effects()[result.effects.front().effect].place);
-    // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
-    auto& group = result.located.cannot_be_told_from;
-    group.clear();
-    if (wandering)
-      if (const std::string other(plant::text_of(wandering->of.place)); other != result.located.place)
-        group.push_back(other);
-  } else if (result.verdict == Verdict::unexplained) {
-    const std::vector<std::string> places = places_of(forcing);
-    // Heat that depends on the duty comes from the supply's side.
-    const bool actuation = forcing == Forcing::heat && result.left_over.variable.starts_with("duty");
-    result.located.place = places[actuation ? 1 : 0];
-    if (places.size() > 1) result.located.cannot_be_told_from.push_back(places[actuation ? 0 : 1]);
-    // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is
-    // excluded.
-    constexpr std::array angle_alone{Forcing::moment, Forcing::angle_reading, Forcing::transformation};
-    if (std::find(angle_alone.begin(), angle_alone.end(), forcing) != angle_alone.end())
-      for (const Forcing other : angle_alone)
-        if (const std::string place = places_of(other).front(); place != result.located.place)
-          result.located.cannot_be_told_from.push_back(place);
-    auto& group = result.located.cannot_be_told_from;
-    std::sort(group.begin(), group.end());
-    group.erase(std::unique(group.begin(), group.end()), group.end());
-    std::erase(group, result.located.place);
+    return wandering;
   }
 
-  for (const std::size_t s : result.search.rounds.back().scores.best) {
-    const Score& score = result.search.rounds.back().scores.all[s];
-    if (answer.limb().on[score.effect]) continue;
-    const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
-    const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
-    Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
-                          score.statistic, false};
-    visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
-    result.others.push_back(visibility);
+  // The equation that is wrong: of what wanders, of the effect, or else by the forcing that accounts for most.
+  void place(const std::optional<Wandering>& wandering) {
+    result_.located = locate(core(), gated_training_, search_.fit.most_air_K, search_.seed);
+    const Forcing forcing = result_.located.shares.front().forcing;
+    if (result_.verdict == Verdict::unexplained)
+      result_.left_over = left_over(result_.effects.empty() || result_.wandering ? core() : result_.answer, forcing,
+                                    search_.fit.most_air_K);
+    std::string& place = result_.located.place;
+    std::vector<std::string>& group = result_.located.cannot_be_told_from;
+    const auto add_to_group = [&](std::string_view other) {
+      if (other != place && std::find(group.begin(), group.end(), other) == group.end()) group.emplace_back(other);
+    };
+    if (result_.wandering) {
+      place = plant::text_of(result_.wandering->of.place);
+      group.clear();
+      for (const auto& [other, loss] : result_.wandering->others)
+        if (loss < settings_.other_place_loss) add_to_group(plant::text_of(other.place));
+    } else if (!result_.effects.empty()) {
+      // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
+      place = plant::text_of(plant::effects()[result_.effects.front().effect].place);
+      group.clear();
+      if (wandering) add_to_group(plant::text_of(wandering->of.place));
+    } else if (result_.verdict == Verdict::unexplained) {
+      const std::vector<std::string> places = places_of(forcing);
+      // Heat that depends on the duty comes from the supply's side.
+      const bool actuation = forcing == Forcing::heat && result_.left_over.variable.starts_with("duty");
+      place = places[actuation ? 1 : 0];
+      if (places.size() > 1) group.push_back(places[actuation ? 0 : 1]);
+      // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is
+      // excluded.
+      constexpr std::array angle_alone{Forcing::moment, Forcing::angle_reading, Forcing::transformation};
+      if (std::find(angle_alone.begin(), angle_alone.end(), forcing) != angle_alone.end())
+        for (const Forcing other : angle_alone) group.push_back(places_of(other).front());
+      std::sort(group.begin(), group.end());
+      group.erase(std::unique(group.begin(), group.end()), group.end());
+      std::erase(group, place);
+    }
   }
-  if (!result.ambiguous_with.empty() && !result.wandering) {
-    const std::size_t effect = result.effects.front().effect, rival = result.ambiguous_with.front();
-    for (const Round& round : result.search.rounds)
+
+  void list_others() {
+    const Scores& scores = result_.search.rounds.back().scores;
+    for (const std::size_t s : scores.best) {
+      const Score& score = scores.all[s];
+      if (result_.answer.limb().on[score.effect]) continue;
+      const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+      const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
+      Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
+                            score.statistic, false};
+      visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
+      result_.others.push_back(visibility);
+    }
+  }
+
+  void design() {
+    if (result_.ambiguous_with.empty() || result_.wandering) return;
+    const std::size_t rival = result_.ambiguous_with.front();
+    for (const Round& round : result_.search.rounds)
       for (const Candidate& candidate : round.candidates)
-        if (candidate.effect == rival && candidate.explanation.usable && !result.experiment) {
-          result.experiment = design_experiment(answer, candidate.explanation, result.gate.front().noise, 0.3, {});
-          result.experiment->effect = effect;
-          result.experiment->rival = rival;
+        if (candidate.effect == rival && candidate.explanation.usable && !result_.experiment) {
+          result_.experiment = design_experiment(result_.answer, candidate.explanation, sensors(), 0.3, {});
+          result_.experiment->effect = result_.effects.front().effect;
+          result_.experiment->rival = rival;
         }
   }
-  result.answer = answer;
-  result.repaired = after_fit.limb;
-  result.starts = after_fit.starts;
-  return result;
+
+  const std::vector<sim::Recording>&training_, &held_out_;
+  const DiagnosisSettings& settings_;
+  SearchSettings search_;
+  plant::Limb<double> given_;
+  std::vector<sim::Recording> gated_training_, gated_held_out_;
+  std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
+  std::vector<FitData> data_;
+  Fitted before_, after_;
+  std::vector<std::size_t> effects_;  // that `result_.answer` adds to the plant as given
+  bool something_left_ = true;        // by what was found
+  Diagnosis result_;
+};
+
+}  // namespace
+
+Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings) {
+  if (training.empty()) throw std::invalid_argument("a diagnosis needs a recording");
+  return Diagnoser(nominal, training, held_out, settings).run();
 }
 
 }  // namespace sinew::diagnose

@@ -7,6 +7,7 @@
 #include "diagnose/chance.h"
 #include "diagnose/experiment.h"
 #include "diagnose/gate.h"
+#include "diagnose/kept_back.h"
 #include "diagnose/locate.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
@@ -93,29 +94,10 @@ struct Visibility {
   bool can_be_seen;                      // a typical strength would be
 };
 
-struct HeldOutError {
-  PerChannel nominal{}, before{}, after{}, noise{};  // RMSE, units of files: as given, calibrated, repaired; sensors alone
-  PerChannel gain{}, gain_lowest{}, gain_highest{};  // 1 - after/before, with a 95 % block-bootstrap interval
-  std::array<std::size_t, channel_count> samples{};
-};
-
-// Prediction over a recording, open loop from its duty, and which samples were kept back.
-struct Prediction {
-  const sim::Recording* recording = nullptr;
-  bool training = false;
-  std::vector<double> time_s;
-  std::vector<bool> kept_back;
-  std::array<std::vector<double>, channel_count> measured, before, after;  // units of files; NaN where missing
-};
-
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
   PerChannel rmse{};     // over what was fitted, units of files
   double pull = 0.0;     // sum of squares of the core's parameters' distances from their priors, in deviations
-};
-
-struct ResidualCorrelation {
-  std::array<std::vector<double>, channel_count> before, after;  // of kept-back residuals, at lags of 0.5 s
 };
 
 struct Diagnosis {

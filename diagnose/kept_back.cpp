@@ -1,0 +1,151 @@
+#include "diagnose/kept_back.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "diagnose/compare.h"
+#include "sim/random.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double bootstrap_block_s = 20.0;
+constexpr int bootstrap_draws = 400;
+
+// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
+// out.
+constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
+
+struct Stretch {  // squares of one channel over some seconds of what was kept back
+  double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
+  std::size_t count = 0;
+};
+
+// Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
+void add_stretches(const Prediction& prediction, std::size_t c, std::vector<Stretch>& stretches) {
+  const double kept_s =
+      0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
+  const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
+  double end_s = -1e300;
+  for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
+    if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
+    if (prediction.time_s[k] > end_s) {
+      stretches.push_back({});
+      end_s = prediction.time_s[k] + stretch_s;
+    }
+    const auto square = [&](const Series& model) { return square_of_error(model[c][k], prediction.measured[c][k]); };
+    Stretch& stretch = stretches.back();
+    stretch.nominal += square(prediction.nominal);
+    stretch.before += square(prediction.before);
+    stretch.after += square(prediction.after);
+    stretch.noise += prediction.noise[c] * prediction.noise[c];
+    ++stretch.count;
+  }
+}
+
+std::pair<double, double> middle_95(std::vector<double> draws) {
+  std::sort(draws.begin(), draws.end());
+  return {draws[bootstrap_draws / 40], draws[bootstrap_draws - 1 - bootstrap_draws / 40]};
+}
+
+std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, std::size_t channel, bool after) {
+  constexpr std::size_t step = 5, lags = 41;  // 0.5 s at 10 Hz, up to 20 s
+  std::vector<double> product(lags, 0.0);
+  for (const Prediction& prediction : predictions) {
+    const auto residual = [&](std::size_t k) {
+      return prediction.kept_back[k]
+                 ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
+                 : nan;
+    };
+    for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
+      for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
+        const double value = residual(k) * residual(k + lag * step);
+        if (!std::isnan(value)) product[lag] += value;
+      }
+  }
+  if (product[0] > 0.0)
+    for (std::size_t lag = lags; lag-- > 0;) product[lag] /= product[0];
+  return product;
+}
+
+}  // namespace
+
+Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
+  Split result{gated, gated.samples.size(), std::vector<bool>(gated.samples.size(), false)};
+  const std::size_t until = samples_until(gated, fit_until_s);
+  if (until < gated.samples.size()) {
+    result.sample_count = until;
+    for (std::size_t k = until; k < gated.samples.size(); ++k) result.kept_back[k] = true;
+    return result;
+  }
+  if (!keep_blocks) return result;
+  const double first_s = gated.samples.front().time_s, duration_s = gated.duration_s();
+  for (std::size_t k = 0; k < gated.samples.size(); ++k)
+    for (const auto& [from, to] : kept_back_shares) {
+      const double time_s = gated.samples[k].time_s - first_s;
+      if (time_s < from * duration_s - guard_s || time_s > to * duration_s + guard_s) continue;
+      result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
+      result.fitted.samples[k].temperature_degC = {nan, nan};
+      result.fitted.samples[k].angle_deg = nan;
+    }
+  return result;
+}
+
+HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed) {
+  HeldOutError error;
+  std::vector<double> total(bootstrap_draws, 0.0);
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    std::vector<Stretch> stretches;
+    for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
+    Stretch sum;
+    for (const Stretch& s : stretches) {
+      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise,
+          sum.count += s.count;
+    }
+    error.samples[c] = sum.count;
+    if (sum.count == 0) {
+      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] =
+          error.gain_highest[c] = nan;
+      continue;
+    }
+    const auto n = static_cast<double>(sum.count);
+    const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : nan; };
+    error.nominal[c] = rms(sum.nominal);
+    error.before[c] = rms(sum.before);
+    error.after[c] = rms(sum.after);
+    error.noise[c] = rms(sum.noise);
+    error.gain[c] = 1.0 - error.after[c] / error.before[c];
+    const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c));
+    std::vector<double> gains;
+    std::uint64_t index = 0;
+    for (double& of_draw : total) {
+      double before = 0.0, after = 0.0;
+      for (std::size_t i = 0; i < stretches.size(); ++i) {
+        const auto pick =
+            std::min(stretches.size() - 1,
+                     static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+        before += stretches[pick].before;
+        after += stretches[pick].after;
+      }
+      gains.push_back(before > 0.0 ? 1.0 - std::sqrt(after / before) : 0.0);
+      of_draw += (before - after) * n / sum.noise;
+    }
+    std::tie(error.gain_lowest[c], error.gain_highest[c]) = middle_95(gains);
+  }
+  std::tie(error.lowest_total_gain, error.highest_total_gain) = middle_95(total);
+  return error;
+}
+
+ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions) {
+  ResidualCorrelation result;
+  for (std::size_t c = 0; c < channel_count; ++c) {
+    result.before[c] = autocorrelation(predictions, c, false);
+    result.after[c] = autocorrelation(predictions, c, true);
+  }
+  return result;
+}
+
+}  // namespace sinew::diagnose

@@ -1,0 +1,45 @@
+// What is kept back from the fit: what plants predict of it from duty alone, and whether one does so better than another.
+#pragma once
+
+#include <cstdint>
+
+#include "diagnose/open_loop.h"
+
+namespace sinew::diagnose {
+
+// A training recording, and which of it is fitted.
+struct Split {
+  sim::Recording fitted;        // with what is not to be fitted masked
+  std::size_t sample_count;     // the first so many are fitted
+  std::vector<bool> kept_back;  // of the recording's samples
+};
+
+// What comes after `fit_until_s` is kept back; where nothing does, and `keep_blocks`, two blocks of the recording are.
+Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks);
+
+// Predictions over a recording, open loop from its duty, and which samples were kept back.
+struct Prediction {
+  const sim::Recording* recording = nullptr;
+  bool training = false;
+  PerChannel noise{};  // of the sensors, units of files
+  std::vector<double> time_s;
+  std::vector<bool> kept_back;
+  // Units of files; NaN where missing. By the plant as given, calibrated, repaired.
+  Series measured, nominal, before, after;
+};
+
+struct HeldOutError {
+  PerChannel nominal{}, before{}, after{}, noise{};  // RMSE, units of files: as given, calibrated, repaired; sensors alone
+  PerChannel gain{}, gain_lowest{}, gain_highest{};  // 1 - after/before, with a 95 % block-bootstrap interval
+  std::array<std::size_t, channel_count> samples{};
+  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise.
+  double lowest_total_gain = 0.0, highest_total_gain = 0.0;
+};
+HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed);
+
+struct ResidualCorrelation {
+  Series before, after;  // of kept-back residuals, at lags of 0.5 s
+};
+ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions);
+
+}  // namespace sinew::diagnose
