@@ -127,6 +127,11 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 
 }  // namespace
 
+ordered_json chance_json(const diagnose::UnrestByChance& chance) {
+  return {{"drawn", chance.drawn}, {"as_large", chance.as_large}, {"unrest", chance.unrest},
+          {"air_K", chance.air_K}, {"largest", chance.largest},   {"probability", chance.probability()}};
+}
+
 ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
   ordered_json json;
   json["verdict"] = text_of(d.verdict);
@@ -175,7 +180,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                             {"gain", gain},
                             {"samples", counts(held.samples)},
                             {"kept_back", kept_back_words(d)}};
-  json["fit"]["residual_correlation"]["lag_s"] = 0.5;
+  json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
   for (std::size_t c = 0; c < channel_count; ++c)
     json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]},
                                                                             {"after", d.correlation.after[c]}};
@@ -183,13 +188,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
-  if (d.by_chance)
-    json["unrest"]["by_chance"] = {{"drawn", d.by_chance->drawn},
-                                   {"as_large", d.by_chance->as_large},
-                                   {"unrest", d.by_chance->unrest},
-                                   {"air_K", d.by_chance->air_K},
-                                   {"largest", d.by_chance->largest},
-                                   {"probability", d.by_chance->probability()}};
+  if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(stand_ins(d));
   json["fitted"] = fitted_json(answer_of(d));
   json["flipped_signs"] = ordered_json::array();

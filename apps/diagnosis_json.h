@@ -12,6 +12,8 @@ namespace sinew::apps {
 // Paths and the SHA-256 of what they hold.
 using InputHashes = std::map<std::string, std::string>;
 
+nlohmann::ordered_json chance_json(const diagnose::UnrestByChance& chance);
+
 nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs, const InputHashes& hashes);
 
 // The repaired plant in YAML; its first lines say what it is, from what, and how far off.

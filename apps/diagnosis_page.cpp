@@ -358,7 +358,7 @@ report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool rep
   const auto add = [&](std::string name, const std::vector<double>& correlation, std::string color) {
     report::ScatterSeries series;
     series.name = std::move(name);
-    for (std::size_t lag = 0; lag < correlation.size(); ++lag) series.x.push_back(0.5 * static_cast<double>(lag));
+    for (std::size_t lag = 0; lag < correlation.size(); ++lag) series.x.push_back(diagnose::correlation_lag_s * static_cast<double>(lag));
     series.y = correlation;
     series.color = std::move(color);
     series.style = report::ScatterSeries::Style::path;
@@ -368,7 +368,8 @@ report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool rep
   add(repaired ? "after" : "calibrated", d.correlation.after[c], colors::green);
   report::ScatterSeries noise;
   noise.name = "pure noise";
-  noise.x = {0.0, 0.5, 0.5 * static_cast<double>(d.correlation.after[c].size() - 1)};
+  noise.x = {0.0, diagnose::correlation_lag_s,
+             diagnose::correlation_lag_s * static_cast<double>(d.correlation.after[c].size() - 1)};
   noise.y = {1.0, 0.0, 0.0};
   noise.style = report::ScatterSeries::Style::dashed;
   noise.color = colors::sky_blue;

@@ -270,20 +270,8 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
 }
 
 // Why what was found is not given as the answer.
-std::string objection_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
-  const diagnose::Objections& against = d.objections;
-  std::vector<std::string> reasons;
-  if (!against.channels.empty()) {
-    std::vector<std::string> names;
-    for (const std::size_t c : against.channels)
-      names.push_back("the prediction of " + std::string(diagnose::channels[c].words));
-    reasons.push_back("leaves " + listed(names) + " far off");
-  }
-  if (against.pushes_parameters)
-    reasons.push_back("needs parameters of the core that are further from what is believed of them than without it");
-  if (against.at_a_bound) reasons.push_back("needs a value at the bound of what is allowed");
-  if (against.patchwork) reasons.push_back("takes three effects, and one that is not known is likelier than that");
-  if (against.worse_on_kept_back) reasons.push_back("makes the prediction of the data kept back worse");
+std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
+  const std::vector<std::string> reasons = objection_words(d.objections);
   const std::string rule =
       "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
@@ -375,7 +363,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       }
     if (!near.empty())
       text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) +
-                     " of what noise and moving air leave open. " + objection_words(d, inputs.settings));
+                     " of what noise and moving air leave open. " + no_name_words(d, inputs.settings));
   }
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
@@ -603,6 +591,22 @@ std::vector<std::string> next_words(const Diagnosis& d) {
 
 }  // namespace
 
+std::vector<std::string> objection_words(const diagnose::Objections& against) {
+  std::vector<std::string> words;
+  if (!against.channels.empty()) {
+    std::vector<std::string> names;
+    for (const std::size_t c : against.channels)
+      names.push_back("the prediction of " + std::string(channels[c].words));
+    words.push_back("leaves " + listed(names) + " far off");
+  }
+  if (against.pushes_parameters)
+    words.push_back("needs parameters of the core that are further from what is believed of them than without it");
+  if (against.at_a_bound) words.push_back("needs a value at the bound of what is allowed");
+  if (against.patchwork) words.push_back("takes three effects, and one that is not known is likelier than that");
+  if (against.worse_on_kept_back) words.push_back("makes the prediction of the data kept back worse");
+  return words;
+}
+
 std::string capitalised(std::string_view text) {
   std::string copy(text);
   if (!copy.empty()) copy[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(copy[0])));
@@ -819,7 +823,7 @@ std::string kept_back_words(const diagnose::Diagnosis& d) {
 }
 
 std::optional<double> correlation_after_1_s(const std::vector<double>& correlation) {
-  constexpr std::size_t lag = 2;  // of half a second
+  constexpr auto lag = static_cast<std::size_t>(1.0 / diagnose::correlation_lag_s);
   if (correlation.size() <= lag || !std::isfinite(correlation[lag])) return std::nullopt;
   return correlation[lag];
 }

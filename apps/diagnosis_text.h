@@ -42,6 +42,8 @@ std::string percent(double share);
 std::string percent_interval(double share, double lowest, double highest);  // "96 % [92, 97]"
 // "practically certain (probability 0.998)".
 std::string probability_words(double probability);
+// Why what was found has no name: "needs a value at the bound of what is allowed". That something is left is none of these.
+std::vector<std::string> objection_words(const diagnose::Objections& against);
 // How often something happens by chance: "in less than one of a million recordings".
 std::string chance_words(double probability);
 // Of a loss of log evidence: "120 times less likely".

@@ -28,6 +28,7 @@ struct FirstSeeds {
 };
 inline constexpr FirstSeeds development_seeds{101, 101}, reported_seeds{13001, 15001};
 
+inline constexpr int clean_per_seed = 8;  // three plain, and one under each disturbance
 // `seeds` of every case, and `clean` of those in which nothing is missing, over all disturbances, at least eight for each
 // seed. Strengths go through 1, 0.5 and 0.25.
 std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, double training_s, double held_out_s);

@@ -15,6 +15,7 @@ constexpr std::array<Variant, 5> variants{{{"coarse", &prove::Disturbances::coar
                                            {"clock", &prove::Disturbances::clock_drift},
                                            {"mid_motion", &prove::Disturbances::mid_motion}}};
 constexpr std::array<double, 5> strengths{1.0, 0.5, 0.25, 1.0, 0.5};
+constexpr int removed_from = 500;  // seeds of what is taken out of the catalogue, from the first one on
 
 std::string text_of(double strength) { return strength == 1.0 ? "1" : strength == 0.5 ? "0.5" : "0.25"; }
 
@@ -41,7 +42,7 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, doubl
     cases.push_back(one);
   };
   const auto add_clean = [&](const prove::Kind& kind, int index) {
-    const int turn = index % 8;
+    const int turn = index % clean_per_seed;
     add(kind, index, 1.0, turn < 3 ? -1 : turn - 3, false);
   };
   for (int s = 0; s < seeds; ++s)
@@ -50,18 +51,16 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, doubl
       const double strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
       switch (kind.family) {
         case prove::Family::clean:
-          for (int i = 0; i < 8; ++i) add_clean(kind, 8 * s + i);
+          for (int i = 0; i < clean_per_seed; ++i) add_clean(kind, clean_per_seed * s + i);
           break;
         case prove::Family::catalogue: {
           add(kind, s, strength, s == 3 ? static_cast<int>(cases.size() % variants.size()) : -1, false);
           // Stands for an effect that the catalogue lacks: plain, or there would be nothing to be wrong about.
-          add(kind, 500 + s, s % 2 == 0 ? 1.0 : 0.5, -1, true);
+          add(kind, removed_from + s, s % 2 == 0 ? 1.0 : 0.5, -1, true);
           break;
         }
         case prove::Family::other_form:
         case prove::Family::outside:
-          add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
-          break;
         case prove::Family::pair:
           add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
           break;
@@ -70,7 +69,7 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, doubl
     }
   for (const prove::Kind& kind : prove::kinds())
     if (kind.family == prove::Family::clean)
-      for (int i = 8 * seeds; i < clean; ++i) add_clean(kind, i);
+      for (int i = clean_per_seed * seeds; i < clean; ++i) add_clean(kind, i);
   return cases;
 }
 
@@ -83,7 +82,7 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
                                         "outside-bend_cooling",    "outside-motion_cooling"};
   std::vector<ProofCase> few;
   for (const std::string& prefix : wanted)
-    for (const ProofCase& one : proof_cases(development_seeds, 1, 8, training_s, held_out_s))
+    for (const ProofCase& one : proof_cases(development_seeds, 1, clean_per_seed, training_s, held_out_s))
       if (one.id().starts_with(prefix)) {
         few.push_back(one);
         few.back().with_baselines = few.size() % 4 == 1;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/diagnosis_json.h"
 #include "apps/proof.h"
 #include "apps/proof_baselines.h"
 #include "diagnose/calibrate.h"
@@ -70,22 +71,11 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
                        {"channel", diagnose::channels[diagnosis.located.channel].column}};
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
-  const diagnose::Objections& against = diagnosis.objections;
   result["objections"] = Json::array();
-  for (const auto& [there, words] :
-       {std::pair{against.leaves_too_much, "it leaves too much"},
-        {!against.channels.empty(), "it leaves a channel nearly as far off as before"},
-        {against.pushes_parameters, "it pushes the core's parameters away from what is believed"},
-        {against.at_a_bound, "a shape of it is at a bound"},
-        {against.worse_on_kept_back, "it predicts the data kept back worse, beyond chance"},
-        {against.patchwork, "it is one of more than two"}})
-    if (there) result["objections"].push_back(words);
+  if (diagnosis.objections.leaves_too_much) result["objections"].push_back("it leaves too much");
+  for (const std::string& words : objection_words(diagnosis.objections)) result["objections"].push_back("it " + words);
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
-  if (const auto& chance = diagnosis.by_chance)
-    result["by_chance"] = {{"unrest", chance->unrest},
-                           {"drawn", chance->drawn},
-                           {"as_large", chance->as_large},
-                           {"largest", chance->largest}};
+  if (diagnosis.by_chance) result["by_chance"] = chance_json(*diagnosis.by_chance);
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back(
         {{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
@@ -191,17 +181,17 @@ std::string figures_text(const Json& score) {
 }
 
 void prove_all(const ProveArguments& arguments, int& exit_code) {
-  if (arguments.clean != 0 && arguments.clean < 8 * arguments.seeds)
+  if (arguments.clean != 0 && arguments.clean < clean_per_seed * arguments.seeds)
     throw sim::InputError({.file = "",
                            .key = "--clean",
                            .value = std::to_string(arguments.clean),
-                           .advice = "at least eight for each seed, here " + std::to_string(8 * arguments.seeds)});
+                           .advice = "at least eight for each seed, here " + std::to_string(clean_per_seed * arguments.seeds)});
   std::vector<ProofCase> cases =
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
                     : proof_cases(arguments.first_seed != 0 ? FirstSeeds{arguments.first_seed, arguments.first_seed}
                                   : arguments.set == "development" ? development_seeds
                                                                    : reported_seeds,
-                                  arguments.seeds, std::max(arguments.clean, 8 * arguments.seeds),
+                                  arguments.seeds, std::max(arguments.clean, clean_per_seed * arguments.seeds),
                                   arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
@@ -351,7 +341,7 @@ void prove_all(const ProveArguments& arguments, int& exit_code) {
       "sinew prove " +
       (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
       " --seeds " + std::to_string(arguments.seeds) +
-      (arguments.clean > 8 * arguments.seeds ? " --clean " + std::to_string(arguments.clean) : "") + " --training " + sim::shortest(arguments.training_s) +
+      (arguments.clean > clean_per_seed * arguments.seeds ? " --clean " + std::to_string(arguments.clean) : "") + " --training " + sim::shortest(arguments.training_s) +
       " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
@@ -393,7 +383,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--seeds", arguments->seeds, "seeds of every case")
       ->check(CLI::Range(1, 100));
   command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
-      ->check(CLI::Range(8, 10000));
+      ->check(CLI::Range(clean_per_seed, 10000));
   command->add_option("--families", arguments->families, "only these")
       ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
       ->delimiter(',');

@@ -27,7 +27,7 @@ sim::Recording drawn_recording(const Explanation& from, std::size_t r, double ai
   };
   plant::Integrator integrator(limb_in(offset_K), from.start(r), numerics);
   const double first_s = recording.samples.front().time_s;
-  double air_since_s = 0.0;
+  double air_since_s = 0.0;  // the air stands still
   bool failed = false;
   for (sim::Sample& sample : recording.samples) {
     failed = failed || integrator.advance_to(sample.time_s - first_s);
@@ -41,7 +41,7 @@ sim::Recording drawn_recording(const Explanation& from, std::size_t r, double ai
     integrator.hold(sample.duty_fraction);
     const double stood_s = sample.time_s - first_s - air_since_s;
     if (stood_s < air_period_s) continue;
-    air_since_s += stood_s;
+    air_since_s = sample.time_s - first_s;
     const double kept = std::exp(-stood_s / forcings[static_cast<std::size_t>(Forcing::air)].correlation_time_s);
     offset_K = kept * offset_K + std::sqrt(1.0 - kept * kept) * air_K * chance.normal(draw++);
     integrator.restart();
@@ -61,8 +61,7 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
   shortly.iterations_per_round = 3;
   shortly.enough = 1.0;
   ForcingSize air{};
-  static_cast<void>(
-      likelihood_with(found, {true, false, false, false, false, false}, settings.most_air_K, &air));
+  static_cast<void>(likelihood_with(found, air_free, settings.most_air_K, &air));
   UnrestByChance result;
   result.unrest = found.unrest;
   result.air_K = air[0];

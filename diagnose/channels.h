@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 
 #include "plant/instant.h"
@@ -29,6 +30,9 @@ inline double measured(const sim::Sample& sample, std::size_t channel) {
 }
 inline double& measured(sim::Sample& sample, std::size_t channel) {
   return channel < 2 ? sample.temperature_degC[channel] : sample.angle_deg;
+}
+inline void mask(sim::Sample& sample) {
+  for (std::size_t c = 0; c < channel_count; ++c) measured(sample, c) = std::numeric_limits<double>::quiet_NaN();
 }
 inline double shown(const plant::Reading<double>& reading, std::size_t channel) {
   return channel < 2 ? reading.temperature_degC[channel] : reading.angle_rad / plant::radians_per_degree;

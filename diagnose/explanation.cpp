@@ -116,9 +116,6 @@ class Fit {
   double damping_ = 1e-3;
 };
 
-constexpr std::array<bool, forcing_count> all_free{true, true, true, true, true, true};
-constexpr std::array<bool, forcing_count> air_free{true, false, false, false, false, false};
-
 }  // namespace
 
 std::vector<std::size_t> Explanation::effects() const {
@@ -185,7 +182,7 @@ plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t eff
   return result;
 }
 
-double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
+double likelihood_with(const Explanation& at, const FreeForcings& free, double most_air_K,
                        ForcingSize* found) {
   Path path;
   follow(*at.problem, at.z.data(), Want::points, path);

@@ -71,7 +71,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
                     const ExplanationSettings& settings);
 
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
-double likelihood_with(const Explanation& at, const std::array<bool, forcing_count>& free, double most_air_K,
+double likelihood_with(const Explanation& at, const FreeForcings& free, double most_air_K,
                        ForcingSize* found = nullptr);
 
 // Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands

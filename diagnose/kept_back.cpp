@@ -26,8 +26,8 @@ struct Stretch {  // squares of one channel over some seconds of what was kept b
 
 // Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
 void add_stretches(const Prediction& prediction, std::size_t c, std::vector<Stretch>& stretches) {
-  const double kept_s =
-      0.1 * static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
+  const double kept_s = prediction.recording->median_period_s() *
+                        static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
   const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
   double end_s = -1e300;
   for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
@@ -52,9 +52,11 @@ std::pair<double, double> middle_95(std::vector<double> draws) {
 }
 
 std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, std::size_t channel, bool after) {
-  constexpr std::size_t step = 5, lags = 41;  // 0.5 s at 10 Hz, up to 20 s
+  constexpr std::size_t lags = 41;  // up to 20 s
   std::vector<double> product(lags, 0.0);
   for (const Prediction& prediction : predictions) {
+    const auto step = static_cast<std::size_t>(
+        std::max(1.0, std::round(correlation_lag_s / prediction.recording->median_period_s())));
     const auto residual = [&](std::size_t k) {
       return prediction.kept_back[k]
                  ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
@@ -88,8 +90,7 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
       const double time_s = gated.samples[k].time_s - first_s;
       if (time_s < from * duration_s - guard_s || time_s > to * duration_s + guard_s) continue;
       result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
-      result.fitted.samples[k].temperature_degC = {nan, nan};
-      result.fitted.samples[k].angle_deg = nan;
+      mask(result.fitted.samples[k]);
     }
   return result;
 }

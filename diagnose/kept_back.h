@@ -37,8 +37,9 @@ struct HeldOutError {
 };
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed);
 
+inline constexpr double correlation_lag_s = 0.5;
 struct ResidualCorrelation {
-  Series before, after;  // of kept-back residuals, at lags of 0.5 s
+  Series before, after;  // of kept-back residuals, at multiples of correlation_lag_s, to the nearest sample
 };
 ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions);
 

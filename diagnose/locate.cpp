@@ -14,8 +14,8 @@ constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
 constexpr std::size_t on_the_beam = 2;
 
-std::array<bool, forcing_count> air_and(Forcing forcing) {
-  std::array<bool, forcing_count> free{true};
+FreeForcings air_and(Forcing forcing) {
+  FreeForcings free = air_free;
   free[static_cast<std::size_t>(forcing)] = true;
   return free;
 }

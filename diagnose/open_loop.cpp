@@ -157,8 +157,7 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
         if (sample.time_s < samples[shown[first]].time_s - guard_s ||
             sample.time_s > samples[shown[end - 1]].time_s + guard_s)
           continue;
-        sample.temperature_degC.fill(std::numeric_limits<double>::quiet_NaN());
-        sample.angle_deg = std::numeric_limits<double>::quiet_NaN();
+        mask(sample);
       }
     }
     std::vector<FitData> rest = weighted;

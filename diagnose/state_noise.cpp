@@ -242,7 +242,7 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
 }
 
 ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
-                                 const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor) {
+                                 const FreeForcings& free, double most_air_K, double finest_factor) {
   // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
   // the strength that wanders.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;

@@ -66,6 +66,8 @@ struct VaryingPush {
 
 // Standard deviation of each forcing, internal units; 0 takes it out.
 using ForcingSize = std::array<double, forcing_count>;
+using FreeForcings = std::array<bool, forcing_count>;  // which sizes are estimated
+inline constexpr FreeForcings all_free{true, true, true, true, true, true}, air_free{true};
 
 // The sensors' noise and nothing else, or with air that wanders by `air_K`.
 inline ForcingSize only_air(double air_K) { return {air_K, 0.0, 0.0, 0.0, 0.0, 0.0}; }
@@ -134,7 +136,7 @@ class StateNoise {
   // begins at its size here. Sizes are found to
   // within `finest_factor`. Leaves the object at the result.
   ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
-                       const std::array<bool, forcing_count>& free, double most_air_K, double finest_factor);
+                       const FreeForcings& free, double most_air_K, double finest_factor);
 
  private:
   // The limb's states, padded, then the forcings', padded.

@@ -1,0 +1,122 @@
+#include "diagnose/kept_back.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace sinew;
+using diagnose::channel_count;
+using diagnose::Prediction;
+
+namespace {
+
+constexpr double duration_s = 120.0;
+
+sim::Recording recording_every(double period_s) {
+  sim::Recording recording;
+  for (int k = 0; k * period_s <= duration_s; ++k) recording.samples.push_back({k * period_s, {0.0, 0.0}, {25.0, 25.0}, 0.0});
+  return recording;
+}
+
+// The core is off by `before(t)` in every channel, the repaired plant by `after(t)`.
+template <class Before, class After>
+Prediction prediction_of(const sim::Recording& recording, Before&& before, After&& after) {
+  Prediction prediction;
+  prediction.recording = &recording;
+  prediction.noise = {0.5, 0.5, 0.5};
+  for (const sim::Sample& sample : recording.samples) {
+    prediction.time_s.push_back(sample.time_s);
+    prediction.kept_back.push_back(true);
+    for (std::size_t c = 0; c < channel_count; ++c) {
+      const double value = diagnose::measured(sample, c);
+      prediction.measured[c].push_back(value);
+      prediction.nominal[c].push_back(value + 3.0);
+      prediction.before[c].push_back(value + before(sample.time_s));
+      prediction.after[c].push_back(value + after(sample.time_s));
+    }
+  }
+  return prediction;
+}
+
+}  // namespace
+
+TEST_CASE("kept back: correlation is of the same lags whatever the sampling rate") {
+  const auto wave = [](double time_s) { return std::cos(2.0 * std::numbers::pi * time_s / 2.0); };
+  for (const double period_s : {0.1, 0.05, 0.02}) {
+    CAPTURE(period_s);
+    const sim::Recording recording = recording_every(period_s);
+    const auto correlation = diagnose::correlation_of({prediction_of(recording, wave, [](double) { return 1.0; })});
+    CHECK(correlation.before[0].at(1) == doctest::Approx(0.0).epsilon(0.02));
+    CHECK(correlation.before[2].at(2) == doctest::Approx(-1.0).epsilon(0.03));
+    CHECK(correlation.before[2].at(4) == doctest::Approx(1.0).epsilon(0.03));
+    CHECK(correlation.after[1].at(4) == doctest::Approx(1.0).epsilon(0.03));
+  }
+}
+
+TEST_CASE("kept back: errors and gains by hand") {
+  const sim::Recording recording = recording_every(0.1);
+  Prediction prediction =
+      prediction_of(recording, [](double) { return 2.0; }, [](double) { return -1.0; });
+  for (std::size_t k = 0; k < 300; ++k) prediction.kept_back[k] = false;
+  prediction.after[0][200] = 1e6;  // not kept back
+  prediction.measured[1].assign(prediction.measured[1].size(), std::nan(""));
+  const diagnose::HeldOutError error = diagnose::error_of({prediction}, 1);
+  CHECK(error.nominal[0] == doctest::Approx(3.0));
+  CHECK(error.before[0] == doctest::Approx(2.0));
+  CHECK(error.after[0] == doctest::Approx(1.0));
+  CHECK(error.noise[0] == doctest::Approx(0.5));
+  CHECK(error.gain[0] == doctest::Approx(0.5));
+  CHECK(error.gain_lowest[0] == doctest::Approx(0.5));
+  CHECK(error.gain_highest[0] == doctest::Approx(0.5));
+  CHECK(error.samples[0] == recording.samples.size() - 300);
+  CHECK(error.samples[1] == 0);
+  CHECK(std::isnan(error.gain[1]));
+  // Two channels, each (4 - 1) squares a sample over 0.25.
+  CHECK(error.lowest_total_gain == doctest::Approx(2.0 * 12.0 * static_cast<double>(error.samples[0])).epsilon(0.15));
+  CHECK(error.lowest_total_gain <= error.highest_total_gain);
+}
+
+TEST_CASE("kept back: what one stretch gains and another loses is not beyond chance") {
+  const sim::Recording recording = recording_every(0.1);
+  const auto error = diagnose::error_of({prediction_of(
+                                            recording, [](double) { return 1.0; },
+                                            [](double time_s) { return time_s < 0.5 * duration_s ? 0.5 : 1.2; })},
+                                        1);
+  CHECK(error.lowest_total_gain < 0.0);
+  CHECK(error.highest_total_gain > 0.0);
+}
+
+TEST_CASE("kept back: a plant that cannot follow has no error that is a number") {
+  const sim::Recording recording = recording_every(0.1);
+  const auto error = diagnose::error_of({prediction_of(
+                                            recording, [](double) { return 1.0; },
+                                            [](double time_s) { return time_s < 60.0 ? 0.5 : std::nan(""); })},
+                                        1);
+  CHECK(error.before[2] == doctest::Approx(1.0));
+  CHECK(std::isnan(error.after[2]));
+  CHECK(error.highest_total_gain < 0.0);
+}
+
+TEST_CASE("kept back: two blocks, with a guard around them that is in neither part") {
+  const diagnose::Split split = diagnose::split(recording_every(0.1), 1e300, true);
+  const auto is_masked = [&](double time_s) {
+    return std::isnan(split.fitted.samples[static_cast<std::size_t>(std::lround(time_s / 0.1))].angle_deg);
+  };
+  const auto is_kept_back = [&](double time_s) {
+    return bool{split.kept_back[static_cast<std::size_t>(std::lround(time_s / 0.1))]};
+  };
+  CHECK(split.sample_count == split.kept_back.size());
+  CHECK_FALSE(is_masked(42.0));
+  CHECK(is_masked(45.0));
+  CHECK_FALSE(is_kept_back(45.0));
+  CHECK(is_masked(54.0));
+  CHECK(is_kept_back(54.0));
+  CHECK(is_masked(63.0));
+  CHECK_FALSE(is_kept_back(63.0));
+  CHECK_FALSE(is_masked(70.0));
+  CHECK(is_kept_back(119.0));
+  CHECK(diagnose::split(recording_every(0.1), 50.0, true).sample_count == 500);
+  const diagnose::Split whole = diagnose::split(recording_every(0.1), 1e300, false);
+  CHECK(std::count(whole.kept_back.begin(), whole.kept_back.end(), true) == 0);
+}
