@@ -45,8 +45,7 @@ std::vector<std::size_t> chosen_parameters(const std::vector<std::string>& names
   for (const std::string& name : names) {
     const auto found = std::find(all.begin(), all.end(), name);
     if (found == all.end()) {
-      std::string advice = "no such parameter that can be fitted";
-      if (const std::string near = sim::nearest(name, all); !near.empty()) advice += "; did you mean " + near + "?";
+      const std::string advice = "no such parameter that can be fitted" + sim::did_you_mean(name, all);
       throw sim::InputError({.file = "", .key = "--fit", .value = name,
                              .advice = advice + "\n`sinew effects --core` lists the core's; an effect's must be on in the plant"});
     }

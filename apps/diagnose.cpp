@@ -39,8 +39,7 @@ std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
   std::vector<std::size_t> chosen;
   for (const std::string& name : names) {
     if (std::find(all.begin(), all.end(), name) == all.end()) {
-      std::string advice = "no such effect";
-      if (const std::string near = sim::nearest(name, all); !near.empty()) advice += "; did you mean " + near + "?";
+      const std::string advice = "no such effect" + sim::did_you_mean(name, all);
       throw sim::InputError(
           {.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
     }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
@@ -180,185 +181,234 @@ std::string figures_text(const Json& score) {
   return text;
 }
 
-void prove_all(const ProveArguments& arguments, int& exit_code) {
-  if (arguments.clean != 0 && arguments.clean < clean_per_seed * arguments.seeds)
-    throw sim::InputError({.file = "",
-                           .key = "--clean",
-                           .value = std::to_string(arguments.clean),
-                           .advice = "at least eight for each seed, here " + std::to_string(clean_per_seed * arguments.seeds)});
+[[noreturn]] void refuse(const std::string& file, const std::string& key, const std::string& value,
+                         const std::string& advice) {
+  throw sim::InputError({.file = file, .key = key, .value = value, .advice = advice});
+}
+
+void check_kind(const std::string& name) {
+  std::vector<std::string> all;
+  for (const prove::Kind& kind : prove::kinds()) all.push_back(kind.name);
+  if (std::find(all.begin(), all.end(), name) == all.end())
+    refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
+}
+
+// The cases that were asked for.
+std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
+  const int least_clean = clean_per_seed * arguments.seeds;
+  if (arguments.clean != 0 && arguments.clean < least_clean)
+    refuse("", "--clean", std::to_string(arguments.clean),
+           "at least eight for each seed, here " + std::to_string(least_clean));
   std::vector<ProofCase> cases =
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
                     : proof_cases(arguments.first_seed != 0 ? FirstSeeds{arguments.first_seed, arguments.first_seed}
                                   : arguments.set == "development" ? development_seeds
                                                                    : reported_seeds,
-                                  arguments.seeds, std::max(arguments.clean, clean_per_seed * arguments.seeds),
-                                  arguments.training_s, arguments.held_out_s);
+                                  arguments.seeds, std::max(arguments.clean, least_clean), arguments.training_s,
+                                  arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
   std::erase_if(cases, [&](const ProofCase& one) {
     return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name);
   });
-  if (cases.empty())
-    throw sim::InputError({.file = "", .key = "--families, --kinds", .value = "", .advice = "no case is left"});
-  const fs::path out(arguments.out);
-  const std::size_t wanted = cases.size();
-  if (arguments.score) {
-    std::erase_if(cases, [&](const ProofCase& one) { return !fs::exists(out / "cases" / (one.id() + ".json")); });
-    if (cases.empty())
-      throw sim::InputError({.file = "",
-                             .key = "--out",
-                             .value = arguments.out,
-                             .advice = "holds none of the cases that --score would score"});
-  }
+  for (const std::string& kind : arguments.kinds) check_kind(kind);
+  if (cases.empty()) refuse("", "--families, --kinds", "", "no case is left; `--families` has none of these kinds");
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;
-  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
+  return cases;
+}
 
-  fs::create_directories(out / "cases");
-  Json answers;
-  {
-    Progress making("making recordings");
-    for (const ProofCase& one : cases) {
-      making.show(static_cast<double>(answers.size()) / static_cast<double>(cases.size()), one.id());
-      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
-      answers[one.id()] = answer_of(one, concealed);
-      if (!arguments.recordings) continue;
-      const fs::path folder = out / "recordings" / one.id();
-      fs::create_directories(folder);
-      sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
-      sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
-    }
-  }
-  // What is there already of the same answers is not done again; README.md says which programs made the cases.
-  const auto seal_of = [&](const ProofCase& one) { return sim::sha256(answers[one.id()].dump()); };
-  const std::string mark = sim::this_build().version + " " + sim::this_build().commit;
-  Json results;
-  std::vector<std::size_t> open;
-  std::map<std::size_t, Json> diagnosed_before;  // of the open ones, those that were diagnosed
-  for (std::size_t i = 0; i < cases.size(); ++i) {
-    const fs::path file = out / "cases" / (cases[i].id() + ".json");
-    if (fs::exists(file)) {
-      Json kept = Json::parse(sim::read_file(file), nullptr, false);
-      if (kept.is_object() && kept.value("seconds", Json()) == Json({arguments.training_s, arguments.held_out_s}) &&
-          kept.value("answer", "") == seal_of(cases[i])) {
-        results[cases[i].id()] = kept;
-        if (!cases[i].with_baselines || arguments.score || kept.contains("baselines") || kept["verdict"] == "failed")
-          continue;
-        diagnosed_before[i] = kept;
-        open.push_back(i);
-        continue;
-      }
-    }
-    if (arguments.score)
-      throw sim::InputError(
-          {.file = file.string(),
-           .key = "--score",
-           .value = cases[i].id(),
-           .advice = "this case is damaged, or was made of another recording; remove it or make it again"});
-    open.push_back(i);
-  }
-
-  // The answers are sealed before any diagnosis begins, beside those that are there of other cases; what is only scored
-  // has its seal.
-  const fs::path seal_file = out / "answers.json";
-  Json sealed = fs::exists(seal_file) ? Json::parse(sim::read_file(seal_file), nullptr, false) : Json();
-  if (!sealed.is_object()) sealed = Json::object();
-  for (const auto& [id, answer] : answers.items()) {
-    if (arguments.score && sealed.value(id, Json()) != answer)
-      throw sim::InputError(
-          {.file = seal_file.string(), .key = "--score", .value = id, .advice = "this answer was not sealed"});
-    sealed[id] = answer;
-  }
-  if (!arguments.score) sim::write_file_whole(seal_file, sealed.dump(1) + "\n");
-  std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases.size(),
-              sim::sha256(sim::read_file(seal_file)).c_str());
-  std::fflush(stdout);
-  if (const std::size_t there = results.size(); there > 0) std::printf("%zu of them are there already\n", there);
-  if (!diagnosed_before.empty())
-    std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before.size());
-  {
-    Progress progress("proving");
-    std::atomic<std::size_t> next{0}, done{0};
-    std::mutex keeping;
-    const auto work = [&] {
-      for (std::size_t n = next++; n < open.size() && !interrupted(); n = next++) {
-        const ProofCase& one = cases[open[n]];
-        Json result;
-        const auto kept = diagnosed_before.find(open[n]);
-        try {
-          if (kept != diagnosed_before.end()) {
-            result = kept->second;
-            result["baselines"] = baselines_of(one, nominal);
-          } else {
-            result = diagnose_case(one, nominal);
-          }
-        } catch (const diagnose::Stopped&) {
-          return;
-        } catch (const std::exception& e) {
-          if (kept != diagnosed_before.end()) {
-            std::fprintf(stderr, "%s: the simpler methods failed: %s\n", one.id().c_str(), e.what());
-            continue;
-          }
-          result = {{"verdict", "failed"},
-                    {"why", e.what()},
-                    {"effects", Json::array()},
-                    {"ambiguous_with", Json::array()},
-                    {"cannot_be_seen", Json::array()},
-                    {"located", {{"place", ""}}},
-                    {"visibility", 1e3},
-                    {"normalised_before", 0.0},
-                    {"normalised_after", 0.0}};
-        }
-        if (kept == diagnosed_before.end()) {
-          result["seconds"] = {arguments.training_s, arguments.held_out_s};
-          result["made_by"] = mark;
-          result["answer"] = seal_of(one);
-        }
-        sim::write_file_whole(out / "cases" / (one.id() + ".json"), result.dump(1) + "\n");
-        const std::scoped_lock lock(keeping);
-        results[one.id()] = result;
-        progress.show(static_cast<double>(++done) / static_cast<double>(open.size()), one.id());
-      }
-    };
-    std::vector<std::jthread> others;
-    for (int t = 1; t < arguments.threads; ++t) others.emplace_back(work);
-    work();
-  }
-  if (interrupted()) {
-    std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results.size(),
-                 cases.size(), out.c_str());
-    exit_code = interrupted_exit_code;
-    return;
-  }
-  Json score = score_proof(answers, results);
-  for (const ProofCase& one : cases) {
-    Json& first = score[one.family() == "clean" ? "first_clean_seed" : "first_seed"];
-    if (first.is_null() || one.seed < first.get<std::uint64_t>()) first = one.seed;
-  }
-  score["wanted"] = wanted;
+// The command that makes these cases again.
+std::string command_of(const ProveArguments& arguments) {
+  if (arguments.few) return "sinew prove --few --out " + arguments.out;
   std::string command =
       "sinew prove " +
       (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
-      " --seeds " + std::to_string(arguments.seeds) +
-      (arguments.clean > clean_per_seed * arguments.seeds ? " --clean " + std::to_string(arguments.clean) : "") + " --training " + sim::shortest(arguments.training_s) +
-      " --held-out " + sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+      " --seeds " + std::to_string(arguments.seeds);
+  if (arguments.clean > clean_per_seed * arguments.seeds) command += " --clean " + std::to_string(arguments.clean);
+  command += " --training " + sim::shortest(arguments.training_s) + " --held-out " +
+             sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
   };
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
   if (arguments.without_baselines) command += " --without-baselines";
-  if (arguments.few) command = "sinew prove --few --out " + arguments.out;
-  sim::write_file_whole(out / "score.json", score.dump(1) + "\n");
-  sim::write_file_whole(out / "README.md", proof_markdown(score, command));
-  sim::write_file_whole(out / "confusion.svg", confusion_svg(score));
-  if (arguments.json)
-    std::printf("%s\n", score.dump(1).c_str());
-  else
-    std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(),
-                (out / "README.md").c_str());
+  return command;
 }
+
+// One run of the command: answers are made and sealed, open cases diagnosed, all scored.
+class Proof {
+ public:
+  explicit Proof(const ProveArguments& arguments)
+      : arguments_(arguments), out_(arguments.out), cases_(cases_of(arguments)), wanted_(cases_.size()) {
+    if (!arguments.score) return;
+    std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
+    if (cases_.empty()) refuse("", "--out", arguments.out, "holds none of the cases that --score would score");
+  }
+
+  // False where it was interrupted.
+  bool run() {
+    const plant::Limb<double> nominal = sim::read_plant_file(arguments_.plant);
+    fs::create_directories(out_ / "cases");
+    make_answers();
+    take_what_is_there();
+    seal();
+    diagnose_open(nominal);
+    if (interrupted()) {
+      std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results_.size(),
+                   cases_.size(), out_.c_str());
+      return false;
+    }
+    write_score();
+    return true;
+  }
+
+ private:
+  fs::path file_of(const ProofCase& one) const { return out_ / "cases" / (one.id() + ".json"); }
+  std::string seal_of(const ProofCase& one) const { return sim::sha256(answers_[one.id()].dump()); }
+
+  void make_answers() {
+    Progress making("making recordings");
+    for (const ProofCase& one : cases_) {
+      making.show(static_cast<double>(answers_.size()) / static_cast<double>(cases_.size()), one.id());
+      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+      answers_[one.id()] = answer_of(one, concealed);
+      if (!arguments_.recordings) continue;
+      const fs::path folder = out_ / "recordings" / one.id();
+      fs::create_directories(folder);
+      sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
+      sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
+    }
+  }
+
+  // What is there already of the same answers is not done again; README.md says which programs made the cases.
+  void take_what_is_there() {
+    for (std::size_t i = 0; i < cases_.size(); ++i) {
+      const fs::path file = file_of(cases_[i]);
+      const Json kept = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+      if (kept.is_object() && kept.value("seconds", Json()) == Json({arguments_.training_s, arguments_.held_out_s}) &&
+          kept.value("answer", "") == seal_of(cases_[i])) {
+        results_[cases_[i].id()] = kept;
+        if (!cases_[i].with_baselines || arguments_.score || kept.contains("baselines") || kept["verdict"] == "failed")
+          continue;
+        diagnosed_before_[i] = kept;
+      } else if (arguments_.score) {
+        refuse(file.string(), "--score", cases_[i].id(),
+               "this case is damaged, or was made of another recording; remove it or make it again");
+      }
+      open_.push_back(i);
+    }
+  }
+
+  // The answers are sealed before any diagnosis begins, beside those that are there of other cases; what is only scored
+  // has its seal.
+  void seal() const {
+    const fs::path file = out_ / "answers.json";
+    Json sealed = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+    if (!sealed.is_object()) sealed = Json::object();
+    for (const auto& [id, answer] : answers_.items()) {
+      if (arguments_.score && sealed.value(id, Json()) != answer)
+        refuse(file.string(), "--score", id, "this answer was not sealed");
+      sealed[id] = answer;
+    }
+    if (!arguments_.score) sim::write_file_whole(file, sealed.dump(1) + "\n");
+    std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases_.size(),
+                sim::sha256(sim::read_file(file)).c_str());
+    if (!results_.empty()) std::printf("%zu of them are there already\n", results_.size());
+    if (!diagnosed_before_.empty())
+      std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before_.size());
+    std::fflush(stdout);
+  }
+
+  // What an open case comes to; nothing where only the simpler methods were wanted, and they failed. Throws Stopped.
+  std::optional<Json> result_of_open(std::size_t i, const plant::Limb<double>& nominal) const {
+    const ProofCase& one = cases_[i];
+    if (const auto kept = diagnosed_before_.find(i); kept != diagnosed_before_.end()) {
+      try {
+        Json result = kept->second;
+        result["baselines"] = baselines_of(one, nominal);
+        return result;
+      } catch (const diagnose::Stopped&) {
+        throw;
+      } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s: the simpler methods failed: %s\n", one.id().c_str(), e.what());
+        return std::nullopt;
+      }
+    }
+    Json result;
+    try {
+      result = diagnose_case(one, nominal);
+    } catch (const diagnose::Stopped&) {
+      throw;
+    } catch (const std::exception& e) {
+      result = {{"verdict", "failed"},
+                {"why", e.what()},
+                {"effects", Json::array()},
+                {"ambiguous_with", Json::array()},
+                {"cannot_be_seen", Json::array()},
+                {"located", {{"place", ""}}},
+                {"visibility", 1e3},
+                {"normalised_before", 0.0},
+                {"normalised_after", 0.0}};
+    }
+    result["seconds"] = {arguments_.training_s, arguments_.held_out_s};
+    result["made_by"] = sim::this_build().version + " " + sim::this_build().commit;
+    result["answer"] = seal_of(one);
+    return result;
+  }
+
+  void diagnose_open(const plant::Limb<double>& nominal) {
+    Progress progress("proving");
+    std::atomic<std::size_t> next{0}, done{0};
+    std::mutex keeping;
+    const auto work = [&] {
+      for (std::size_t n = next++; n < open_.size() && !interrupted(); n = next++) {
+        const ProofCase& one = cases_[open_[n]];
+        std::optional<Json> result;
+        try {
+          result = result_of_open(open_[n], nominal);
+        } catch (const diagnose::Stopped&) {
+          return;
+        }
+        if (!result) continue;
+        sim::write_file_whole(file_of(one), result->dump(1) + "\n");
+        const std::scoped_lock lock(keeping);
+        results_[one.id()] = *result;
+        progress.show(static_cast<double>(++done) / static_cast<double>(open_.size()), one.id());
+      }
+    };
+    std::vector<std::jthread> others;
+    for (int t = 1; t < arguments_.threads; ++t) others.emplace_back(work);
+    work();
+  }
+
+  void write_score() const {
+    Json score = score_proof(answers_, results_);
+    for (const ProofCase& one : cases_) {
+      Json& first = score[one.family() == "clean" ? "first_clean_seed" : "first_seed"];
+      if (first.is_null() || one.seed < first.get<std::uint64_t>()) first = one.seed;
+    }
+    score["wanted"] = wanted_;
+    sim::write_file_whole(out_ / "score.json", score.dump(1) + "\n");
+    sim::write_file_whole(out_ / "README.md", proof_markdown(score, command_of(arguments_)));
+    sim::write_file_whole(out_ / "confusion.svg", confusion_svg(score));
+    if (arguments_.json)
+      std::printf("%s\n", score.dump(1).c_str());
+    else
+      std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(),
+                  (out_ / "README.md").c_str());
+  }
+
+  const ProveArguments& arguments_;
+  const fs::path out_;
+  std::vector<ProofCase> cases_;
+  const std::size_t wanted_;
+  Json answers_, results_;                         // by case
+  std::vector<std::size_t> open_;                  // cases that are still to be done
+  std::map<std::size_t, Json> diagnosed_before_;   // of the open ones, those that only lack the simpler methods
+};
 
 }  // namespace
 
@@ -400,7 +450,9 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--recordings", arguments->recordings,
                     "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
-  command->callback([arguments, &exit_code] { prove_all(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] {
+    if (!Proof(*arguments).run()) exit_code = interrupted_exit_code;
+  });
 }
 
 }  // namespace sinew::apps

@@ -40,5 +40,7 @@ std::string printable(std::string_view text, std::size_t longest = 60);
 // distance of at most max(2, a third of the word's length) that leaves something of the word.
 std::string nearest(std::string_view word, std::span<const std::string_view> candidates);
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
+// "; did you mean X?", or nothing where none is close.
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace sinew::sim

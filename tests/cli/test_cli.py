@@ -480,7 +480,8 @@ def test_prove():
     refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--out = p\n  holds none of the cases")
     refused("prove with fewer clean recordings than eight for each seed", ["prove", "--seeds", "2", "--clean", "15", "--out", "p"],
             r"--clean = 15\n  at least eight for each seed, here 16")
-    refused("prove of a kind that is not there", ["prove", "--kinds", "nothing", "--out", "p"], r"--families, --kinds\n  no case is left")
+    refused("prove of a kind that is not there", ["prove", "--kinds", "hard_stop.exponental", "--out", "p"], r"--kinds = hard_stop.exponental\n  no such kind; did you mean hard_stop.exponential\?\n  there are core, ")
+    refused("prove of a kind that the families lack", ["prove", "--kinds", "core", "--families", "pair", "--out", "p"], r"--families, --kinds\n  no case is left")
     refused("prove of a family that is not there", ["prove", "--families", "nothing", "--out", "p"], r"--families")
 
 
