@@ -331,9 +331,18 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
 }
 
+plant::Start carried_over(const plant::Start& start, const plant::Limb<double>& from, const plant::Limb<double>& to) {
+  const plant::Layout before = plant::layout_of(from.on), after = plant::layout_of(to.on);
+  plant::Start result{std::vector<std::optional<double>>(after.size()), start.duty_fraction};
+  for (std::size_t i = 0; i < before.size() && !start.given.empty(); ++i)
+    for (std::size_t j = 0; j < after.size(); ++j)
+      if (after.entries[j].key == before.entries[i].key) result.given[j] = start.given[i];
+  return result;
+}
+
 bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Limb<double>& limb,
                     const std::vector<std::size_t>& parameters, std::vector<double>& columns) {
-  const plant::Layout with = plant::layout_of(limb.on), without = plant::layout_of(problem.limb_at(z).on);
+  const plant::Limb<double> without = problem.limb_at(z);
   columns.assign(problem.rows().size() * parameters.size(), 0.0);
   std::vector<double> scale;
   for (const std::size_t p : parameters) {
@@ -343,12 +352,7 @@ bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Lim
   std::size_t row = 0;
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
-    plant::Start start = problem.start_at(z, r);
-    std::vector<std::optional<double>> given(with.size());
-    for (std::size_t i = 0; i < without.size() && !start.given.empty(); ++i)
-      for (std::size_t w = 0; w < with.size(); ++w)
-        if (with.entries[w].key == without.entries[i].key) given[w] = start.given[i];
-    start.given = given;
+    const plant::Start start = carried_over(problem.start_at(z, r), without, limb);
     const Follower follower{data, limb, start, problem.numerics(), {parameters, {}}};
     const bool fine = follower.run(
         true, nullptr,
