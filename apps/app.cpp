@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 
@@ -42,6 +43,26 @@ void watch_for_interrupts() {
   std::signal(SIGINT, note_signal);
   std::signal(SIGTERM, note_signal);
   if (std::signal(SIGHUP, note_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);  // as `nohup` wants it
+}
+
+namespace {
+
+CLI::Validator number_that(bool (*is_right)(double), const char* words) {
+  return CLI::Validator(
+      [=](const std::string& text) {
+        double value = 0.0;
+        return CLI::detail::lexical_cast(text, value) && is_right(value) ? std::string() : text + " is not " + words;
+      },
+      "");
+}
+
+}  // namespace
+
+CLI::Validator finite_number() {
+  return number_that([](double value) { return std::isfinite(value); }, "a finite number");
+}
+CLI::Validator positive_number() {
+  return number_that([](double value) { return std::isfinite(value) && value > 0.0; }, "a positive number");
 }
 
 Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1), began_s_(seconds_now()) {}

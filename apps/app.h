@@ -28,6 +28,10 @@ void add_doctor(CLI::App& program, int& exit_code);
 // Throws InputError where `out` is not a folder and cannot become one, so that this is known before the work, not after.
 void check_folder(const std::filesystem::path& out);
 
+// What an option may be: finite, and above zero.
+CLI::Validator finite_number();
+CLI::Validator positive_number();
+
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.
 class Progress {
  public:

@@ -231,14 +231,15 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
   command->add_option("--out", arguments->out, "folder for plant.yaml, calibration.json, report.html, figure.svg")->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of the recording; the rest is kept back");
+  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of the recording; the rest is kept back")
+      ->check(finite_number());
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
   command->add_option("--noise", arguments->noise,
                       "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
                       "otherwise estimated from the recording")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("--starts", arguments->starts, "number of seeded starts")->check(CLI::Range(1, 1000))->capture_default_str();
   command->add_option("--seed", arguments->seed, "of the starts")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));

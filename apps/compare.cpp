@@ -84,10 +84,10 @@ void add_compare(CLI::App& program, int& exit_code) {
   command->add_option("--plant", arguments->plant, "plant in YAML")->required();
   command->add_option("--out", arguments->out, "folder for comparison.html and comparison.svg");
   command->add_option("--start-from", arguments->start_from_s, "estimate the first state from so many seconds")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   command->add_option("--fit-until", arguments->fit_until_s, "the plant was fitted until here [s]: what comes later is counted apart")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print JSON");
   command->footer("Example:\n  sinew compare recording.csv --plant results/mine/plant.yaml --out results/mine");

@@ -23,6 +23,8 @@
 namespace sinew::apps {
 namespace {
 
+constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or kept back
+
 struct DiagnoseArguments {
   std::vector<std::string> training, held_out, without;
   std::string plant, out;
@@ -64,7 +66,7 @@ void check_apart(const DiagnoseArguments& arguments) {
 
 sim::Recording read_checked(const std::string& path, double fit_until_s, bool training) {
   sim::Recording recording = sim::read_recording(path);
-  if (training && diagnose::samples_until(recording, fit_until_s) < 20)
+  if (training && diagnose::samples_until(recording, fit_until_s) < least_samples)
     throw sim::InputError({.file = path,
                            .key = "--fit-until",
                            .value = std::isfinite(fit_until_s) ? sim::shortest(fit_until_s) : "the end",
@@ -123,12 +125,12 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     held_out.push_back(read_checked(path, arguments.fit_until_s, false));
   if (std::isfinite(arguments.fit_until_s) &&
       std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
-        return diagnose::samples_until(one, arguments.fit_until_s) == one.samples.size();
+        return diagnose::samples_until(one, arguments.fit_until_s) + least_samples > one.samples.size();
       }))
     throw sim::InputError({.file = "",
                            .key = "--fit-until",
                            .value = sim::shortest(arguments.fit_until_s),
-                           .advice = "keeps nothing back: every recording ends before"});
+                           .advice = "keeps fewer than 20 samples of each recording back; without it two blocks are"});
   InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
   for (const auto* paths : {&arguments.training, &arguments.held_out})
     for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));
@@ -146,9 +148,9 @@ int diagnose_command(const DiagnoseArguments& arguments) {
 
   const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, hashes);
   std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
-                                           {"heldout_prediction.csv", prediction_csv(diagnosis)},
                                            {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
                                            {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
+  files.merge(prediction_files(diagnosis));
   if (diagnosis.experiment && diagnosis.experiment->separation > 0.0)
     files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(inputs, hashes, files);
@@ -194,14 +196,15 @@ void add_diagnose(CLI::App& program, int& exit_code) {
                    "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
       ->required();
   command->add_option("--fit-until", arguments->fit_until_s,
-                      "learn up to this time [s] of each training recording; the rest is kept back");
+                      "learn up to this time [s] of each training recording; the rest is kept back")
+      ->check(finite_number());
   command
       ->add_option("--noise", arguments->noise,
                    "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
                    "otherwise estimated from each recording")
       ->delimiter(',')
       ->expected(3)
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->add_option("--without", arguments->without, "effects that may not be named")
       ->delimiter(',')
       ->expected(1, 1000);

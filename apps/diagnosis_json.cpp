@@ -276,35 +276,27 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   return text + "format: 1\n" + sim::plant_to_yaml(d.repaired);
 }
 
-std::string prediction_csv(const diagnose::Diagnosis& d) {
-  const diagnose::Prediction* chosen = nullptr;
-  for (const auto& prediction : d.predictions)
-    if (!prediction.training && chosen == nullptr) chosen = &prediction;
-  const bool held_out = chosen != nullptr;
-  for (const auto& prediction : d.predictions)
-    if (chosen == nullptr &&
-        std::find(prediction.kept_back.begin(), prediction.kept_back.end(), true) != prediction.kept_back.end())
-      chosen = &prediction;
-  sim::Recording predicted;
-  if (chosen == nullptr) {
-    predicted.comments = {"Nothing was kept back, so there is nothing to predict."};
-    return sim::to_csv(predicted);
+std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d) {
+  const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(),
+                                    [](const diagnose::Prediction& prediction) { return !prediction.training; });
+  std::map<std::string, std::string> files;
+  const auto add = [&](const sim::Recording& predicted) {
+    const std::string number = files.empty() ? "" : "_" + std::to_string(files.size() + 1);
+    files["heldout_prediction" + number + ".csv"] = sim::to_csv(predicted);
+  };
+  for (const diagnose::Prediction& prediction : d.predictions) {
+    if (held_out && prediction.training) continue;
+    sim::Recording predicted;
+    for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
+      if (!held_out && !prediction.kept_back[k]) continue;
+      sim::Sample sample = prediction.recording->samples[k];
+      for (std::size_t c = 0; c < diagnose::channel_count; ++c) diagnose::measured(sample, c) = prediction.after[c][k];
+      predicted.samples.push_back(sample);
+    }
+    if (!predicted.samples.empty()) add(predicted);
   }
-  const std::string name = file_name(chosen->recording->name);
-  predicted.name = "prediction of " + name;
-  predicted.comments = {"What the repaired plant predicts for " + name +
-                        ", open loop, from its recorded duty alone (sinew diagnose)."};
-  if (!held_out)
-    predicted.comments.push_back(
-        "No recording was held out: these are the samples of the training recording that were kept back from the fit.");
-  for (std::size_t k = 0; k < chosen->time_s.size(); ++k) {
-    if (!held_out && !chosen->kept_back[k]) continue;
-    sim::Sample sample = chosen->recording->samples[k];
-    sample.temperature_degC = {chosen->after[0][k], chosen->after[1][k]};
-    sample.angle_deg = chosen->after[2][k];
-    predicted.samples.push_back(sample);
-  }
-  return sim::to_csv(predicted);
+  if (files.empty()) add({});
+  return files;
 }
 
 std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes,

@@ -19,9 +19,10 @@ nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, cons
 // The repaired plant in YAML; its first lines say what it is, from what, and how far off.
 std::string repaired_plant_yaml(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 
-// What the repaired plant predicts for the first held-out recording, or for what was kept back of the first training
-// recording of which something was, as a recording.
-std::string prediction_csv(const diagnose::Diagnosis& diagnosis);
+// What the repaired plant predicts, open loop from the recorded duty alone: of each held-out recording or, without any, of what
+// was kept back of each training recording, as recordings. heldout_prediction.csv, further ones heldout_prediction_2.csv and on;
+// where nothing was kept back the first has no rows.
+std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& diagnosis);
 
 // `files`: name and content of each file beside it.
 std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes, const std::map<std::string, std::string>& files);

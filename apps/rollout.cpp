@@ -114,7 +114,7 @@ void add_rollout(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("rollout", "Predict the bend angle over a recording, from one measured angle.");
   command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
   command->add_option("--recording", arguments->recording, "recording in CSV")->required();
-  command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(CLI::PositiveNumber)->capture_default_str();
+  command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(positive_number())->capture_default_str();
   command->add_option("--from", arguments->from_s, "begins at this time of the recording [s]")->check(CLI::NonNegativeNumber);
   command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")->delimiter(',')->expected(2);
   command->add_option("--case", arguments->paper_case, "the case that the weights must be of")->check(CLI::Range(1, 4));

@@ -89,7 +89,7 @@ void add_train(CLI::App& program, int& exit_code) {
   command->add_option("--method", arguments->method, "as published, or with memory")->check(CLI::IsMember({"published", "stateful"}))->capture_default_str();
   command->add_option("--settings", arguments->settings, "of the training, in YAML (scenarios/train.yaml has all of them)");
   command->add_option("--from", arguments->from, "go on from these weights (fine-tuning)");
-  command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(CLI::PositiveNumber);
+  command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(positive_number());
   command->add_option("--seed", arguments->seed, "of weights and order")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "changes no bit of the weights")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_option("--layout", arguments->layout, "of weights.h5")->check(CLI::IsMember({"keras2", "keras3"}))->capture_default_str();

@@ -52,7 +52,7 @@ sim::Recording drawn_recording(const Explanation& from, std::size_t r, double ai
 
 }  // namespace
 
-UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitData>& data, int threads,
+UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads,
                                 std::uint64_t seed, const ExplanationSettings& settings) {
   constexpr std::size_t most = 99, at_once = 4;
   // The fit begins where the draw was made, so that a short one is near; one that matters is fitted to the end.
@@ -63,11 +63,11 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
   ForcingSize air{};
   static_cast<void>(likelihood_with(found, air_free, settings.most_air_K, &air));
   UnrestByChance result;
-  result.unrest = found.unrest;
+  result.unrest = unrest;
   result.air_K = air[0];
   while (result.drawn < most && result.as_large == 0) {
-    std::vector<double> unrest(std::min(at_once, most - result.drawn));
-    sim::in_parallel(unrest.size(), threads, [&](std::size_t i) {
+    std::vector<double> drawn(std::min(at_once, most - result.drawn));
+    sim::in_parallel(drawn.size(), threads, [&](std::size_t i) {
       std::vector<sim::Recording> recordings;
       for (std::size_t r = 0; r < data.size(); ++r) {
         const std::string name = "diagnose.chance." + std::to_string(result.drawn + i) + "." + std::to_string(r);
@@ -76,14 +76,15 @@ UnrestByChance unrest_by_chance(const Explanation& found, const std::vector<FitD
       std::vector<FitData> instead = data;
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];
       Explanation again = explain(found.problem->centres(), instead, found.as_guess(), shortly);
-      if (again.usable && again.unrest >= found.unrest)
+      if (again.usable && again.unrest >= unrest)
         if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable)
           again = whole;
-      unrest[i] = again.usable ? again.unrest : found.unrest;
+      drawn[i] = again.usable ? again.unrest : unrest;
+      if (again.usable && again.unrest >= unrest) drawn[i] = unrest_after_refit(again, instead, settings);
     });
-    for (const double one : unrest) {
+    for (const double one : drawn) {
       ++result.drawn;
-      result.as_large += one >= found.unrest;
+      result.as_large += one >= unrest;
       result.largest = std::max(result.largest, one);
     }
   }

@@ -348,7 +348,9 @@ class Diagnoser {
     if (explanation.unrest < limit) return false;
     if (explanation.unrest >= settings_.certain_unrest) return true;
     tell(0.98, "asking how much is left by chance");
-    result_.by_chance = unrest_by_chance(explanation, data_, search_.threads, search_.seed, search_.fit);
+    const double unrest = unrest_after_refit(explanation, data_, search_.fit);
+    if (unrest < limit) return false;
+    result_.by_chance = unrest_by_chance(explanation, unrest, data_, search_.threads, search_.seed, search_.fit);
     return result_.by_chance->as_large == 0;
   }
 

@@ -138,6 +138,15 @@ Guess Explanation::as_guess() const {
   return guess;
 }
 
+double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
+  ExplanationSettings air_alone = settings;
+  air_alone.free = air_free;
+  Guess guess = at.as_guess();
+  guess.forcing = only_air(std::max(at.forcing[0], 0.05));
+  const Explanation again = explain(at.problem->centres(), data, guess, air_alone);
+  return again.usable ? std::min(at.unrest, 2.0 * (at.log_posterior - again.log_posterior)) : at.unrest;
+}
+
 std::vector<Guess> on_branches(const Explanation& at) {
   constexpr double least_open = 0.02;  // martensite fraction
   std::vector<Guess> guesses;
@@ -219,6 +228,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
   Eigen::MatrixXd sensitivity;
   std::shared_ptr<StateNoise> noise, best;
   ForcingSize size = guess.forcing;
+  for (std::size_t q = 0; q < forcing_count; ++q) size[q] = settings.free[q] ? size[q] : 0.0;
   for (int round = 0; round <= settings.most_rounds; ++round) {
     VaryingPush push;
     if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
@@ -228,7 +238,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
     if (settings.least_squares)
       noise->set(size = {});
     else
-      size = noise->maximise(residual, size, all_free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
+      size = noise->maximise(residual, size, settings.free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
     const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
     const double gained = posterior - result.log_posterior;

@@ -31,6 +31,7 @@ struct ExplanationSettings {
   bool only_start = false;   // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
+  FreeForcings free = all_free;  // forcings whose size is estimated; the others are none
   std::optional<Varying> varying;  // one more forcing
   double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
   int most_rounds = 4;
@@ -73,6 +74,10 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, double most_air_K,
                        ForcingSize* found = nullptr);
+
+// What the forcings beside the air gain in twice the log posterior, if the unknowns are fitted again without them: the unrest, but
+// for what other values of the parameters would do as well. At most `at.unrest`.
+double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
 // Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands
 // still, or on one of the loop's branches, which a fit that begins inside does not feel. The same guess with one recording's

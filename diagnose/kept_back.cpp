@@ -14,6 +14,7 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
+constexpr std::size_t least_stretches = 3;  // of fewer a bootstrap knows nothing: 5 s each, at least
 
 // Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
 // out.
@@ -98,9 +99,11 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed) {
   HeldOutError error;
   std::vector<double> total(bootstrap_draws, 0.0);
+  std::size_t most_stretches = 0;
   for (std::size_t c = 0; c < channel_count; ++c) {
     std::vector<Stretch> stretches;
     for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
+    most_stretches = std::max(most_stretches, stretches.size());
     Stretch sum;
     for (const Stretch& s : stretches) {
       sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise,
@@ -137,6 +140,10 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     std::tie(error.gain_lowest[c], error.gain_highest[c]) = middle_95(gains);
   }
   std::tie(error.lowest_total_gain, error.highest_total_gain) = middle_95(total);
+  if (most_stretches < least_stretches) {
+    error.lowest_total_gain = -std::numeric_limits<double>::infinity();
+    error.highest_total_gain = std::numeric_limits<double>::infinity();
+  }
   return error;
 }
 

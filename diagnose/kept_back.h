@@ -32,7 +32,8 @@ struct HeldOutError {
   PerChannel nominal{}, before{}, after{}, noise{};  // RMSE, units of files: as given, calibrated, repaired; sensors alone
   PerChannel gain{}, gain_lowest{}, gain_highest{};  // 1 - after/before, with a 95 % block-bootstrap interval
   std::array<std::size_t, channel_count> samples{};
-  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise.
+  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise. Without bounds where
+  // there are too few stretches to draw from.
   double lowest_total_gain = 0.0, highest_total_gain = 0.0;
 };
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed);

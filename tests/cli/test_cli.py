@@ -434,7 +434,9 @@ def test_diagnose():
             r"^--heldout = \./made/recording\.csv\n  is given twice")
     refused("diagnose of a recording that is not there", ["diagnose", "--train", "nowhere.csv", "--plant", PAPER_LIMB, "--out", "o"],
             r"^nowhere\.csv: cannot read")
-    refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps nothing back")
+    refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
+    refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
+    refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"], r"--noise.* x is not a positive number")
     refused("diagnose --out that is a file", [*made, "--out", "a_file"], r"^--out = a_file\n  is a file")
 
 

@@ -21,23 +21,39 @@ TEST_CASE("chance: much unrest never comes by it, whatever the number of threads
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
   CHECK(limb.core.unrest < 50.0);
-  limb.core.unrest = 1e4;
-  const UnrestByChance by_one = diagnose::unrest_by_chance(limb.core, limb.data, 1, 7, limb.settings);
+  const UnrestByChance by_one = diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 1, 7, limb.settings);
   CHECK(by_one.drawn == 99);
   CHECK(by_one.as_large == 0);
   CHECK(by_one.probability() == 0.01);
   CHECK(by_one.largest > 0.0);
   CHECK(by_one.largest < 250.0);
-  CHECK(diagnose::unrest_by_chance(limb.core, limb.data, 2, 7, limb.settings).largest == by_one.largest);
-  CHECK(diagnose::unrest_by_chance(limb.core, limb.data, 2, 8, limb.settings).largest != by_one.largest);
+  CHECK(diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 2, 7, limb.settings).largest == by_one.largest);
+  CHECK(diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 2, 8, limb.settings).largest != by_one.largest);
 }
 
 TEST_CASE("chance: as much as any has comes with the first draws, and no more are made") {
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
-  limb.core.unrest = -1e9;
-  const UnrestByChance any = diagnose::unrest_by_chance(limb.core, limb.data, 2, 7, limb.settings);
+  const UnrestByChance any = diagnose::unrest_by_chance(limb.core, -1e9, limb.data, 2, 7, limb.settings);
   CHECK(any.drawn == 4);
   CHECK(any.as_large == 4);
   CHECK(any.probability() == 1.0);
+}
+
+TEST_CASE("chance: an unrest that other parameters take away as well is none") {
+  testing::FittedCore limb(with_sensors_of_the_paper());
+  REQUIRE(limb.core.usable);
+  limb.core.unrest = 1e4;  // as where the forcings beside the air let the parameters slide
+  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) < 20.0);
+  limb.core.unrest = -5.0;
+  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) <= -5.0);
+}
+
+TEST_CASE("chance: what is missing leaves an unrest that no other parameters take away") {
+  sim::Scenario scenario = with_sensors_of_the_paper();
+  scenario.limb = diagnose::with_effect(scenario.limb, plant::effect_index("thermocouple_lag"));
+  plant::set_in_file_units(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 0.5);
+  const testing::FittedCore limb(scenario);
+  REQUIRE(limb.core.usable);
+  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) > 250.0);
 }

@@ -98,6 +98,16 @@ TEST_CASE("kept back: a plant that cannot follow has no error that is a number")
   CHECK(error.highest_total_gain < 0.0);
 }
 
+TEST_CASE("kept back: too little of it says nothing about chance") {
+  sim::Recording recording = recording_every(0.1);
+  recording.samples.resize(90);
+  const auto error = diagnose::error_of(
+      {prediction_of(recording, [](double) { return 1.0; }, [](double) { return 2.0; })}, 1);
+  CHECK(error.after[0] == doctest::Approx(2.0));
+  CHECK(error.highest_total_gain > 0.0);
+  CHECK(error.lowest_total_gain < 0.0);
+}
+
 TEST_CASE("kept back: two blocks, with a guard around them that is in neither part") {
   const diagnose::Split split = diagnose::split(recording_every(0.1), 1e300, true);
   const auto is_masked = [&](double time_s) {
