@@ -193,6 +193,21 @@ void check_kind(const std::string& name) {
     refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
 }
 
+Json sealed_answers(const fs::path& out) {
+  const fs::path file = out / "answers.json";
+  const Json sealed = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+  return sealed.is_object() ? sealed : Json::object();
+}
+
+// Where those that are there are scored, and nothing else is said: of the clean ones, too, all of them.
+ProveArguments with_all_clean(ProveArguments arguments) {
+  if (!arguments.score || arguments.clean != 0) return arguments;
+  for (const auto& [id, answer] : sealed_answers(arguments.out).items())
+    arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
+  if (arguments.clean < clean_per_seed * arguments.seeds) arguments.clean = 0;
+  return arguments;
+}
+
 // The cases that were asked for.
 std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   const int least_clean = clean_per_seed * arguments.seeds;
@@ -242,7 +257,7 @@ std::string command_of(const ProveArguments& arguments) {
 class Proof {
  public:
   explicit Proof(const ProveArguments& arguments)
-      : arguments_(arguments), out_(arguments.out), cases_(cases_of(arguments)), wanted_(cases_.size()) {
+      : arguments_(with_all_clean(arguments)), out_(arguments.out), cases_(cases_of(arguments_)), wanted_(cases_.size()) {
     if (!arguments.score) return;
     std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
     if (cases_.empty()) refuse("", "--out", arguments.out, "holds none of the cases that --score would score");
@@ -306,8 +321,7 @@ class Proof {
   // has its seal.
   void seal() const {
     const fs::path file = out_ / "answers.json";
-    Json sealed = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
-    if (!sealed.is_object()) sealed = Json::object();
+    Json sealed = sealed_answers(out_);
     for (const auto& [id, answer] : answers_.items()) {
       if (arguments_.score && sealed.value(id, Json()) != answer)
         refuse(file.string(), "--score", id, "this answer was not sealed");
@@ -401,7 +415,7 @@ class Proof {
                   (out_ / "README.md").c_str());
   }
 
-  const ProveArguments& arguments_;
+  const ProveArguments arguments_;
   const fs::path out_;
   std::vector<ProofCase> cases_;
   const std::size_t wanted_;

@@ -86,10 +86,11 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
   }
   if (!keep_blocks) return result;
   const double first_s = gated.samples.front().time_s, duration_s = gated.duration_s();
+  const double guard = std::min(guard_s, 0.05 * duration_s);  // of a short recording it must not take all
   for (std::size_t k = 0; k < gated.samples.size(); ++k)
     for (const auto& [from, to] : kept_back_shares) {
       const double time_s = gated.samples[k].time_s - first_s;
-      if (time_s < from * duration_s - guard_s || time_s > to * duration_s + guard_s) continue;
+      if (time_s < from * duration_s - guard || time_s > to * duration_s + guard) continue;
       result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
       mask(result.fitted.samples[k]);
     }

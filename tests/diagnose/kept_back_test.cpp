@@ -127,6 +127,12 @@ TEST_CASE("kept back: two blocks, with a guard around them that is in neither pa
   CHECK_FALSE(is_masked(70.0));
   CHECK(is_kept_back(119.0));
   CHECK(diagnose::split(recording_every(0.1), 50.0, true).sample_count == 500);
+  // Of four seconds a guard of five would take all.
+  sim::Recording brief = recording_every(0.1);
+  brief.samples.resize(41);
+  const diagnose::Split most = diagnose::split(brief, 1e300, true);
+  CHECK(std::count_if(most.fitted.samples.begin(), most.fitted.samples.end(),
+                      [](const sim::Sample& sample) { return !std::isnan(sample.angle_deg); }) > 20);
   const diagnose::Split whole = diagnose::split(recording_every(0.1), 1e300, false);
   CHECK(std::count(whole.kept_back.begin(), whole.kept_back.end(), true) == 0);
 }
