@@ -202,7 +202,8 @@ Json sealed_answers(const fs::path& out) {
 // Where those that are there are scored, and nothing else is said: of the clean ones, too, all of them.
 ProveArguments with_all_clean(ProveArguments arguments) {
   if (!arguments.score || arguments.clean != 0) return arguments;
-  for (const auto& [id, answer] : sealed_answers(arguments.out).items())
+  const Json sealed = sealed_answers(arguments.out);
+  for (const auto& [id, answer] : sealed.items())
     arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
   if (arguments.clean < clean_per_seed * arguments.seeds) arguments.clean = 0;
   return arguments;

@@ -479,6 +479,10 @@ def test_prove():
     write("proof/answers.json", seal.decode())
     check("prove --score: scores what is there, and makes nothing", scored.returncode == 0 and json.loads(content("proof/score.json"))["cases"] == 7
           and "7 cases of 8, those that have been made" in content("proof/README.md").decode() and not (folder / f"proof/cases/{case}").exists(), said(scored))
+    sinew(*made, "--clean", "9")
+    scored = sinew(*made, "--score")
+    check("prove --score: of the clean cases all that are there, also beyond eight for each seed", scored.returncode == 0
+          and json.loads(content("proof/score.json"))["cases"] == 9, said(scored))
     refused("prove --score where nothing is", ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--score", "--out", "p"], r"--out = p\n  holds none of the cases")
     refused("prove with fewer clean recordings than eight for each seed", ["prove", "--seeds", "2", "--clean", "15", "--out", "p"],
             r"--clean = 15\n  at least eight for each seed, here 16")
