@@ -3,6 +3,7 @@
 #include <map>
 
 #include "apps/proof.h"
+#include "plant/limb.h"
 #include "report/number.h"
 
 namespace sinew::apps {
@@ -217,7 +218,7 @@ Json score_proof(const Json& answers, const Json& results) {
       if (verdict != "consistent") miss("false alarm");
       confusion["(nothing)"][first]++;
     } else if (family == "catalogue" || family == "other_form") {
-      confusion[truth[0]][first]++;
+      confusion[(family == "other_form" ? "other form: " : "") + truth[0]][first]++;
       if (nothing_to_see && named.empty() && verdict == "consistent") {
         ++invisible;
         if (family == "catalogue") ++hidden_by_effect[truth[0]];
@@ -514,6 +515,27 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   return text;
 }
 
+namespace {
+
+// Nothing, the catalogue in its order, its other forms, what was taken out of it, what is outside of it, unknown.
+std::pair<int, std::size_t> order_of(const std::string& label) {
+  if (label == "(nothing)") return {0, 0};
+  if (label == "(unknown)") return {5, 0};
+  constexpr std::array<std::string_view, 3> prefixes{"other form: ", "removed: ", "outside: "};
+  int group = 1;
+  std::string name = label;
+  for (std::size_t p = 0; p < prefixes.size(); ++p)
+    if (label.starts_with(prefixes[p])) {
+      group = static_cast<int>(p) + 2;
+      name = label.substr(prefixes[p].size());
+    }
+  std::size_t place = 0;
+  while (place < plant::effect_count && plant::effects()[place].name != name) ++place;
+  return {group, place};
+}
+
+}  // namespace
+
 std::string confusion_svg(const Json& score) {
   std::vector<std::string> rows, columns;
   for (const auto& [truth, given] : score["confusion"].items()) {
@@ -521,23 +543,26 @@ std::string confusion_svg(const Json& score) {
     for (const auto& [answer, count] : given.items())
       if (std::find(columns.begin(), columns.end(), answer) == columns.end()) columns.push_back(answer);
   }
-  std::sort(columns.begin(), columns.end());
-  constexpr int cell = 18, left = 250, top = 190;
-  const int width = left + cell * static_cast<int>(columns.size()) + 20,
+  for (auto* labels : {&rows, &columns})
+    std::stable_sort(labels->begin(), labels->end(),
+                     [](const std::string& a, const std::string& b) { return order_of(a) < order_of(b); });
+  constexpr int cell = 24, left = 250, top = 190, beside_last_label = 90;
+  const int width = left + cell * static_cast<int>(columns.size()) + beside_last_label,
             height = top + cell * static_cast<int>(rows.size()) + 20;
   std::string svg =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" +
       std::to_string(height) +
       "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-      "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n";
+      "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n"
+      "<text x=\"10\" y=\"38\">Cases of one concealed effect, and of none</text>\n";
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const std::string x = std::to_string(left + cell * static_cast<int>(c) + 12);
+    const std::string x = std::to_string(left + cell * static_cast<int>(c) + cell / 2 + 3);
     svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] +
            "</text>\n";
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const int y = top + cell * static_cast<int>(r);
-    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + 13) + "\" text-anchor=\"end\">" +
+    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + cell / 2 + 4) + "\" text-anchor=\"end\">" +
            rows[r] + "</text>\n";
     int all = 0;
     for (const auto& [answer, count] : score["confusion"][rows[r]].items()) all += count.get<int>();
@@ -549,8 +574,8 @@ std::string confusion_svg(const Json& score) {
       svg += "<rect x=\"" + x + "\" y=\"" + std::to_string(y) + "\" width=\"" + std::to_string(cell) + "\" height=\"" +
              std::to_string(cell) + "\" fill=\"#1f5fa8\" fill-opacity=\"" + shade + "\" stroke=\"#ddd\"/>\n";
       if (count > 0)
-        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + 9) + "\" y=\"" +
-               std::to_string(y + 13) + "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") +
+        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + cell / 2) + "\" y=\"" +
+               std::to_string(y + cell / 2 + 4) + "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") +
                "\">" + std::to_string(count) + "</text>\n";
     }
   }
