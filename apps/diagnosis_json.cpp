@@ -158,7 +158,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
       {"share_of_error", d.located.worst.share_of_error},
       {"while", d.located.while_words},
       {"cannot_be_told_from", d.located.cannot_be_told_from},
-      {"calibrated", per_channel(d.located.rmse)},
+      {"calibrated", per_channel(fitted_rmse(d))},
       {"noise", per_channel(d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)

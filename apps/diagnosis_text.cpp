@@ -205,7 +205,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
                                                : "Of the effects that may explain it, below, the strongest") +
-             " acts in " + place_words(located.place) + ": what it does looks, from outside, much like the former.";
+             " acts in " + place_words(located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
   if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
@@ -593,12 +593,17 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) +
               " would hardly touch this data, so nothing is known of " + (too_small.size() == 1 ? "it." : "them.");
   if (!hidden.empty()) text.push_back(hidden);
-  std::vector<std::string> warnings;
+  return text;
+}
+
+std::vector<std::string> odd_words(const Diagnosis& d) {
+  std::string text;
   for (const auto& gate : d.gate)
     for (const std::string& warning : gate.warnings)
-      warnings.push_back((d.gate.size() > 1 ? "in " + file_name(gate.recording) + " " : "") + warning);
-  if (!warnings.empty()) text.push_back("Odd about the data: " + listed(warnings) + ".");
-  return text;
+      text += std::string(text.empty() ? "Odd about the data: " : "; ") +
+              (d.gate.size() > 1 ? "in " + file_name(gate.recording) + " " : "") + warning;
+  if (text.empty()) return {};
+  return {text + "."};
 }
 
 }  // namespace
@@ -857,7 +862,9 @@ std::string summary_sentence(const Diagnosis& d) {
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
-  return {verdict_sentence(d), summary_sentence(d),     where_words(d), what_words(d, inputs),
+  std::vector<std::string> where = odd_words(d);  // before anything is read from it
+  for (std::string& paragraph : where_words(d)) where.push_back(std::move(paragraph));
+  return {verdict_sentence(d), summary_sentence(d),     std::move(where), what_words(d, inputs),
           modelled_words(d),   better_words(d, inputs), next_words(d)};
 }
 
