@@ -200,7 +200,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     const auto& strength = plant::parameters()[plant::effects()[other.effect].strength].declaration;
     json[other.can_be_seen ? "would_have_been_seen" : "cannot_be_seen"].push_back(
         {{"name", name_of(other.effect)},
-         {"smallest_seen", other.smallest_seen},
+         {"smallest_seen", !other.can_be_seen && is_imitated(other) ? ordered_json() : ordered_json(other.smallest_seen)},
          {"parameter", strength.name},
          {"unit", strength.unit.text},
          {"visible_share", other.visible_share},

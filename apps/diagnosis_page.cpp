@@ -554,7 +554,7 @@ report::Table effect_table(const Diagnosis& d) {
       row.emphasis = true;
     } else if (other != others.end()) {
       answer = other->can_be_seen    ? "not found"
-               : is_imitated(*other) ? "cannot be seen: imitated by fitting the others"
+               : is_imitated(*other) ? "a little cannot be seen: imitated by fitting the others"
                                      : "cannot be seen: too faint here";
       if (other->can_be_seen && !toggle) seen = size(other->smallest_seen);
     }

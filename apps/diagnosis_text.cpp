@@ -584,8 +584,8 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     text.push_back("Had one of these been there, it would have been seen: " + listed(seen) + ".");
   std::string hidden;
   if (!imitated.empty())
-    hidden = "This data cannot show " + listed(imitated) + ", unless large: fitting the other parameters imitates " +
-             (imitated.size() == 1 ? "it." : "them.");
+    hidden = "A little of " + listed(imitated) + " would not show: fitting the other parameters imitates " +
+             (imitated.size() == 1 ? "it" : "them") + " to first order. How much would have been seen is not known.";
   if (!too_small.empty() && d.verdict == Verdict::unexplained)
     hidden += std::string(hidden.empty() ? "" : " ") +
               "As long as something is unexplained, nothing can be said about " + listed(too_small) + ".";

@@ -66,7 +66,8 @@ std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& diagnosis);
 // Effects that were not found, and whether they would have been.
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis);
 
-// Whether fitting the other parameters would do the same as the effect, as far as this data shows.
+// Whether fitting the other parameters would do the same as the effect, as far as this data shows, to first order: how much of
+// it would have been seen is not known then.
 bool is_imitated(const diagnose::Visibility& visibility);
 
 // What was kept back, in words: "test.csv", "the last 60 s of train.csv".

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "diagnose/calibrate.h"
-#include "diagnose/visibility.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -518,11 +517,9 @@ class Diagnoser {
       if (result_.answer.limb().on[score.effect]) continue;
       const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
       const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
-      const double smallest =
-          score.blind ? smallest_seen(result_.answer, score.effect, search_.least_gain, search_.fit) : score.smallest_seen;
-      Visibility visibility{score.effect, score.visible_share, smallest / declared.unit.internal_per_unit, score.statistic,
-                            false};
-      visibility.can_be_seen = smallest > 0.0 && visibility.smallest_seen <= typical;
+      Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
+                            score.statistic, false};
+      visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
       result_.others.push_back(visibility);
     }
   }
