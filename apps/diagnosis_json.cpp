@@ -188,6 +188,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
+  if (d.unrest_after_refit) json["unrest"]["after_refit"] = *d.unrest_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(stand_ins(d));
   json["fitted"] = fitted_json(answer_of(d));

@@ -60,9 +60,18 @@ std::string rivals_in_headline(const Diagnosis& d) {
   return " – or that " + listed(names) + ": this recording cannot tell them apart.";
 }
 
-std::size_t seen_at_usual_size(const std::vector<diagnose::Visibility>& others) {
-  return static_cast<std::size_t>(
+// Where less than half of what was not found would have been seen, "nothing is missing" would say too much; else empty.
+std::string too_little_words(const Diagnosis& d) {
+  const auto others = not_found(d);
+  const auto seen = static_cast<std::size_t>(
       std::count_if(others.begin(), others.end(), [](const auto& other) { return other.can_be_seen; }));
+  if (2 * seen >= others.size()) return "";
+  return std::string(seen == 0 ? "Nothing" : "Little") + " can be said: " +
+         (d.gate.size() > 1 ? "these recordings show" : "this recording shows") + " too little. Of " +
+         std::to_string(others.size()) + " effects " +
+         (seen == 0 ? "none would have been seen at its usual size."
+                    : "only " + std::to_string(seen) + " would have been seen at usual size, and " +
+                          (seen == 1 ? "it is not there." : "none of these is there."));
 }
 
 std::string verdict_sentence(const Diagnosis& d) {
@@ -71,13 +80,7 @@ std::string verdict_sentence(const Diagnosis& d) {
       if (d.by_chance)
         return "Nothing is missing that could be told from chance: the plant leaves more than it mostly does, but so do some "
                "recordings in which nothing is missing.";
-      if (const auto others = not_found(d); 2 * seen_at_usual_size(others) < others.size())
-        return std::string(seen_at_usual_size(others) == 0 ? "Nothing" : "Little") + " can be said: " + std::string(d.gate.size() > 1 ? "these recordings show" : "this recording shows") +
-               " too little. Of " + std::to_string(others.size()) + " effects " +
-               (seen_at_usual_size(others) == 0
-                    ? "none would have been seen at its usual size."
-                    : "only " + std::to_string(seen_at_usual_size(others)) +
-                          " would have been seen at their usual size, and none of these is there.");
+      if (const std::string little = too_little_words(d); !little.empty()) return little;
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") +
              " to within sensor noise and moving air.";

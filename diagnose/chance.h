@@ -24,7 +24,8 @@ struct UnrestByChance {
 
 // Up to 99 draws, so that the least probability is 0.01; ends after those four among which one is as large.
 // Where a draw cannot be fitted it counts as as large: nothing is known of it.
-// `data`: what `found` was fitted to; `unrest`: of it, with its unknowns fitted again (explanation.h), as those of the draws are. Throws Stopped where settings.should_stop says so.
+// `data`: what `found` was fitted to. `unrest`: of it, with its unknowns fitted again (explanation.h), as those of the draws are.
+// Throws Stopped where settings.should_stop says so.
 UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads,
                                 std::uint64_t seed, const ExplanationSettings& settings);
 

@@ -338,6 +338,7 @@ class Diagnoser {
     after_ = before_;
     effects_.clear();
     result_.by_chance.reset();
+    result_.unrest_after_refit.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
     score_kept_back();
   }
@@ -347,9 +348,9 @@ class Diagnoser {
     if (explanation.unrest < limit) return false;
     if (explanation.unrest >= settings_.certain_unrest) return true;
     tell(0.98, "asking how much is left by chance");
-    const double unrest = unrest_after_refit(explanation, data_, search_.fit);
-    if (unrest < limit) return false;
-    result_.by_chance = unrest_by_chance(explanation, unrest, data_, search_.threads, search_.seed, search_.fit);
+    result_.unrest_after_refit = unrest_after_refit(explanation, data_, search_.fit);
+    if (*result_.unrest_after_refit < limit) return false;
+    result_.by_chance = unrest_by_chance(explanation, *result_.unrest_after_refit, data_, search_.threads, search_.seed, search_.fit);
     return result_.by_chance->as_large == 0;
   }
 
@@ -415,6 +416,7 @@ class Diagnoser {
     const HeldOutError kept_back = error_of(predictions, search_.seed);
     if (kept_back.highest_total_gain < 0.0) return;  // the veto of the data kept back
     result_.by_chance.reset();
+    result_.unrest_after_refit.reset();
     result_.answer = lead.path.of;
     after_ = lead.path;
     effects_ = lead.effects;

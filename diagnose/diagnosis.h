@@ -111,7 +111,9 @@ struct Diagnosis {
   // share of its own.
   double explained_share = 0.0;
   bool by_paths = false;                 // the effects were found by following whole paths (open_loop.h)
-  // Where the verdict hangs on an unrest that is not large: how large it becomes where nothing is missing.
+  // Where the verdict hangs on an unrest that is not large: what is left of it once the parameters are fitted again without the
+  // forcings that carry it; and, unless that is nothing, how large it becomes where nothing is missing.
+  std::optional<double> unrest_after_refit;
   std::optional<UnrestByChance> by_chance;
   double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;        // effects that were not found

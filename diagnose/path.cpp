@@ -290,6 +290,16 @@ struct Follower {
   }
 };
 
+// The same start of a limb with other effects on: what they bring begins at rest.
+plant::Start carried_over(const plant::Start& start, const plant::Limb<double>& from, const plant::Limb<double>& to) {
+  const plant::Layout before = plant::layout_of(from.on), after = plant::layout_of(to.on);
+  plant::Start result{std::vector<std::optional<double>>(after.size()), start.duty_fraction};
+  for (std::size_t i = 0; i < before.size() && !start.given.empty(); ++i)
+    for (std::size_t j = 0; j < after.size(); ++j)
+      if (after.entries[j].key == before.entries[i].key) result.given[j] = start.given[i];
+  return result;
+}
+
 }  // namespace
 
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
@@ -329,15 +339,6 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
     if (!fine) return false;
   }
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
-}
-
-plant::Start carried_over(const plant::Start& start, const plant::Limb<double>& from, const plant::Limb<double>& to) {
-  const plant::Layout before = plant::layout_of(from.on), after = plant::layout_of(to.on);
-  plant::Start result{std::vector<std::optional<double>>(after.size()), start.duty_fraction};
-  for (std::size_t i = 0; i < before.size() && !start.given.empty(); ++i)
-    for (std::size_t j = 0; j < after.size(); ++j)
-      if (after.entries[j].key == before.entries[i].key) result.given[j] = start.given[i];
-  return result;
 }
 
 bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Limb<double>& limb,

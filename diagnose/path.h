@@ -36,9 +36,6 @@ enum class Want { residuals, points, everything };
 // False where the integration fails.
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path);
 
-// The same start of a limb with other effects on: what they bring begins at rest.
-plant::Start carried_over(const plant::Start& start, const plant::Limb<double>& from, const plant::Limb<double>& to);
-
 // Columns of further parameters at a path, [rows x parameters], row-major, in the scale of their prior deviations (or, where
 // a parameter has none, of 1): `limb` has them on, at their nulls or not; its states begin at rest but for what `start` of
 // the problem gives.
