@@ -2,10 +2,13 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 #include "sim/input_error.h"
 
@@ -34,7 +37,12 @@ void check_folder(const std::filesystem::path& out) {
   const auto refuse = [&](const std::string& advice) { throw sim::InputError({.file = "", .key = "--out", .value = out.string(), .advice = advice}); };
   if (!std::filesystem::is_directory(there))
     refuse((there == std::filesystem::absolute(out) ? "" : there.string() + " ") + "is a file; a folder is needed");
-  if (access(there.c_str(), W_OK) != 0) refuse("there is no right to write in " + there.string());
+  // Whether it can be written to is found by writing: what the right to do so says does not hold for /proc, or for root.
+  std::string probe = (there / ".sinew-XXXXXX").string();
+  const int descriptor = mkstemp(probe.data());
+  if (descriptor < 0) refuse("nothing can be written in " + there.string() + ": " + std::strerror(errno));
+  close(descriptor);
+  unlink(probe.c_str());
 }
 
 bool interrupted() { return signals_seen > 0; }

@@ -14,6 +14,7 @@
 #include "apps/diagnosis_page.h"
 #include "apps/diagnosis_text.h"
 #include "diagnose/calibrate.h"
+#include "diagnose/columns.h"
 #include "report/console.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -64,8 +65,10 @@ void check_apart(const DiagnoseArguments& arguments) {
   for (const std::string& path : arguments.held_out) check("--heldout", path);
 }
 
-sim::Recording read_checked(const std::string& path, double fit_until_s, bool training) {
+sim::Recording read_checked(const std::string& path, const plant::Limb<double>& nominal, double fit_until_s, bool training) {
   sim::Recording recording = sim::read_recording(path);
+  if (const auto mistaken = diagnose::mistaken_column(nominal, recording))
+    throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
   if (training && diagnose::samples_until(recording, fit_until_s) < least_samples)
     throw sim::InputError({.file = path,
                            .key = "--fit-until",
@@ -120,9 +123,9 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
   std::vector<sim::Recording> training, held_out;
   for (const std::string& path : arguments.training)
-    training.push_back(read_checked(path, arguments.fit_until_s, true));
+    training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
   for (const std::string& path : arguments.held_out)
-    held_out.push_back(read_checked(path, arguments.fit_until_s, false));
+    held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
   if (std::isfinite(arguments.fit_until_s) &&
       std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
         return diagnose::samples_until(one, arguments.fit_until_s) + least_samples > one.samples.size();

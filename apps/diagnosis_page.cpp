@@ -128,7 +128,7 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
   if (d.located.worst_recording < d.predictions.size()) {
     const Prediction& prediction = d.predictions[d.located.worst_recording];
     const std::size_t c = d.located.channel;
-    const auto bands = d.verdict == Verdict::consistent ? std::vector<report::Band>{} : worst_bands(d.located.worst);
+    const auto bands = worst_bands(d.located.worst);
     blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant",
                                with_channel_unit(c),
                                {line("recording", prediction.measured[c], colors::black),

@@ -687,7 +687,8 @@ std::string percent_number(double share) {
   const double hundredths = 100.0 * share;
   // Near all and near nothing a decimal matters.
   if (hundredths > 99.0 && hundredths < 100.0) return report::fixed(std::min(hundredths, 99.9), 1);
-  if (hundredths > 0.0 && hundredths < 1.0) return report::fixed(std::max(hundredths, 0.1), 1);
+  if (const double size = std::abs(hundredths); size > 0.0 && size < 1.0)
+    return report::fixed(std::copysign(std::max(size, 0.1), hundredths), 1);
   return report::fixed(hundredths, 0);
 }
 

@@ -509,6 +509,9 @@ class Diagnoser {
       std::sort(group.begin(), group.end());
       group.erase(std::unique(group.begin(), group.end()), group.end());
       std::erase(group, place);
+    } else {  // of noise no time is the worst
+      result_.located.worst = {};
+      result_.located.while_words.clear();
     }
   }
 

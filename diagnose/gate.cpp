@@ -88,49 +88,6 @@ double longest_run_share(const sim::Recording& recording, std::size_t channel) {
   return static_cast<double>(longest) / static_cast<double>(recording.samples.size());
 }
 
-// Correlation of a wire's temperature change over a sample with the duty of a coil during it; 0 where either does not change.
-double warms_with(const sim::Recording& recording, std::size_t coil, std::size_t duty_of) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
-  for (std::size_t k = 0; k + 1 < recording.samples.size(); ++k) {
-    const double change =
-        recording.samples[k + 1].temperature_degC[coil] - recording.samples[k].temperature_degC[coil];
-    if (std::isnan(change)) continue;
-    const double duty = recording.samples[k].duty_fraction[duty_of];
-    ++n, x += duty, y += change, xx += duty * duty, yy += change * change, xy += duty * change;
-  }
-  const double spread = std::sqrt((n * xx - x * x) * (n * yy - y * y));
-  return spread > 0.0 ? (n * xy - x * y) / spread : 0.0;
-}
-
-// Columns that are not what their names say.
-std::vector<std::string> mistaken_columns(const sim::Recording& gated) {
-  std::vector<std::string> warnings;
-  PerChannel lowest, highest;
-  lowest.fill(std::numeric_limits<double>::infinity());
-  highest.fill(-std::numeric_limits<double>::infinity());
-  for (const sim::Sample& sample : gated.samples)
-    for (std::size_t c = 0; c < channel_count; ++c)
-      if (const double value = measured(sample, c); !std::isnan(value)) {
-        lowest[c] = std::min(lowest[c], value);
-        highest[c] = std::max(highest[c], value);
-      }
-  constexpr double hot_degC = 200.0, wide_K = 40.0, radians = 1.6, exchanged = 0.2;
-  for (const std::size_t c : {0, 1})
-    if (lowest[c] > hot_degC && std::isfinite(lowest[c]))
-      warnings.push_back(std::string(channels[c].words) + " never falls below " + sim::shortest(std::floor(lowest[c])) +
-                         " °C, as if it were in kelvin");
-  const double furthest = std::max(std::abs(lowest[2]), std::abs(highest[2]));
-  if (std::max(highest[0] - lowest[0], highest[1] - lowest[1]) > wide_K && furthest < radians && furthest > 0.0)
-    warnings.push_back("the angle never passes " + sim::shortest(std::ceil(100.0 * furthest) / 100.0) +
-                       "° although the wires get hot, as if it were in radians");
-  const auto follows_the_other = [&](std::size_t coil) {
-    return warms_with(gated, coil, 1 - coil) > warms_with(gated, coil, coil) + exchanged;
-  };
-  if (follows_the_other(0) && follows_the_other(1))
-    warnings.push_back("each wire warms with the other's duty, as if two columns were exchanged");
-  return warnings;
-}
-
 }  // namespace
 
 sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, GateNotes& notes) {
@@ -166,7 +123,6 @@ sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, G
       notes.warnings.push_back(words + " shows one value for a long time while a coil is driven");
     if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
-  for (std::string& warning : mistaken_columns(result)) notes.warnings.push_back(std::move(warning));
   if (notes.largest_duty_fraction == 0.0)
     notes.warnings.push_back("no coil is ever driven: little can be learnt from this recording");
   if (notes.longest_gap_s > 2.5 * notes.period_s)

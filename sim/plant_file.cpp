@@ -95,7 +95,10 @@ plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::pa
 }
 
 plant::Limb<double> read_plant_file(const std::filesystem::path& file) {
-  return read_plant(read_yaml(file), file.parent_path());
+  const YamlValue plant = read_yaml(file);
+  if (plant.kind == YamlValue::Kind::empty)
+    plant.complain("holds no plant; `format: 1` alone is the paper's limb, plant/limbs/paper_limb.yaml shows all that may stand in it");
+  return read_plant(plant, file.parent_path());
 }
 
 std::string text_in_unit(double internal, double internal_per_unit) {

@@ -437,6 +437,36 @@ def test_diagnose():
     refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
     refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
     refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"], r"--noise.* x is not a positive number")
+    header, *rows = content("made/recording.csv").decode().splitlines()
+    a, b, angle = (header.split(",").index(c) for c in CHANNELS)
+
+    def changed(name, change):
+        lines = [header]
+        for row in rows:
+            values = row.split(",")
+            change(values)
+            lines.append(",".join(values))
+        write(name, "\n".join(lines) + "\n")
+
+    def exchange(values):
+        values[a], values[b] = values[b], values[a]
+
+    def to_kelvin(values):
+        values[b] = str(float(values[b]) + 273.15) if values[b] else ""
+
+    def to_radians(values):
+        values[angle] = str(float(values[angle]) / 57.29578) if values[angle] else ""
+
+    for name, change, says in (("exchanged", exchange, r"temperature_A_degC = .*\n  the plant is \d+ times nearer to temperature_B_degC"),
+                               ("kelvin", to_kelvin, r"temperature_B_degC = .*\n  never falls below 200 degC"),
+                               ("radians", to_radians, r"angle_deg = .*\n  the plant bends \d+ times as far: it seems to be in radians")):
+        changed(f"{name}.csv", change)
+        refused(f"diagnose of columns that are mistaken: {name}", ["diagnose", "--train", f"{name}.csv", "--plant", PAPER_LIMB, "--out", "o"],
+                rf"^{name}\.csv: {says}")
+    refused("diagnose --out where nothing can be written", [*made, "--out", "/proc/nothing"], r"^--out = /proc/nothing\n  nothing can be written in /proc")
+    write("nothing.yaml", "")
+    refused("diagnose of a plant file that is empty", ["diagnose", "--train", "made/recording.csv", "--plant", "nothing.yaml", "--out", "o"],
+            r"^nothing\.yaml: the file = \(nothing\)\n  holds no plant")
     refused("diagnose --out that is a file", [*made, "--out", "a_file"], r"^--out = a_file\n  is a file")
 
 

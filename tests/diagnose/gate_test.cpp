@@ -86,25 +86,3 @@ TEST_CASE("gate: missing samples are counted, and a recording in which nothing i
   REQUIRE(notes.warnings.size() == 1);
   CHECK(notes.warnings[0] == "no coil is ever driven: little can be learnt from this recording");
 }
-
-TEST_CASE("gate: columns that are not what their names say are asked about, right ones are not") {
-  const auto warnings_of = [](const sim::Recording& recording) {
-    diagnose::GateNotes notes;
-    diagnose::gated(recording, nullptr, notes);
-    std::string all;
-    for (const std::string& warning : notes.warnings) all += warning + "\n";
-    return all;
-  };
-  sim::Scenario scenario = testing::babbling(120.0);
-  scenario.sensors = {};
-  const sim::Recording right = testing::recorded(scenario);
-  CHECK(warnings_of(right) == "");
-  sim::Recording exchanged = right, kelvin = right, radians = right;
-  for (sim::Sample& sample : exchanged.samples) std::swap(sample.duty_fraction[0], sample.duty_fraction[1]);
-  for (sim::Sample& sample : kelvin.samples)
-    for (double& temperature : sample.temperature_degC) temperature += 273.15;
-  for (sim::Sample& sample : radians.samples) sample.angle_deg *= plant::radians_per_degree;
-  CHECK(warnings_of(exchanged) == "each wire warms with the other's duty, as if two columns were exchanged\n");
-  CHECK(warnings_of(kelvin).find("temperature A never falls below 29") == 0);
-  CHECK(warnings_of(radians).find("as if it were in radians") != std::string::npos);
-}

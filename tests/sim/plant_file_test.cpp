@@ -319,6 +319,13 @@ TEST_CASE("plant file: a base that is not there is an error where it is named") 
   CHECK(reading_error("base: [ a, b ]\n") == "p.yaml:1:7: base = [ a list ]\n  must be a word");
 }
 
+TEST_CASE("plant file: an empty file is an error, a format alone is the paper's limb") {
+  const Folder folder;
+  const fs::path file = folder.write("empty.yaml", "# nothing yet\n");
+  CHECK(error_of([&] { read_plant_file(file); }).find("holds no plant") != std::string::npos);
+  CHECK(read_plant_file(folder.write("least.yaml", "format: 1\n")) == plant::Limb<double>{});
+}
+
 TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {
   const Folder folder;
   const fs::path self = folder.write("self.yaml", "base: self.yaml\n");

@@ -1,0 +1,75 @@
+#include "diagnose/columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnose/open_loop.h"
+#include "sim/text.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr double hottest_room_degC = 200.0;  // what never falls below it is no temperature of silicone
+constexpr double most_angle_rad = 1.6;       // a limb that is bent by more than 90 degrees is not meant
+constexpr double least_ratio = 20.0;         // between degrees and radians there are 57
+constexpr std::size_t least_samples = 20;
+
+struct Range {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  double width() const { return highest - lowest; }
+  bool none() const { return !(width() >= 0.0); }
+  std::string words() const { return sim::shortest(lowest) + " to " + sim::shortest(highest); }
+};
+
+Range range_of(const std::vector<double>& values) {
+  Range range;
+  for (const double value : values)
+    if (std::isfinite(value)) {
+      range.lowest = std::min(range.lowest, value);
+      range.highest = std::max(range.highest, value);
+    }
+  return range;
+}
+
+// Of model and measurement, each about its own mean, where both are there; NaN where that is hardly ever.
+double squared_distance(const std::vector<double>& model, const std::vector<double>& target) {
+  double n = 0.0, mean = 0.0, square = 0.0;
+  for (std::size_t k = 0; k < model.size(); ++k)
+    if (const double off = target[k] - model[k]; std::isfinite(off)) {
+      ++n;
+      const double step = off - mean;
+      mean += step / n;
+      square += step * (off - mean);
+    }
+  return n < least_samples ? std::nan("") : square / n;
+}
+
+}  // namespace
+
+std::optional<MistakenColumn> mistaken_column(const plant::Limb<double>& nominal, const sim::Recording& recording) {
+  Series target;
+  for (const sim::Sample& sample : recording.samples)
+    for (std::size_t c = 0; c < channel_count; ++c) target[c].push_back(measured(sample, c));
+  const auto mistaken = [&](std::size_t c, const std::string& why) {
+    return MistakenColumn{std::string(channels[c].column), range_of(target[c]).words(), why};
+  };
+  for (const std::size_t c : {0, 1})
+    if (const Range range = range_of(target[c]); !range.none() && range.lowest > hottest_room_degC)
+      return mistaken(c, "never falls below 200 degC: it seems to be in kelvin; subtract 273.15");
+
+  const Series model = predict(nominal, {}, recording, {plant::Method::automatic, 1e-5});
+  const Range angle = range_of(target[2]);
+  if (!angle.none() && angle.width() > 0.0 && std::max(-angle.lowest, angle.highest) < most_angle_rad &&
+      range_of(model[2]).width() > least_ratio * angle.width())
+    return mistaken(2, "the plant bends " + sim::shortest(std::round(range_of(model[2]).width() / angle.width())) +
+                           " times as far: it seems to be in radians; multiply by 57.29578");
+  const double as_named = squared_distance(model[0], target[0]) + squared_distance(model[1], target[1]);
+  const double exchanged = squared_distance(model[0], target[1]) + squared_distance(model[1], target[0]);
+  if (4.0 * exchanged < as_named)
+    return mistaken(0, "the plant is " + sim::shortest(std::round(std::sqrt(as_named / exchanged))) +
+                           " times nearer to temperature_B_degC, and the other way round: the two, or duty_A and duty_B, "
+                           "seem to be exchanged");
+  return std::nullopt;
+}
+
+}  // namespace sinew::diagnose
