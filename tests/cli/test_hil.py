@@ -202,7 +202,9 @@ class Wire:
 
 
 def start(*arguments):
-    return subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # Under `nohup ./check` the hang-up is ignored, and by every child that does not say otherwise.
+    return subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
 
 
 def running(process, seconds):
