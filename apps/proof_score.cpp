@@ -311,10 +311,8 @@ Json score_proof(const Json& answers, const Json& results) {
   figures.push_back(
       share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
   figures.push_back(
-      number_json("the effect of " + std::to_string(right_by_effect.size()) + " that is recognised least: " + least,
-                  worst_share > 1.0 ? std::nan("") : worst_share,
-                  worst_effects.empty() ? 0 : static_cast<std::size_t>(right_by_effect[worst_effects[0]].all),
-                  "at least 80 %", worst_share >= 0.8));
+      share_json("the effect of " + std::to_string(right_by_effect.size()) + " that is recognised least: " + least,
+                 worst_effects.empty() ? Count{} : right_by_effect[worst_effects[0]], "at least 80 %", worst_share >= 0.8));
   figures.push_back(
       share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
   figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));

@@ -1,6 +1,6 @@
 // Large bends stretch the silicone, which then resists more.
 //
-//   moment - k_3 theta^3
+//   moment -> moment - k_3 theta^3
 //
 // Source: first odd term after the linear one for a symmetric body; Duffing spring.
 #pragma once
@@ -13,7 +13,7 @@ template <class S>
 struct CubicStiffening {
   static constexpr std::string_view name = "cubic_stiffening";
   static constexpr Place place = Place::mechanics;
-  static constexpr std::string_view equation = "moment - k_3 theta^3";
+  static constexpr std::string_view equation = "moment -> moment - k_3 theta^3";
   static constexpr std::string_view words = "the body stiffens at large bends";
 
   S stiffness_Nm_rad3{0.0};

@@ -1,6 +1,6 @@
 // A coil rubs in its channel.
 //
-//   moment - M_f tanh(omega / omega_s)
+//   moment -> moment - M_f tanh(omega / omega_s)
 //
 // Source: smoothed Coulomb friction; Olsson et al. 1998. Leaves out sticking: below omega_s the limb creeps.
 #pragma once
@@ -13,7 +13,7 @@ template <class S>
 struct DryFriction {
   static constexpr std::string_view name = "dry_friction";
   static constexpr Place place = Place::mechanics;
-  static constexpr std::string_view equation = "moment - M_f tanh(omega / omega_s)";
+  static constexpr std::string_view equation = "moment -> moment - M_f tanh(omega / omega_s)";
   static constexpr std::string_view words = "the coils rub in their channels (dry friction)";
 
   S moment_Nm{0.0};

@@ -1,6 +1,6 @@
 // The limb is mounted off the horizontal plane, so that its weight bends it.
 //
-//   moment - m g l sin(theta + phi)
+//   moment -> moment - m g l sin(theta + phi)
 //
 // Source: weight at the end of a lever; docs/plant.md, section 2.
 #pragma once
@@ -13,7 +13,7 @@ template <class S>
 struct GravityLoad {
   static constexpr std::string_view name = "gravity_load";
   static constexpr Place place = Place::mechanics;
-  static constexpr std::string_view equation = "moment - m g l sin(theta + phi)";
+  static constexpr std::string_view equation = "moment -> moment - m g l sin(theta + phi)";
   static constexpr std::string_view words = "the limb's weight bends it";
 
   S moment_Nm{0.0};

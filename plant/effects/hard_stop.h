@@ -1,6 +1,6 @@
 // The limb runs against something.
 //
-//   moment - k_c (|theta| - theta_c)_+ sgn theta
+//   moment -> moment - k_c (|theta| - theta_c)_+ sgn theta
 //
 // Source: linear contact; docs/plant.md, section 2. Leaves out friction and damping at the contact.
 #pragma once
@@ -13,7 +13,7 @@ template <class S>
 struct HardStop {
   static constexpr std::string_view name = "hard_stop";
   static constexpr Place place = Place::mechanics;
-  static constexpr std::string_view equation = "moment - k_c (|theta| - theta_c)_+ sgn theta";
+  static constexpr std::string_view equation = "moment -> moment - k_c (|theta| - theta_c)_+ sgn theta";
   static constexpr std::string_view words = "the limb runs against a stop";
 
   S stiffness_Nm_rad{0.0};

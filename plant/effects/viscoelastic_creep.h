@@ -1,6 +1,6 @@
 // The silicone resists a fast bend more than a slow one, and creeps back: a Maxwell branch beside the beam's spring.
 //
-//   moment - k_v (theta - theta_v),   dtheta_v/dt = (theta - theta_v) / tau_v
+//   moment -> moment - k_v (theta - theta_v),   dtheta_v/dt = (theta - theta_v) / tau_v
 //
 // Source: standard linear solid; Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980), chapter 1.
 #pragma once
@@ -13,7 +13,7 @@ template <class S>
 struct ViscoelasticCreep {
   static constexpr std::string_view name = "viscoelastic_creep";
   static constexpr Place place = Place::mechanics;
-  static constexpr std::string_view equation = "moment - k_v (theta - theta_v), dtheta_v/dt = (theta - theta_v)/tau_v";
+  static constexpr std::string_view equation = "moment -> moment - k_v (theta - theta_v), dtheta_v/dt = (theta - theta_v)/tau_v";
   static constexpr std::string_view words = "the silicone creeps (viscoelasticity)";
   static constexpr std::array states{StateDeclaration{"angle_rad", units::rad, 0.3}};
 
