@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every subcommand of `sinew` shares: how it is registered, and how it speaks to the terminal.
 #pragma once
 

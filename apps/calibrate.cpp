@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew calibrate: fits a plant to recordings, and says which parameters the data tells.
 #include <algorithm>
 #include <cstdio>

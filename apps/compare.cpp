@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew compare: a plant against a recording, in open loop.
 #include <cstdio>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `compare` and `calibrate` show of a limb against a recording: the same words, tables, pictures and JSON.
 #pragma once
 

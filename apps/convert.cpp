@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew convert: the logger's own format into a recording.
 #include <cstdio>
 #include <filesystem>

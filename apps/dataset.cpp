@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew dataset: many runs of one scenario, each on a limb of its own.
 #include <atomic>
 #include <cstdio>

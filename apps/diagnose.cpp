@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew diagnose: where a plant and recordings differ, which physics is missing, the plant with it, and how much better
 // that is.
 #include <algorithm>

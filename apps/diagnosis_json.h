@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // diagnosis.json, and the other files for programs that `diagnose` writes: the repaired plant, its prediction, run.json.
 #pragma once
 

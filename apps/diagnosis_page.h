@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // report.html of `diagnose`: the five questions in their order, for a reader who sees such a report for the first time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a diagnosis says, in plain sentences: the same in the terminal and in the report. And the words for its numbers.
 // Between a number and its unit stands `no_break`, which the terminal shows as a space.
 #pragma once

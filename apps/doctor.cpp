@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew doctor: looks at a port and at the board behind it, and says what is wrong and what to do. It never arms.
 #include <grp.h>
 #include <sys/resource.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew effects: the catalogue of physics, as text, Markdown or JSON. All of it walks the declarations of plant/.
 #include <cstdio>
 #include <memory>

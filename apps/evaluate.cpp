@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew evaluate: where a predictor fails, one stress at a time.
 //
 //     format: 1

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew hil: a scenario on the physical limb, or on its firmware in the emulator. sinew replay: a session again.
 #include <pthread.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew hil-faults: everything that is known to go wrong, made to go wrong on the emulated board, and what came of it.
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `hil` and `doctor` share: where the emulator and its firmware are (beside this program), and how a session is scheduled.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew paper-table: the table of Sabelhaus et al. 2022 on the simulated limb: four cases, both methods, several seeds.
 //
 // Of each seed: 28 minutes of babbling to train on (the first 67 %), 10 minutes of another session to test on; one coil for cases

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The proof on concealed data: which cases there are, what the diagnosis answered to each, and how it is scored.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/proof_baselines.h"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What simpler methods make of the same concealed cases, so that the proof's figures stand beside something.
 //
 // Forward selection by BIC: least squares with the sensors' noise alone; of the three effects that the score test ranks

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew prove: puts the diagnosis to the proof on concealed data that an independent generator makes.
 #include <algorithm>
 #include <atomic>

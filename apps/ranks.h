@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several processes that share one job under mpirun; one process alone otherwise.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew rollout: a predictor over a recording, from one measured angle.
 #include <cstdio>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew run: a scenario on the simulated limb.
 #include <unistd.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sinew train: a predictor of the bend angle from recordings.
 #include <cstdio>
 #include <filesystem>

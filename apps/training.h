@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the commands that train or use a predictor share: reading its data and weights, and its pages.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The same equations in plain Python with SciPy's solvers, on the same duty: how many times longer than Sinew's?
 
     against_scipy.py FOLDER      FOLDER: what `bench_simulate --export FOLDER` wrote

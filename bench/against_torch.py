@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The same batches by PyTorch (Debian python3-torch): that the same numbers come out, and how long they take.
 
     bench_network --export FOLDER; bench/against_torch.py FOLDER

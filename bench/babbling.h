@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all benchmarks share: the babbling experiment as a recording, its replay, how far a replay is off, and a clock.
 //
 // Times are processor time of the one thread that works, the least of several repeats: on an idle machine that is the time

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibrating 12 parameters and 4 first values on ten minutes of babbling, three starts on two threads; and what one Jacobian
 // costs through sensitivities and through differences.
 //

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """How long a diagnosis takes, how that grows with the recording, and what refitting every effect through SciPy would take.
 
     bench/diagnose.py        build/release must be built

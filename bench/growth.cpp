@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time against the length of a recording, and against the number of columns of the sensitivities: both should be linear.
 #include "bench/babbling.h"
 

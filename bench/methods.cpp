@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which method, at which tolerance, for which limb: what the choices in plant/integrator.cpp rest on.
 //
 //   1. work against precision, CVODE and ARKODE at 1e-4 to 1e-8;

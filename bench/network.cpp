@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The predictor of 300 and 300: one update of training, one step, ten minutes of rollout; and how fast memory gives the weights.
 //
 //   bench_network [--export FOLDER]      FOLDER: batch.h5 and network.json for against_torch.py

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ten minutes of babbling with forward sensitivities to 1, 5, 15 and 30 columns, as a multiple of the run without.
 //
 // Columns are the 24 parameters of the core, then the 6 first values of the states. What a fit would do otherwise is

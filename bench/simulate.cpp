@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ten minutes of babbling on the core plant, replayed at a relative tolerance of 1e-6 on one core: how long, and how exact.
 //
 //   bench_simulate [--export FOLDER]     FOLDER: duty.csv, reference.csv and simulate.json for against_scipy.py

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calibration: the parameters with which a limb explains recordings best, how sure each is, and which cannot be told.
 //
 // Least squares with weak priors and bounds (fit.h), by Ceres Solver's Levenberg-Marquardt from several seeded starts; the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How large an unrest becomes by chance: parametric bootstrap of the check that something is missing.
 //
 // The filter is linear about one path. Air that pushes a coil over a corner of its hysteresis, or a beam to where it stiffens,

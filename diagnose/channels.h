@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The three measured channels, and what noise alone does to each.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Columns that are not what their names say: kelvin under degC, radians under deg, two exchanged. What is
 // fitted to such a recording names physics that no limb has, so this is asked before anything is.
 #pragma once

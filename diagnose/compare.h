@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A limb against a recording: open loop, from the recorded duty alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A diagnosis: where a plant and recordings differ, what physics was left out, how well the plant does once it is put in,
 // and what to do next. Everything that the report, the terminal and diagnosis.json say stands in `Diagnosis`.
 #pragma once

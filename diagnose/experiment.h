@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The experiment that would tell two explanations apart: which duty, how well, in how many minutes.
 #pragma once
 

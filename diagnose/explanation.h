@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One explanation of recordings: the core, and effects that are on, fitted with noise in the state.
 //
 // Maximises log N(r(z); 0, V) + log prior(z) over the unknowns z and the sizes of the forcings, in turns: with V held, a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A limb against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
 //
 // Unknowns are parameters of the limb, shared by all recordings, and for each recording the first values of those states

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is odd about a recording before any model sees it, and the recording as a diagnosis uses it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is kept back from the fit: what plants predict of it from duty alone, and whether one does so better than another.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the calibrated core and the recordings part: in which equation, when, and as a function of what.
 #pragma once
 

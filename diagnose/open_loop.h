@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a plant predicts of a recording from its duty alone, and the plant that does so best.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small matrices in a few sizes that are known at compile time: what is smaller is padded with rows and columns of nothing, which
 // stay so. No memory is taken from the heap, and loops run over whole vector registers.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A limb's path through recordings, and the linear equations that hold along it.
 //
 // The path is integrated as everywhere. Sensitivities follow from the derivatives of the equations half-way between samples,

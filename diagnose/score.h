@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The score test: what would each effect of the catalogue do to the residual, if it were raised from its null?
 //
 //   P = V^-1 - V^-1 J (J^T V^-1 J + 1)^-1 J^T V^-1,   S = (s^T P r)^2 / (s^T P s),   phi = -s^T P r / (s^T P s)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The search for the effects that are missing: score, refit, compare, accept or stop; then what remains.
 //
 // Round by round: the score test ranks the catalogue at the best explanation so far; the best few are fitted with everything

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Noise in the state: what a residual may look like when the model is right but the world is not perfectly still.
 //
 // Residuals of an open-loop simulation are correlated over as long as the limb remembers. Here a slow random forcing eta

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What if something of the plant is no constant but wanders?
 //
 // A disturbance that comes and goes, or a law of another form than the plant's, is a constant that changes from one moment

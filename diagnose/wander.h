@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where no effect explains a recording: what of the plant, if it were no constant but wandered, would (varying.h).
 #pragma once
 

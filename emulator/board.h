@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The board in simavr: the firmware's .elf on an ATmega328P, with what is soldered to it.
 //
 // Plant, sensors and serial bytes are driven from the loop in run(), not from simavr's cycle timers: a watchdog reset drops

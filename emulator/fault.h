@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What is made to go wrong, and when: KIND[:COIL]@FROM_s[+FOR_s][=VALUE].
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The limb behind the pins: the plant, two MAX31855 on SPI and a bend sensor on the ADC, with the scenario's noise.
 //
 // An amplifier converts within 100 ms, beginning when its chip select is let go; a select before that stops it and the old

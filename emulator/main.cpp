@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // sinew-emulator: the real firmware on an emulated board with the simulated limb behind its pins.
 //
 // GPL, because simavr is: a program of its own, which `sinew` starts and talks to over pipes or a pseudo-terminal.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Writes firmware_hash.h: the first 32 bits of the SHA-256 over all that the firmware is made of. Host and firmware both
 # compile it in, and a device with another is not armed.
 string(REPLACE "|" ";" FILES "${FILES}")

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The board's program: ATmega328P at 16 MHz. What decides is in supervisor.c; here are the pins, the clock and the wire.
  *
  *   PB1 (OC1A)  gate of coil A          PB4 MISO, PB5 SCK   both MAX31855

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The device's supervisor: it alone decides what duty reaches the pins. It trusts neither the host nor the sensors.
  *
  * Plain C without hardware, so that the host's tests run the very code that the board runs. Time comes in as the device's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The clock of a real-time link is passed in; a session takes the time from its link.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's end of the protocol: asks, commands, listens. docs/protocol.md.
 #pragma once
 

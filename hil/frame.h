@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The wire: frames between host and device. Plain C, no heap, no clock, no port; host and firmware compile this file.
  *
  *   frame = COBS(header, payload, CRC-32) 0x00

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* The limits of the limb, compiled into host and firmware alike: a device with others is not armed (limits_hash).
  *
  * For the limb of the paper: Ni-Ti wire of 0.51 mm in Smooth-Sil 945, 7 V. Another limb has other limits; after a change,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A way for bytes to the device and back, and the time at which they come. Whoever uses a link takes the time from it and
 // from nowhere else; so a session can be played again from what its link gave (replay.h).
 #pragma once

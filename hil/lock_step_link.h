@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emulator as a child process, in lock step: its time stands still until this end asks for more, so a session gives the
 // same bytes every time. The emulator is GPL and a program of its own.
 #pragma once

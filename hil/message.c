@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hil/message.h"
 
 void put_u16(uint8_t* bytes, uint8_t* at, uint16_t value) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* What the payloads of frames say. Plain C, shared by host and firmware. Integers on the wire; units in the names:
  * duty in ten-thousandths, temperatures in hundredths of a degree Celsius, angles in hundredths of a degree. */
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A serial port as a link, in real time: opened for this process alone, raw, 500000 Bd 8N1.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hil/replay.h"
 
 #include <nlohmann/json.hpp>

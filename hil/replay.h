@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A session again from its folder, without hardware: the same code over the log of its wire.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The physical limb behind the seam of sim/signals.h: a device, over a link.
 //
 // exchange(command of tick k) sends the command at tick k's deadline, repeats it every 50 ms, and returns at the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A session with the limb: hello, arm, the scenario's loop at absolute deadlines under both supervisors, disarm.
 //
 // It takes the time from its link alone, so the same link's bytes give the same session: replay.h.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The host's supervisor: lowers the duty until the plant's prediction stays under the limit, and believes no sensor blindly.
 //
 // An invariance filter after Sabelhaus, Patterson, Wertz, Majidi, "Safe supervisory control of soft robot actuators" (Soft

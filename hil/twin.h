@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A plant that runs beside the limb, driven by the duty that the device applied; and who says so when the limb leaves it.
 #pragma once
 

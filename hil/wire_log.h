@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All that a session sent and received, in order and with times: enough to play it again without hardware.
 //
 //   "sinew wire 1\n", then records: 'S' (sent), 'R' (received, possibly nothing) or 'L' (link lost, the bytes are the

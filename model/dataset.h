@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Many runs of one scenario, each on a limb, with sensors and with a session of its own: what a predictor is trained on so
 // that it holds on a limb that it has not seen (domain randomisation, Tobin et al. 2017, arXiv:1703.06907).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far off a prediction is: as a whole, and whether it drifts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // HDF5 files as plain values: arrays and attributes by path. Files are made and read in memory, so that they are written whole
 // or not at all.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linear references: what a predictor must beat to be worth its weights.
 //
 //   static   angle(t) = a v(t) + b                                                      (the paper's least squares)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network of Sabelhaus et al. 2022: an LSTM layer, a dense layer with ReLU, one output.
 //
 //   z(t) = W x(t) + U h(t-1) + b,      stacked by gate: input, forget, cell, output

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The predictor in a loop: one step at a time, for a rollout or beside a session with the limb. A step allocates nothing.
 #pragma once
 

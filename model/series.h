@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a predictor is given of a limb, and what it is asked for: the inputs of the paper's four cases, and their scaling.
 //
 // Source: Sabelhaus, Mehta, Wertz, Majidi 2022 (doi 10.3389/frobt.2022.888261): X(t) = [v(t), v(t-1), angle(t-1)] with v of

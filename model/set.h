@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A set of recordings on disk: runs/0000.csv ..., each with runs/0000.json beside it, and manifest.json, written last.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Training: as published, and as a recurrent network should be trained that is to run for ten minutes on its own.
 //
 // published: every step a sample of its own, window of one, the state cleared before it, the measured angle always fed in.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Weights in HDF5, in Keras's own layouts, both ways. The one source file that includes HDF5 headers is hdf5_file.cpp.
 //
 //   keras 2, whole model      model.save("x.h5"):           /model_weights/lstm/lstm/lstm_cell/kernel:0, ...; attribute model_config

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The silicone beam in one bending mode of constant curvature, and how far each coil is stretched by its bend.
 //
 //   delta_A = delta_0 - sign r_A theta,   delta_B = delta_0 + sign r_B theta

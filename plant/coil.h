@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One coil: a spring that is softer, and longer by delta_t, when its wire is martensite.
 //
 //   k(xi) = k_a + xi (k_m - k_a)        F = k(xi) (delta - longer_share delta_t)

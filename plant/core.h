@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameters of the core plant: two SMA coils in a silicone beam. Equations: wire.h, coil.h, beam.h.
 //
 // Defaults are the limb of Sabelhaus, Mehta, Wertz, Majidi 2022 (doi 10.3389/frobt.2022.888261): 0.51 mm Flexinol wire,

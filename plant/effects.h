@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every effect, in the order in which its terms are added. Floating-point sums depend on their order, so the order is
 // part of the result and stands here alone. A new effect is its own file, its test, and its line here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The right-hand side: from the limb's state to its rate of change and to what its sensors would show.
 //
 // State vector: T_A, T_B [degC], xi_A, xi_B, theta [rad], omega [rad/s], then the states of every effect that is on, in

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb at one instant: what the equations compute on the way from a state to its rate of change.
 //
 // `Limb::evaluate` fills it from top to bottom in the stages below. Each stage first applies the core's law, then lets

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb in time: SUNDIALS behind values. The one source file that includes SUNDIALS headers is integrator.cpp.
 //
 // CVODE (variable-order BDF, dense Jacobian by automatic differentiation, CVODES for sensitivities) is the reference.

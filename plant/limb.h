@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb: the core's parameters, the effects, and which of these are on. Plain values that copy and compare.
 //
 // An effect is on when a plant file names it with a value other than its null, or when someone turns it on to ask what

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is declared, once, about a parameter: everything that reads, writes, checks, documents or fits it walks this.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers that the plant's equations are written in: double, or a ceres::Jet that carries derivatives along.
 //
 // The equations are templates on the scalar, so that Jacobians and sensitivities are those of the very code that is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The edge between what people write (degrees) and what the equations use (radians).
 //
 // Temperatures are in degrees Celsius on both sides of the edge: every law of the plant uses differences of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One wire: the two envelopes of its transformation and the pull that keeps the fraction between them.
 //
 //   xi_heat(T) = 1 / (1 + exp((T - T_heat)/w_heat))

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings with something concealed in them, for putting the diagnosis to the proof: `make` gives a training and a
 // held-out recording of one limb, and apart from them what is true of that limb.
 //

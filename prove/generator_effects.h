@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be concealed in a limb: names, places, parameters with their plain values, and where each number goes.
 #pragma once
 

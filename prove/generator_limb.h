@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The concealed limb: its numbers, and the run that integrates it. Numbers are in the units of files (degrees, °C).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chance by counting: the n-th number of a stream is a function of (seed, name of the stream, n).
 //
 // Philox4x32-10 (Salmon, Moraes, Dror, Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3"): the seed is its key,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading and writing plain values whose fields are declared once by `fields(self, visit)`: a scenario's, a training's.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What drives the coils: the paper's babbling controller, open-loop signals, or the duty of a recording.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is thrown when an input is wrong: a file, a value in it, an argument. It points at the place.
 //
 //   scenarios/step.yaml:10:42: plant.effects.thermocouple_lag.time_constant_s = -1.2

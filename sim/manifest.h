@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // run.json: what made a result. No date, no host, no duration: the same run gives the same bytes.
 #pragma once
 

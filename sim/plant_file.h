@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A plant in YAML: a map `parameters:` of the core's names, and a map `effects:` of names of effects, each with all of its
 // parameters. What `parameters` leaves out has its default, or that of the plant that `base:` names.
 //

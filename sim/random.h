@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chance from one seed, split by consumer, without state: the n-th number of a stream is a function of (seed, name, n).
 //
 // Adding a sensor leaves the noise of the others as it was, a lost sample moves no other, and a resumed run needs no

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recordings of a limb, in and out: samples of both duties, both thermocouples and the bend sensor.
 //
 // A recording is a CSV file in UTF-8: lines that begin with '#' are comments, then a header that names the columns

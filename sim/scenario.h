@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scenario: one question to a limb, as plain values. Reading and writing it as YAML: scenario_yaml.cpp.
 //
 //     format: 1

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From what a sensor would show to what it reports: bias, noise, steps, and faults. One sample a tick.
 #pragma once
 

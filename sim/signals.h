@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The seam: all that a controller, a predictor or a diagnosis may ever see of a limb, and the one call that it answers.
 #pragma once
 

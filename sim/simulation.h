@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop: a driver, a limb behind the seam, a recording. And the limb that is simulated.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A YAML file as plain values that know where they stand, so that every complaint can point there.
 //
 // The only file that includes the YAML library is yaml.cpp. Keys that stand twice, anchors that are not there and text

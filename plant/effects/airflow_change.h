@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From one moment on, the air around the limb moves more (or less): a door, a fan, the air conditioning.
 //
 //   h -> h (1 + alpha) from time t_e on

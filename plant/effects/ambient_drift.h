@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The room warms or cools during the recording.
 //
 //   T_inf -> T_inf + s t

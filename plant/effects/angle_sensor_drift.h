@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bend sensor's zero moves steadily.
 //
 //   theta_m = theta + d_theta t

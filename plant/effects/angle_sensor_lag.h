@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bend sensor follows late: its own filter, or silicone that slides over it.
 //
 //   tau_theta dtheta_m/dt = theta - theta_m,   reading: theta_m

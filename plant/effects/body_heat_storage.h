@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The silicone between the wires takes up heat and gives it back later: one node of temperature T_b.
 //
 //   C_b dT_b/dt = sum_j G_b (T_j - T_b) - h_b (T_b - T_inf);   each wire loses G_b (T_j - T_b)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A coil can pull but not push: it goes slack.
 //
 //   F -> max(0, F)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hotter wire loses more heat per kelvin, by natural convection and radiation.
 //
 //   h -> h (1 + beta (T - T_inf))

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heat that one wire gives the other through the silicone between them.
 //
 //   q = G_AB (T_A - T_B)      [W], positive when it leaves wire A

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Large bends stretch the silicone, which then resists more.
 //
 //   moment -> moment - k_3 theta^3

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A coil rubs in its channel.
 //
 //   moment -> moment - M_f tanh(omega / omega_s)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The switch's rise time swallows the start of every pulse.
 //
 //   u -> max(0, u - u_0)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every transformation cycle costs a little of the stroke.
 //
 //   delta_t -> delta_t (1 - kappa n_j),   n_j = integral of |dxi_j| / 2, cycles done since the start

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb is mounted off the horizontal plane, so that its weight bends it.
 //
 //   moment -> moment - m g l sin(theta + phi)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb runs against something.
 //
 //   moment -> moment - k_c (|theta| - theta_c)_+ sgn theta

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A duty that is commanded at one time acts later.
 //
 //   u(t) -> u(t - d)

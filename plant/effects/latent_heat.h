@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The transformation absorbs heat on heating and frees it on cooling.
 //
 //   C_w dT/dt = ... + L dxi/dt      (L in J, of the whole wire; xi falls while it absorbs)

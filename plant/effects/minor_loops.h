@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inside the hysteresis loop the fraction does not stand still: it follows a share of the envelope's slope.
 //
 //   xi_cool < xi < xi_heat:   dxi/dt = mu dxi_heat/dT dT/dt while warming, mu dxi_cool/dT dT/dt while cooling

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thermocouples sit on turns of the coils that lie outside the body. They carry the same current as the turns that bend
 // the limb, but nothing covers them as the body covers those, so they warm and cool at another rate.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Part of the stroke comes from the R-phase, which transforms at its own temperature without hysteresis.
 //
 //   F = k(xi) (delta - delta_t ((1 - f) xi + f xi_R)),   xi_R = 1 / (1 + exp((T - T_R)/w_R))

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Martensite resists more than austenite, so that a cold wire draws less current.
 //
 //   R -> R (1 + rho xi)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is glued around each wire (epoxy, adhesive, the silicone of its ridge) takes up heat and gives it back: one node of
 // temperature T_s,j for each wire, so that a wire cools fast at first and slowly later.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stress favours martensite: a tight coil transforms at a higher temperature (Clausius-Clapeyron).
 //
 //   T_heat, T_cool rise by F / C_F

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The supply's voltage falls with the current that both wires draw.
 //
 //   V = V_s - R_src I,  I = sum_j u_j V / R_j      so that  V = V_s / (1 + R_src sum_j u_j / R_j)

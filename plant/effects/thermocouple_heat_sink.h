@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thermocouple's leads drain heat, so that the bead stays between the wire and the surroundings.
 //
 //   T_m = T_inf + g (T - T_inf),  g < 1      written T - (1 - g)(T - T_inf), exact at g = 1

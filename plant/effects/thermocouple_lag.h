@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bead of epoxy that holds a thermocouple on its wire has to be warmed first.
 //
 //   tau_s dT_m/dt = T - T_m,   reading: T_m

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The silicone resists a fast bend more than a slow one, and creeps back: a Maxwell branch beside the beam's spring.
 //
 //   moment -> moment - k_v (theta - theta_v),   dtheta_v/dt = (theta - theta_v) / tau_v

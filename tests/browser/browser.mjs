@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A page of a report in the system's Chromium, and what the page did that it should not.
 
 import {mkdtempSync, rmSync} from 'node:fs';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A report as its reader meets it, in a real browser:
 //   node tests/browser/report_test.mjs path/to/report.html [screenshot.png]
 // Exits with 0 when every check passes. Once, before the first run: npm ci in tests/browser.

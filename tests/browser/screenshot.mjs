@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A picture of a whole page (or, with 'top', of its first screen), or of a figure alone:
 //   node screenshot.mjs page.html|figure.svg out.png [width] [height] [light|dark] [whole|top]
 

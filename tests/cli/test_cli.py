@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs the `sinew` program as a person would, in a folder of its own, and looks at what it says, writes and returns.
 
     python3 tests/cli/test_cli.py build/release/sinew

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Hardware in the loop as a person would use it, on the real firmware in the emulator: in lock step, and in real time on a
 pseudo-terminal.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs the commands that make data, train and use predictors as a person would. See test_cli.py.
 
     python3 tests/cli/test_predict.py build/release/sinew

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A limb with known parameters, and recordings of it, for the tests of diagnose/.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "diagnose/state_noise.h"
 
 #include <doctest/doctest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "diagnose/wander.h"
 
 #include <doctest/doctest.h>

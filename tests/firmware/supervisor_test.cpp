@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The device's supervisor, on the host: the very code that the board runs.
 #include "firmware/supervisor.h"
 

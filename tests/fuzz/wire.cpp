@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codec, device's supervisor and the reader of wire logs under chance, for as many seconds as it is told. Build it with the
 // sanitizers; a finding is a crash, or a line that says what was taken that must not be. Exit code 1 then.
 //

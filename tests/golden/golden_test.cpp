@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plant against an independent reference: every file beside this one is a run of reference.py (scipy, written from
 // the equations alone), which the C++ plant must follow. README.md has the cases, the tolerances and their reasons.
 #include <doctest/doctest.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """An independent reference of the plant, written from design/plant.md alone.
 
     /usr/bin/python3 tests/golden/reference.py            writes every case beside this file

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A board in memory: the device's own codec and supervisor, two coils that warm as they should, time that goes on as asked.
 // What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The port over a pseudo-terminal, in real time: what the kernel does, not what a fake believes it does.
 #include "hil/port.h"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Reference values for tests/model/torch_test.cpp from PyTorch (Debian python3-torch): one small network of each kind, its
 outputs over a stretch, the gradient of every weight, and the weights after one step of Adam.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds for every effect of the list, so that a new one is covered the moment it is listed.
 #include "plant/effects.h"
 

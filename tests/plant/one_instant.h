@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A limb at one instant, for tests: what the equations make of one state, without integrating anything.
 #pragma once
 

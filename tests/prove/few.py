@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A dozen concealed cases of development through `sinew prove --few`: each must be answered right, and one in what wanders. And one in which the core, that has
 to do without the effect, goes so far that nothing there points to it.
 Usage: few.py PROGRAM OUT. Last line: N passed, N failed."""

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The generator of concealed recordings. It shares nothing with the plant; here, and nowhere else, the two are
 // compared.
 #include "prove/generator.h"

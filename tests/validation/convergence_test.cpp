@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Both solvers against each other, against a method that shares nothing with them, and against their tolerance.
 #include "plant/integrator.h"
 #include "tests/plant/one_instant.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Takes an integrator through a profile and stops at sample times.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Temperatures and bends for which the equations can be solved on paper.
 #include "plant/integrator.h"
 #include "tests/plant/one_instant.h"

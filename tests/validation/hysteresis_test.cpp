@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two envelopes and loops within them, on ramps slow enough to be worked by hand.
 #include "plant/integrator.h"
 #include "tests/plant/one_instant.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A duty that does to the limb what the babbling experiment does: jumps like those of a PI law that chases setpoints,
 // in both coils, so that each fraction goes through its loop, turns inside it, and the limb bends past 30 degrees both ways.
 #pragma once

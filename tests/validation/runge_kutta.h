@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limb in time by other means: the classical method of Runge and Kutta (1901) with a fixed step, on the equations but
 // on nothing of plant/integrator.cpp. It stops at every jump of the duty and at every switch, which it works out itself.
 //

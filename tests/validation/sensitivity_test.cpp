@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sensitivities of both methods against differences of runs that share nothing with them but the equations: Runge-Kutta
 // with a fixed step, which is smooth in the parameters, so that the steps of the differences may be small.
 #include "plant/integrator.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the beam comes to rest, against a root of the moment written out here and found by bisection.
 #include <functional>
 #include <numbers>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "plant/effects/angle_sensor_drift.h"
 
 #include <numbers>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "plant/effects/input_delay.h"
 
 #include "plant/integrator.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "plant/effects/supply_sag.h"
 
 #include "tests/plant/one_instant.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "plant/effects/viscoelastic_creep.h"
 
 #include "tests/plant/one_instant.h"
