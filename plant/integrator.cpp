@@ -21,10 +21,7 @@
 namespace sinew::plant {
 namespace {
 
-constexpr int jacobian_width = 8;      // states a Jet carries when the Jacobian is made
-constexpr int sensitivity_width = 16;  // columns a Jet carries when sensitivities are integrated
-using JacobianJet = Jet<jacobian_width>;
-using SensitivityJet = Jet<sensitivity_width>;
+constexpr std::size_t width = jet_width;  // columns that one pass carries
 
 // Two moments nearer than this are one; far below any sample period, far above rounding.
 constexpr double same_time_s = 1e-9;
@@ -115,34 +112,35 @@ Vector make_vector(std::size_t length, SUNContext context) {
 // What both solvers are asked to integrate: the state, and the sensitivities in rows, one a state, padded to whole Jets.
 class Problem {
  public:
-  Problem(const Limb<double>& limb, const SensitivityRequest& request)
-      : equations(limb), jacobian_equations(lift<JacobianJet>(limb)), request_(request) {
-    const std::size_t chunks = (request.columns() + sensitivity_width - 1) / sensitivity_width;
+  Problem(const Plant& of, const SensitivityRequest& request)
+      : plant(of), states_info(of.states()), equations(of.equations()), request_(request), rate_(states_info.size()),
+        jet_state_(states_info.size()), jet_rate_(states_info.size()) {
+    const std::size_t chunks = (request.columns() + width - 1) / width;
     for (std::size_t c = 0; c < chunks; ++c) {
-      Limb<SensitivityJet> seeded = lift<SensitivityJet>(limb);
-      const auto all = fields(seeded);
-      for (std::size_t k = 0; k < sensitivity_width; ++k) {
-        const std::size_t column = c * sensitivity_width + k;
-        if (column >= request.parameters.size()) continue;
-        if (request.parameters[column] >= all.size()) throw std::invalid_argument("sensitivity to a parameter that is not there");
-        all[request.parameters[column]]->v[static_cast<Eigen::Index>(k)] = 1.0;
-      }
-      chunk_equations.emplace_back(seeded);
+      std::vector<std::pair<ParameterId, int>> seeds;
+      for (std::size_t k = 0; k < width && c * width + k < request.parameters.size(); ++k)
+        seeds.emplace_back(request.parameters[c * width + k], static_cast<int>(k));
+      chunk_equations.push_back(plant.equations_with_derivatives(seeds));
     }
     scratch.resize(2 * states() * padded_columns());
+    rate_again.resize(states());
+    situation.inputs.assign(plant.system().inputs().size(), 0.0);
   }
 
-  std::size_t states() const { return equations.layout().size(); }
-  std::size_t padded_columns() const { return chunk_equations.size() * sensitivity_width; }
+  std::size_t states() const { return states_info.size(); }
+  std::size_t channels() const { return plant.system().channels().size(); }
+  std::size_t padded_columns() const { return chunk_equations.size() * width; }
   const SensitivityRequest& request() const { return request_; }
 
-  Situation at(double time_s) const { return {time_s, segment_start_s, duty_fraction}; }
+  const Situation& at(double time_s) {
+    situation.time_s = time_s;
+    return situation;
+  }
 
   // False where a rate is not a number.
   bool rates(double time_s, const double* y, double* rate) {
     ++rhs_evaluations;
-    Instant<double> now;
-    equations.evaluate(at(time_s), y, now, rate);
+    equations->rates(at(time_s), y, rate);
     return std::all_of(rate, rate + states(), [](double r) { return std::isfinite(r); });
   }
 
@@ -153,11 +151,10 @@ class Problem {
     const std::size_t n = states();
     for (std::size_t c = 0; c < chunk_equations.size(); ++c) {
       load(c, y, sensitivity, jet_state_.data());
-      chunk_equations[c].evaluate(at(time_s), jet_state_.data(), jet_instant_, jet_rate_.data());
+      chunk_equations[c]->rates(at(time_s), jet_state_.data(), jet_rate_.data());
       for (std::size_t i = 0; i < n; ++i) {
         rate[i] = jet_rate_[i].a;
-        Eigen::Map<Eigen::Matrix<double, sensitivity_width, 1>>(sensitivity_rate + i * padded_columns() +
-                                                               c * sensitivity_width) = jet_rate_[i].v;
+        Eigen::Map<Eigen::Matrix<double, jet_width, 1>>(sensitivity_rate + i * padded_columns() + c * width) = jet_rate_[i].v;
       }
     }
     return std::all_of(rate, rate + n, [](double r) { return std::isfinite(r); });
@@ -166,20 +163,20 @@ class Problem {
   // By how much each column's parameter or first value may well differ: internal units, positive.
   std::vector<double> typical_sizes() const {
     std::vector<double> sizes;
-    for (const std::size_t p : request_.parameters) {
-      const Declaration& declared = parameters()[p].declaration;
+    for (const ParameterId p : request_.parameters) {
+      const Declaration& declared = plant.system().parameters()[p].declaration;
       const double size = std::max(std::abs(declared.typical), declared.prior_deviation);
       sizes.push_back((size > 0.0 ? size : 1.0) * declared.unit.internal_per_unit);
     }
-    for (const std::size_t i : request_.initial_states) sizes.push_back(equations.layout().entries[i].declaration.scale);
+    for (const StateId i : request_.initial_states) sizes.push_back(states_info[i].scale);
     return sizes;
   }
 
-  void load(std::size_t chunk, const double* y, const double* sensitivity, SensitivityJet* state) const {
+  void load(std::size_t chunk, const double* y, const double* sensitivity, Jet* state) const {
     for (std::size_t i = 0; i < states(); ++i) {
       state[i].a = y[i];
-      state[i].v = Eigen::Map<const Eigen::Matrix<double, sensitivity_width, 1>>(
-          sensitivity + i * padded_columns() + chunk * sensitivity_width);
+      state[i].v =
+          Eigen::Map<const Eigen::Matrix<double, jet_width, 1>>(sensitivity + i * padded_columns() + chunk * width);
     }
   }
 
@@ -187,33 +184,61 @@ class Problem {
   void jacobian(double time_s, const double* y, double* columns) {
     ++jacobian_evaluations;
     const std::size_t n = states();
-    Instant<JacobianJet> now;
-    std::array<JacobianJet, largest_state_count> state, rate;
-    for (std::size_t begin = 0; begin < n; begin += jacobian_width) {
+    if (!jacobian_equations) jacobian_equations = plant.equations_with_derivatives({});
+    for (std::size_t begin = 0; begin < n; begin += width) {
       for (std::size_t i = 0; i < n; ++i) {
-        state[i] = JacobianJet(y[i]);
-        if (i >= begin && i < begin + jacobian_width) state[i].v[static_cast<Eigen::Index>(i - begin)] = 1.0;
+        jet_state_[i] = Jet(y[i]);
+        if (i >= begin && i < begin + width) jet_state_[i].v[static_cast<Eigen::Index>(i - begin)] = 1.0;
       }
-      jacobian_equations.evaluate(at(time_s), state.data(), now, rate.data());
-      for (std::size_t j = begin; j < std::min(n, begin + jacobian_width); ++j)
-        for (std::size_t i = 0; i < n; ++i) columns[j * n + i] = rate[i].v[static_cast<Eigen::Index>(j - begin)];
+      jacobian_equations->rates(at(time_s), jet_state_.data(), jet_rate_.data());
+      for (std::size_t j = begin; j < std::min(n, begin + width); ++j)
+        for (std::size_t i = 0; i < n; ++i) columns[j * n + i] = jet_rate_[i].v[static_cast<Eigen::Index>(j - begin)];
     }
   }
 
-  Equations<double> equations;
-  Equations<JacobianJet> jacobian_equations;
-  std::vector<Equations<SensitivityJet>> chunk_equations;
-  PerCoil<double> duty_fraction{};
-  double segment_start_s = 0.0;
+  // [channels]; what `rates` computed is of this instant afterwards.
+  std::vector<double> readings(double time_s, const double* y) {
+    std::vector<double> shown(channels());
+    equations->rates(at(time_s), y, rate_.data());
+    equations->readings(y, shown.data());
+    return shown;
+  }
+
+  void readings_with_sensitivity(double time_s, const double* y, const double* s, std::vector<double>& readings,
+                                 Eigen::MatrixXd& sensitivity) {
+    const auto columns = static_cast<Eigen::Index>(request_.columns());
+    std::vector<Jet> shown(channels());
+    readings = this->readings(time_s, y);
+    sensitivity.resize(static_cast<Eigen::Index>(channels()), columns);
+    for (std::size_t c = 0; c < chunk_equations.size(); ++c) {
+      load(c, y, s, jet_state_.data());
+      chunk_equations[c]->rates(at(time_s), jet_state_.data(), jet_rate_.data());
+      chunk_equations[c]->readings(jet_state_.data(), shown.data());
+      const auto first = static_cast<Eigen::Index>(c * width);
+      const Eigen::Index count = std::min<Eigen::Index>(jet_width, columns - first);
+      for (std::size_t channel = 0; channel < channels(); ++channel) {
+        sensitivity.row(static_cast<Eigen::Index>(channel)).segment(first, count) = shown[channel].v.head(count);
+        readings[channel] = shown[channel].a;
+      }
+    }
+  }
+
+  Plant plant;
+  States states_info;
+  std::unique_ptr<Equations<double>> equations;
+  std::unique_ptr<Equations<Jet>> jacobian_equations;  // made when first asked for
+  std::vector<std::unique_ptr<Equations<Jet>>> chunk_equations;
+  Situation situation;  // its time is that of the last evaluation
   std::int64_t rhs_evaluations = 0;
   std::int64_t jacobian_evaluations = 0;
+  std::vector<double> rate_again;  // scratch for the rates themselves
   std::vector<double> scratch;  // rows of the sensitivities and of their rates, for a solver that keeps columns
 
  private:
   SensitivityRequest request_;
-  // Scratch of rates_with_sensitivity; kept, since clearing so many derivatives at every call takes a tenth of the time.
-  Instant<SensitivityJet> jet_instant_;
-  std::array<SensitivityJet, largest_state_count> jet_state_, jet_rate_;
+  // Scratch; kept, since clearing so many derivatives at every call takes a tenth of the time.
+  std::vector<double> rate_;
+  std::vector<Jet> jet_state_, jet_rate_;
 };
 
 // One SUNDIALS integrator of a Problem. y: [states], s: [states x padded columns], row by row.
@@ -225,7 +250,7 @@ class Solver {
   virtual int advance(double time_s, std::vector<double>& y, std::vector<double>& s) = 0;
   virtual double next_step_s() const = 0;
   virtual void count(SolverCounters& counters) const = 0;  // adds what was done since the last restart
-  virtual std::string worst_states(const Layout& layout) = 0;
+  virtual std::string worst_states(const States& states) = 0;
   std::string message;  // SUNDIALS' last words
 };
 
@@ -258,13 +283,13 @@ class FlushSubnormals {
   unsigned before_;
 };
 
-std::string worst_of(const Layout& layout, const double* error, const double* weight) {
+std::string worst_of(const States& states, const double* error, const double* weight) {
   std::vector<std::pair<double, std::size_t>> all;
-  for (std::size_t i = 0; i < layout.size(); ++i) all.emplace_back(std::abs(error[i] * weight[i]), i);
+  for (std::size_t i = 0; i < states.size(); ++i) all.emplace_back(std::abs(error[i] * weight[i]), i);
   std::sort(all.rbegin(), all.rend());
   std::string text;
   for (std::size_t k = 0; k < std::min<std::size_t>(3, all.size()); ++k)
-    text += (k ? ", " : "") + layout.entries[all[k].second].key;
+    text += (k ? ", " : "") + states.values()[all[k].second].key;
   return text;
 }
 
@@ -278,7 +303,7 @@ class CvodeSolver : public Solver {
     for (sunindextype i = 0; i < n; ++i)
       N_VGetArrayPointer(tolerance_.get())[i] =
           settings.relative_tolerance *
-          problem.equations.layout().entries[static_cast<std::size_t>(i)].declaration.scale;
+          problem.states_info.values()[static_cast<std::size_t>(i)].scale;
     matrix_.reset(SUNDenseMatrix(n, n, context_.get()));
     linear_.reset(SUNLinSol_Dense(y_.get(), matrix_.get(), context_.get()));
     memory_ = CVodeCreate(CV_BDF, context_.get());
@@ -345,11 +370,11 @@ class CvodeSolver : public Solver {
     counters.steps += steps;
     counters.error_test_failures += failures;
   }
-  std::string worst_states(const Layout& layout) override {
+  std::string worst_states(const States& states) override {
     Vector error(N_VClone(y_.get())), weight(N_VClone(y_.get()));
     CVodeGetEstLocalErrors(memory_, error.get());
     CVodeGetErrWeights(memory_, weight.get());
-    return worst_of(layout, N_VGetArrayPointer(error.get()), N_VGetArrayPointer(weight.get()));
+    return worst_of(states, N_VGetArrayPointer(error.get()), N_VGetArrayPointer(weight.get()));
   }
 
  private:
@@ -379,7 +404,7 @@ class CvodeSolver : public Solver {
     double* rows = problem.scratch.data();
     for (std::size_t k = 0; k < columns; ++k)
       for (std::size_t i = 0; i < n; ++i) rows[i * padded + k] = N_VGetArrayPointer(s[k])[i];
-    std::array<double, largest_state_count> rate;
+    std::vector<double>& rate = problem.rate_again;
     double* rows_rate = rows + n * padded;
     const bool finite =
         problem.rates_with_sensitivity(t, N_VGetArrayPointer(y), rows, rate.data(), rows_rate);
@@ -405,8 +430,8 @@ class ArkodeSolver : public Solver {
     const std::size_t n = problem.states();
     const std::size_t length = n * (1 + problem.padded_columns());
     y_ = make_vector(length, context_.get());
-    for (const auto& entry : problem.equations.layout().entries)
-      absolute_tolerance_.push_back(settings.relative_tolerance * entry.declaration.scale);
+    for (const StateInfo& state : problem.states_info)
+      absolute_tolerance_.push_back(settings.relative_tolerance * state.scale);
     relative_tolerance_ = settings.relative_tolerance;
     const std::vector<double> sizes = problem.typical_sizes();
     sensitivity_weights_.assign(n * problem.padded_columns(), 0.0);
@@ -460,11 +485,11 @@ class ArkodeSolver : public Solver {
     counters.steps += attempts - failures;
     counters.error_test_failures += failures;
   }
-  std::string worst_states(const Layout& layout) override {
+  std::string worst_states(const States& states) override {
     Vector error(N_VClone(y_.get())), weight(N_VClone(y_.get()));
     ERKStepGetEstLocalErrors(memory_, error.get());
     ERKStepGetErrWeights(memory_, weight.get());
-    return worst_of(layout, N_VGetArrayPointer(error.get()), N_VGetArrayPointer(weight.get()));
+    return worst_of(states, N_VGetArrayPointer(error.get()), N_VGetArrayPointer(weight.get()));
   }
 
  private:
@@ -522,32 +547,32 @@ std::unique_ptr<Solver> make_solver(Problem& problem, const NumericalSettings& s
 
 class Integrator::Implementation {
  public:
-  Implementation(const Limb<double>& limb, const Start& start, const NumericalSettings& settings,
-                 const SensitivityRequest& request)
-      : problem_(limb, request) {
-    problem_.duty_fraction = start.duty_fraction;
-    commanded_ = start.duty_fraction;
+  Implementation(const Plant& plant, const Start& start, const NumericalSettings& settings, const SensitivityRequest& request)
+      : problem_(plant, request) {
+    if (!start.inputs.empty()) problem_.situation.inputs = right_count(start.inputs);
+    commanded_ = {problem_.situation.inputs, {}};
     begin(start);
     NumericalSettings chosen = settings;
     chosen.method = chosen_method(problem_, settings.method, y_);
     prepare(chosen);
   }
-  Implementation(const Limb<double>& limb, const Checkpoint& from, const NumericalSettings& settings)
-      : problem_(limb, {}), y_(from.state), time_s_(from.time_s), pending_(from.commands_under_way),
-        next_step_s_(from.next_step_s), counters_(from.counters) {
-    if (y_.size() != problem_.states()) throw std::invalid_argument("checkpoint is of another limb");
-    problem_.duty_fraction = from.held_duty_fraction;
-    problem_.segment_start_s = from.segment_start_s;
-    commanded_ = pending_.empty() ? from.held_duty_fraction : pending_.back().second;
+  Implementation(const Plant& plant, const Checkpoint& from, const NumericalSettings& settings)
+      : problem_(plant, {}), y_(from.state), time_s_(from.time_s), next_step_s_(from.next_step_s), counters_(from.counters) {
+    if (y_.size() != problem_.states()) throw std::invalid_argument("checkpoint is of another plant");
+    problem_.situation.inputs = right_count(from.held_inputs);
+    problem_.situation.segment_start_s = from.segment_start_s;
+    for (const auto& [arrival_s, inputs] : from.commands_under_way) pending_.push_back({arrival_s, {right_count(inputs), {}}});
+    commanded_ = pending_.empty() ? Command{problem_.situation.inputs, {}} : pending_.back().command;
     NumericalSettings chosen = settings;
     chosen.method = from.method;
     prepare(chosen);
   }
 
-  void hold(const PerCoil<double>& duty_fraction) {
-    if (duty_fraction == commanded_) return;
-    commanded_ = duty_fraction;
-    pending_.emplace_back(time_s_ + delay_s_, duty_fraction);
+  void hold(const std::vector<double>& inputs, const std::vector<double>& slopes_1_s) {
+    // What changes steadily is commanded anew by each call.
+    if (inputs == commanded_.inputs && slopes_1_s.empty() && commanded_.slopes_1_s.empty()) return;
+    commanded_ = {right_count(inputs), slopes_1_s.empty() ? slopes_1_s : right_count(slopes_1_s)};
+    pending_.push_back({time_s_ + delay_s_, commanded_});
     apply_events();
   }
 
@@ -555,7 +580,7 @@ class Integrator::Implementation {
     const FlushSubnormals flush(!s_.empty());
     while (time_s_ < time_s) {
       double stop_s = time_s;
-      for (const auto& [arrival_s, duty] : pending_) stop_s = std::min(stop_s, arrival_s);
+      for (const auto& [arrival_s, command] : pending_) stop_s = std::min(stop_s, arrival_s);
       for (const double switch_s : switches_)
         if (switch_s > time_s_ + same_time_s) stop_s = std::min(stop_s, switch_s);
       if (stop_s > time_s - same_time_s) stop_s = time_s;
@@ -567,7 +592,7 @@ class Integrator::Implementation {
       const int flag = solver_->advance(stop_s, y_, s_);
       if (flag != 0)
         return IntegrationFailure{time_s_, solver_->message + "; largest errors: " +
-                                               solver_->worst_states(problem_.equations.layout())};
+                                               solver_->worst_states(problem_.states_info)};
       time_s_ = stop_s;
       apply_events();
     }
@@ -583,7 +608,9 @@ class Integrator::Implementation {
 
   Checkpoint checkpoint() {
     restart();
-    return {method_, time_s_, problem_.segment_start_s, problem_.duty_fraction, pending_, y_, next_step_s_, counters()};
+    Checkpoint taken{method_, time_s_, problem_.situation.segment_start_s, problem_.situation.inputs, {}, y_, next_step_s_, counters()};
+    for (const auto& [arrival_s, command] : pending_) taken.commands_under_way.emplace_back(arrival_s, command.inputs);
+    return taken;
   }
 
   SolverCounters counters() const {
@@ -592,36 +619,6 @@ class Integrator::Implementation {
     total.rhs_evaluations += problem_.rhs_evaluations;
     total.jacobian_evaluations += problem_.jacobian_evaluations;
     return total;
-  }
-
-  Instant<double> instant() const {
-    Instant<double> now;
-    std::array<double, largest_state_count> rate;
-    problem_.equations.evaluate(problem_.at(time_s_), y_.data(), now, rate.data());
-    return now;
-  }
-
-  void reading_with_sensitivity(Reading<double>& reading, Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) const {
-    const FlushSubnormals flush(true);
-    const auto columns = static_cast<Eigen::Index>(problem_.request().columns());
-    sensitivity.resize(3, columns);
-    Instant<SensitivityJet> now;
-    std::array<SensitivityJet, largest_state_count> state, rate;
-    for (std::size_t c = 0; c < problem_.chunk_equations.size(); ++c) {
-      const auto& equations = problem_.chunk_equations[c];
-      problem_.load(c, y_.data(), s_.data(), state.data());
-      equations.evaluate(problem_.at(time_s_), state.data(), now, rate.data());
-      const Reading<SensitivityJet> shown = equations.reading(now, state.data());
-      const auto first = static_cast<Eigen::Index>(c) * sensitivity_width;
-      const Eigen::Index width = std::min<Eigen::Index>(sensitivity_width, columns - first);
-      for (Eigen::Index k = 0; k < width; ++k) {
-        for (const std::size_t j : coils)
-          sensitivity(static_cast<Eigen::Index>(j), first + k) = shown.temperature_degC[j].v[k];
-        sensitivity(2, first + k) = shown.angle_rad.v[k];
-      }
-      for (const std::size_t j : coils) reading.temperature_degC[j] = shown.temperature_degC[j].a;
-      reading.angle_rad = shown.angle_rad.a;
-    }
   }
 
   Problem problem_;
@@ -636,40 +633,40 @@ class Integrator::Implementation {
     std::vector<std::optional<double>> given = start.given;
     if (given.empty()) given.resize(n);
     if (given.size() != n) throw std::invalid_argument("start must give one entry a state");
-    y_ = problem_.equations.rest(problem_.at(0.0), given);
+    y_ = problem_.equations->rest(problem_.at(0.0), given);
     s_.assign(n * problem_.padded_columns(), 0.0);
     const auto& request = problem_.request();
     for (std::size_t c = 0; c < problem_.chunk_equations.size(); ++c) {
-      std::vector<std::optional<SensitivityJet>> lifted(n);
+      std::vector<std::optional<Jet>> lifted(n);
       for (std::size_t i = 0; i < n; ++i)
-        if (given[i]) lifted[i] = SensitivityJet(*given[i]);
-      for (std::size_t k = 0; k < sensitivity_width; ++k) {
-        const std::size_t column = c * sensitivity_width + k;
+        if (given[i]) lifted[i] = Jet(*given[i]);
+      for (std::size_t k = 0; k < width; ++k) {
+        const std::size_t column = c * width + k;
         if (column < request.parameters.size() || column >= request.columns()) continue;
-        const std::size_t i = request.initial_states[column - request.parameters.size()];
+        const std::size_t i = request.initial_states[column - request.parameters.size()].index;
         if (i >= n || !lifted[i]) throw std::invalid_argument("sensitivity to a first value that is not given");
         lifted[i]->v[static_cast<Eigen::Index>(k)] = 1.0;
       }
-      const auto state = problem_.chunk_equations[c].rest(problem_.at(0.0), lifted);
+      const auto state = problem_.chunk_equations[c]->rest(problem_.at(0.0), lifted);
       for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = 0; k < sensitivity_width; ++k)
-          s_[i * problem_.padded_columns() + c * sensitivity_width + k] = state[i].v[static_cast<Eigen::Index>(k)];
+        for (std::size_t k = 0; k < width; ++k)
+          s_[i * problem_.padded_columns() + c * width + k] = state[i].v[static_cast<Eigen::Index>(k)];
     }
   }
 
   void prepare(const NumericalSettings& settings) {
-    delay_s_ = problem_.equations.command_delay_s();
-    switches_ = problem_.equations.switch_times_s();
+    delay_s_ = problem_.equations->input_delay_s();
+    switches_ = problem_.equations->switch_times_s();
     delay_gradient_.assign(problem_.padded_columns(), 0.0);
     switch_gradients_.assign(switches_.size(), delay_gradient_);
     for (std::size_t c = 0; c < problem_.chunk_equations.size(); ++c) {
-      const SensitivityJet delay = problem_.chunk_equations[c].command_delay_s();
-      const auto switches = problem_.chunk_equations[c].switch_times_s();
-      for (std::size_t k = 0; k < sensitivity_width; ++k) {
+      const Jet delay = problem_.chunk_equations[c]->input_delay_s();
+      const auto switches = problem_.chunk_equations[c]->switch_times_s();
+      for (std::size_t k = 0; k < width; ++k) {
         const auto lane = static_cast<Eigen::Index>(k);
-        delay_gradient_[c * sensitivity_width + k] = delay.v[lane];
+        delay_gradient_[c * width + k] = delay.v[lane];
         for (std::size_t e = 0; e < switches.size(); ++e)
-          switch_gradients_[e][c * sensitivity_width + k] = switches[e].v[lane];
+          switch_gradients_[e][c * width + k] = switches[e].v[lane];
       }
     }
     method_ = settings.method;
@@ -693,24 +690,38 @@ class Integrator::Implementation {
           s_[i * time_gradient.size() + k] += (before[i] - after[i]) * time_gradient[k];
     };
     for (std::size_t e = 0; e < switches_.size(); ++e)
-      if (switches_[e] <= time_s_ + same_time_s && switches_[e] > problem_.segment_start_s)
-        jump([&] { problem_.segment_start_s = std::max(time_s_, switches_[e]); }, switch_gradients_[e]);
-    while (!pending_.empty() && pending_.front().first <= time_s_ + same_time_s) {
+      if (switches_[e] <= time_s_ + same_time_s && switches_[e] > problem_.situation.segment_start_s)
+        jump([&] { problem_.situation.segment_start_s = std::max(time_s_, switches_[e]); }, switch_gradients_[e]);
+    while (!pending_.empty() && pending_.front().arrival_s <= time_s_ + same_time_s) {
       jump(
           [&] {
-            problem_.duty_fraction = pending_.front().second;
-            problem_.segment_start_s = std::max(time_s_, problem_.segment_start_s);
+            problem_.situation.inputs = pending_.front().command.inputs;
+            problem_.situation.slopes_1_s = pending_.front().command.slopes_1_s;
+            problem_.situation.inputs_from_s = pending_.front().arrival_s;
+            problem_.situation.segment_start_s = std::max(time_s_, problem_.situation.segment_start_s);
           },
           delay_gradient_);
       pending_.erase(pending_.begin());
     }
   }
 
+  struct Command {
+    std::vector<double> inputs, slopes_1_s;
+  };
+  struct Pending {
+    double arrival_s;
+    Command command;
+  };
+  const std::vector<double>& right_count(const std::vector<double>& inputs) const {
+    if (inputs.size() != problem_.situation.inputs.size()) throw std::invalid_argument("one value for each input is needed");
+    return inputs;
+  }
+
   Method method_ = Method::cvode;
   std::unique_ptr<Solver> solver_;
   bool running_ = false;  // false: the solver must be restarted before it goes on
-  PerCoil<double> commanded_{};
-  std::vector<std::pair<double, PerCoil<double>>> pending_;
+  Command commanded_;
+  std::vector<Pending> pending_;
   double delay_s_ = 0.0;
   std::vector<double> switches_;
   std::vector<double> delay_gradient_;
@@ -719,27 +730,35 @@ class Integrator::Implementation {
   SolverCounters counters_;
 };
 
-Integrator::Integrator(const Limb<double>& limb, const Start& start, const NumericalSettings& settings,
+Integrator::Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings,
                        const SensitivityRequest& request)
-    : implementation_(std::make_unique<Implementation>(limb, start, settings, request)) {}
-Integrator::Integrator(const Limb<double>& limb, const Checkpoint& from, const NumericalSettings& settings)
-    : implementation_(std::make_unique<Implementation>(limb, from, settings)) {}
+    : implementation_(std::make_unique<Implementation>(plant, start, settings, request)) {}
+Integrator::Integrator(const Plant& plant, const Checkpoint& from, const NumericalSettings& settings)
+    : implementation_(std::make_unique<Implementation>(plant, from, settings)) {}
 Integrator::~Integrator() = default;
 Integrator::Integrator(Integrator&&) noexcept = default;
 Integrator& Integrator::operator=(Integrator&&) noexcept = default;
 
-void Integrator::hold(const PerCoil<double>& duty_fraction) { implementation_->hold(duty_fraction); }
+void Integrator::hold(const std::vector<double>& inputs, const std::vector<double>& slopes_1_s) {
+  implementation_->hold(inputs, slopes_1_s);
+}
 std::optional<IntegrationFailure> Integrator::advance_to(double time_s) { return implementation_->advance_to(time_s); }
 void Integrator::restart() { implementation_->restart(); }
 Checkpoint Integrator::checkpoint() { return implementation_->checkpoint(); }
 double Integrator::time_s() const { return implementation_->time_s_; }
 const std::vector<double>& Integrator::state() const { return implementation_->y_; }
-const Layout& Integrator::layout() const { return implementation_->problem_.equations.layout(); }
-Instant<double> Integrator::instant() const { return implementation_->instant(); }
+const States& Integrator::states() const { return implementation_->problem_.states_info; }
 SolverCounters Integrator::counters() const { return implementation_->counters(); }
+const Situation& Integrator::situation() const { return implementation_->problem_.at(time_s()); }
 
-Reading<double> Integrator::reading() const {
-  return implementation_->problem_.equations.reading(instant(), state().data());
+std::vector<double> Integrator::readings() const { return implementation_->problem_.readings(time_s(), state().data()); }
+
+std::vector<double> Integrator::variables() const {
+  auto& problem = implementation_->problem_;
+  static_cast<void>(problem.readings(time_s(), state().data()));
+  std::vector<double> values(problem.plant.system().variables().size());
+  problem.equations->variables(state().data(), values.data());
+  return values;
 }
 
 Eigen::MatrixXd Integrator::state_sensitivity() const {
@@ -750,9 +769,9 @@ Eigen::MatrixXd Integrator::state_sensitivity() const {
       .leftCols(static_cast<Eigen::Index>(problem.request().columns()));
 }
 
-void Integrator::reading_with_sensitivity(Reading<double>& reading,
-                                          Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) const {
-  implementation_->reading_with_sensitivity(reading, sensitivity);
+void Integrator::readings_with_sensitivity(std::vector<double>& readings, Eigen::MatrixXd& sensitivity) const {
+  const FlushSubnormals flush(true);
+  implementation_->problem_.readings_with_sensitivity(time_s(), state().data(), implementation_->s_.data(), readings, sensitivity);
 }
 
 }  // namespace sinew::plant

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limb in time: SUNDIALS behind values. The one source file that includes SUNDIALS headers is integrator.cpp.
+// A plant in time: SUNDIALS behind values. The one source file that includes SUNDIALS headers is integrator.cpp.
 //
 // CVODE (variable-order BDF, dense Jacobian by automatic differentiation, CVODES for sensitivities) is the reference.
-// ARKODE (explicit Runge-Kutta) needs no history, so that a jump of the duty costs it nothing; fits use it where the limb is
+// ARKODE (explicit Runge-Kutta) needs no history, so that a jump of an input costs it nothing; fits use it where the plant is
 // not stiff. Sensitivities in both are those of the equations' own code, through Jets.
 //
-// Duty is held between calls of `hold`. The integrator never steps over a jump: it stops there and starts again. A duty
-// that is commanded again unchanged is no jump.
+// Inputs are held, or change at a steady rate, between calls of `hold`. The integrator never steps over a jump: it stops there
+// and starts again. An input that is commanded again unchanged is no jump.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,14 +16,14 @@
 #include <string>
 #include <vector>
 
-#include "plant/equations.h"
+#include "plant/system.h"
 
 namespace sinew::plant {
 
 enum class Method {
   cvode,      // BDF; the reference
   arkode,     // explicit Runge-Kutta
-  automatic,  // arkode, unless an eigenvalue of the Jacobian says that the limb is stiff for it
+  automatic,  // arkode, unless an eigenvalue of the Jacobian says that the plant is stiff for it
 };
 
 struct NumericalSettings {
@@ -32,18 +32,18 @@ struct NumericalSettings {
   int most_steps = 100000;           // between two calls of advance_to
 };
 
-// Columns of the sensitivities: first the parameters (indices into parameters(), internal units), then the first values of
-// the states (indices into the layout; each must be given in Start).
+// Columns of the sensitivities: first the parameters (internal units), then the first values of states (each must be given in
+// Start).
 struct SensitivityRequest {
-  std::vector<std::size_t> parameters;
-  std::vector<std::size_t> initial_states;
+  std::vector<ParameterId> parameters;
+  std::vector<StateId> initial_states;
   std::size_t columns() const { return parameters.size() + initial_states.size(); }
 };
 
 // Where a run begins. A state without a value is at rest; see Equations::rest.
 struct Start {
   std::vector<std::optional<double>> given;  // empty, or one entry a state
-  PerCoil<double> duty_fraction{};           // what was held before the first command
+  std::vector<double> inputs;                // what was held before the first command; empty: nothing, 0
 };
 
 struct SolverCounters {
@@ -66,8 +66,8 @@ struct Checkpoint {
   Method method = Method::cvode;  // the one that runs: what `automatic` chose at the start stays chosen
   double time_s = 0.0;
   double segment_start_s = 0.0;
-  PerCoil<double> held_duty_fraction{};
-  std::vector<std::pair<double, PerCoil<double>>> commands_under_way;  // time of arrival, duty
+  std::vector<double> held_inputs;
+  std::vector<std::pair<double, std::vector<double>>> commands_under_way;  // time of arrival, inputs
   std::vector<double> state;
   double next_step_s = 0.0;
   SolverCounters counters;
@@ -75,16 +75,17 @@ struct Checkpoint {
 
 class Integrator {
  public:
-  // Throws std::invalid_argument where the request does not fit the limb.
-  Integrator(const Limb<double>& limb, const Start& start, const NumericalSettings& settings,
+  // Throws std::invalid_argument where start or request do not fit the plant.
+  Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings,
              const SensitivityRequest& request = {});
-  Integrator(const Limb<double>& limb, const Checkpoint& from, const NumericalSettings& settings);
+  Integrator(const Plant& plant, const Checkpoint& from, const NumericalSettings& settings);
   ~Integrator();
   Integrator(Integrator&&) noexcept;
   Integrator& operator=(Integrator&&) noexcept;
 
-  // From now on this duty is commanded, until the next call.
-  void hold(const PerCoil<double>& duty_fraction);
+  // From now on these inputs are commanded, until the next call. With `slopes_1_s` (one an input; empty: all are held) they
+  // change at that rate; a checkpoint cannot be taken then.
+  void hold(const std::vector<double>& inputs, const std::vector<double>& slopes_1_s = {});
 
   // Integrates to `time_s`, which must not lie before time_s().
   [[nodiscard]] std::optional<IntegrationFailure> advance_to(double time_s);
@@ -95,13 +96,14 @@ class Integrator {
 
   double time_s() const;
   const std::vector<double>& state() const;
-  const Layout& layout() const;
-  Reading<double> reading() const;
-  Instant<double> instant() const;
+  const States& states() const;
+  const Situation& situation() const;      // here and now
+  std::vector<double> readings() const;    // [channels], internal units
+  std::vector<double> variables() const;   // [variables], in the units of their list
 
-  // [states x columns] and [3 x columns]: d/dp of the state, and of temperature A, temperature B [degC], angle [rad].
+  // [states x columns] and [channels x columns]: d/dp of the state, and of the readings. Internal units.
   Eigen::MatrixXd state_sensitivity() const;
-  void reading_with_sensitivity(Reading<double>& reading, Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) const;
+  void readings_with_sensitivity(std::vector<double>& readings, Eigen::MatrixXd& sensitivity) const;
 
   SolverCounters counters() const;
 

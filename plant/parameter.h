@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "plant/units.h"
@@ -23,12 +24,12 @@ enum class Kind {
 
 // All numbers here are in `unit`, the unit of files; see `Unit::internal_per_unit`.
 struct Declaration {
-  std::string_view name;    // the key in YAML; ends in its unit
-  std::string_view symbol;  // the letter of docs/plant.md
+  std::string name;    // the key in YAML; ends in its unit
+  std::string symbol;  // the letter of docs/plant.md
   Unit unit;
   Kind kind = Kind::real;
   Range range;
-  // Core: the value of `paper_limb`. Effect: a value that a real limb could have, where a fit of the effect starts.
+  // Core: the default. Effect: a value that a real limb could have, where a fit of the effect starts.
   double typical;
   // The value at which the effect vanishes exactly. Only the parameter that carries an effect's strength has one.
   std::optional<double> null_value = std::nullopt;
@@ -37,11 +38,5 @@ struct Declaration {
   std::string_view meaning;
   std::string_view source = "";
 };
-
-// Calls visit(field, declaration) for every parameter of `owner`: the core or one effect. `Owner` may be const.
-template <class Owner, class Visitor>
-void visit_parameters(Owner& owner, Visitor&& visit) {
-  Owner::parameters(owner, visit);
-}
 
 }  // namespace sinew::plant

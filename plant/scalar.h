@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers that the plant's equations are written in: double, or a ceres::Jet that carries derivatives along.
+// Numbers that the plants' equations are written in: double, or a ceres::Jet that carries derivatives along.
 //
 // The equations are templates on the scalar, so that Jacobians and sensitivities are those of the very code that is
 // integrated, without differences. Functions here are those with a corner or an overflow to look after.
@@ -7,20 +7,17 @@
 
 #include <ceres/jet.h>
 
-#include <array>
 #include <cmath>
-#include <cstddef>
 
 namespace sinew::plant {
 
-template <int width>
-using Jet = ceres::Jet<double, width>;
+// Derivatives that one pass carries; more take several passes. The only instantiation beside double: the equations are what
+// takes longest to compile.
+inline constexpr int jet_width = 16;
+using Jet = ceres::Jet<double, jet_width>;
 
 inline double value_of(double x) { return x; }
-template <int width>
-double value_of(const Jet<width>& x) {
-  return x.a;
-}
+inline double value_of(const Jet& x) { return x.a; }
 
 // max(0, x); its derivative at the corner is that of the zero side.
 template <class S>
@@ -38,11 +35,5 @@ S falling_logistic(const S& x) {
   }
   return 1.0 / (1.0 + exp(x));
 }
-
-enum Coil : std::size_t { A = 0, B = 1 };
-inline constexpr std::array<std::size_t, 2> coils{A, B};
-
-template <class T>
-using PerCoil = std::array<T, 2>;
 
 }  // namespace sinew::plant

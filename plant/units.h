@@ -21,7 +21,7 @@ struct Unit {
 namespace units {
 inline constexpr Unit none{""}, degC{"degC"}, K{"K"}, s{"s"}, V{"V"}, Ohm{"Ohm"}, J{"J"}, J_K{"J/K"}, W_K{"W/K"},
     K_s{"K/s"}, per_K{"1/K"}, K_N{"K/N"}, N_m{"N/m"}, m{"m"}, Nm{"N*m"}, Nm_rad{"N*m/rad"}, Nm_rad3{"N*m/rad^3"},
-    Nms_rad{"N*m*s/rad"}, kgm2{"kg*m^2"}, rad{"rad"}, rad_s{"rad/s"}, per_s{"1/s"};
+    Nms_rad{"N*m*s/rad"}, kgm2{"kg*m^2"}, rad{"rad"}, rad_s{"rad/s"}, per_s{"1/s"}, kg{"kg"}, N{"N"}, Ns_m{"N*s/m"}, m_s{"m/s"};
 inline constexpr Unit deg{"deg", radians_per_degree}, deg_s{"deg/s", radians_per_degree};
 }  // namespace units
 

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plant/limb/limb.h"
+
+namespace sinew::plant {
+namespace {
+
+// Order of entry_groups_.
+struct Groups {
+  enum : std::size_t { air, heat, transformation, moment, temperature_reading, angle_reading };
+};
+
+std::string with_name(const std::string& words, const std::string& name) { return name.empty() ? words : words + " " + name; }
+
+}  // namespace
+
+std::size_t part_count(const Shape& shape, Part part) {
+  switch (part) {
+    case Part::room:
+    case Part::supply: return 1;
+    case Part::coil: return shape.coils.size();
+    case Part::pair: return shape.pairs.size();
+    case Part::segment: return shape.segments.size();
+    case Part::bend: return shape.bends.size();
+    case Part::thermocouple: return shape.thermocouple_coils.size();
+    case Part::bend_sensor: return shape.sensor_bends.size();
+  }
+  return 0;
+}
+
+std::vector<std::string> part_names(const Shape& shape, Part part) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < part_count(shape, part); ++k) {
+    const std::size_t p = part_of(shape, part, k);
+    switch (part) {
+      case Part::room:
+      case Part::supply: names.emplace_back(); break;
+      case Part::coil:
+      case Part::thermocouple: names.push_back(shape.coils[p].name); break;
+      case Part::pair: names.push_back(shape.coils[shape.pairs[p].first].name + "_" + shape.coils[shape.pairs[p].second].name); break;
+      case Part::segment: names.push_back(shape.segment_names[p]); break;
+      case Part::bend:
+      case Part::bend_sensor: names.push_back(shape.bends[p].name); break;
+    }
+  }
+  return names;
+}
+
+LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(std::move(shape)) {
+  name_ = "limb";
+  words_ = "the limb";
+  averaging_s_ = 0.5;
+  const auto names = [&](Part part) { return part_names(shape_, part); };
+  own_ = own_parts_of(own, LimbValues<double>(Core<double>(shape_), {}), names);
+  list_parameters_and_effects(LimbValues<double>(Core<double>(shape_), own_), names, parameters_, effects_);
+  for (const Shape::Coil& coil : shape_.coils)
+    inputs_.push_back({"duty_" + coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
+  list_channels();
+  list_entries();
+
+  const auto values_of = [&](const char* before, const char* unit, const std::vector<std::string>& parts) {
+    std::vector<ParameterId> all;
+    for (const std::string& part : parts) all.push_back(parameter(before + (part.empty() ? "" : "_" + part) + unit));
+    return all;
+  };
+  const auto constant = [&](std::string words, Place place, std::vector<ParameterId> which) {
+    constants_.push_back({.words = std::move(words), .place = text_of(place), .parameters = std::move(which)});
+  };
+  constant("the supply's voltage", Place::actuation, {parameter("supply_voltage_V")});
+  constant("the wires' heat capacity", Place::thermal, values_of("heat_capacity", "_J_K", names(Part::coil)));
+  constant("the level of the transformation temperatures", Place::transformation,
+           {parameter("heating_midpoint_degC"), parameter("cooling_midpoint_degC")});
+  constants_.back().scale = 5.0;
+  constants_.back().unit = "K";
+  constant("the stretch that the transformation makes", Place::transformation, {parameter("transformation_stretch_m")});
+  constant("the stiffness of austenite", Place::mechanics, {parameter("austenite_stiffness_N_m")});
+  constant("the stiffness of martensite", Place::mechanics, {parameter("martensite_stiffness_N_m")});
+  constant("the beam's stiffness", Place::mechanics, values_of("beam_stiffness", "_Nm_rad", names(Part::segment)));
+  constant("the beam's damping", Place::mechanics, values_of("beam_damping", "_Nms_rad", names(Part::segment)));
+  const auto gain = [&](std::string words, Place place, std::string_view kind, std::optional<ParameterId> about) {
+    Constant one{.words = std::move(words), .place = text_of(place), .about = about};
+    for (const ChannelId c : channels_.ids())
+      if (channels_[c].kind == kind) one.channels.push_back(c);
+    if (!one.channels.empty()) constants_.push_back(std::move(one));
+  };
+  gain("the thermocouples' gain", Place::sensor_temperature, "temperature", parameter("ambient_temperature_degC"));
+  gain("the bend sensor's gain", Place::sensor_angle, "angle", std::nullopt);
+}
+
+void LimbSystem::list_channels() {
+  for (const Shape::Sensor& sensor : shape_.sensors) {
+    ChannelInfo info;
+    info.column = sensor.column;
+    info.short_name = sensor.column.substr(0, sensor.column.rfind('_'));
+    info.words = info.short_name;
+    std::replace(info.words.begin(), info.words.end(), '_', ' ');
+    if (sensor.kind == Sensing::thermocouple) {
+      // A MAX31855 amplifier.
+      info.unit = units::degC, info.unit_words = "°C", info.range = {-273.15, 1e4}, info.noise = 0.1, info.step = 0.25;
+      info.kind = "temperature";
+      info.driven_by = InputId{sensor.part};
+      info.part = "coil " + shape_.coils[sensor.part].name;
+      info.driven_words = "is heated";
+      info.idle_words = "cools";
+    } else {
+      // A capacitive bend sensor; a camera is taken to be as good.
+      info.unit = units::deg, info.unit_words = "°", info.range = {-360.0, 360.0}, info.noise = 0.05, info.step = 0.03125;
+      info.kind = "angle";
+    }
+    channels_.push_back(std::move(info));
+  }
+}
+
+void LimbSystem::list_entries() {
+  for (const Shape::Coil& coil : shape_.coils) {
+    variables_.push_back({"temperature " + coil.name, "°C"});
+    variables_.push_back({"rate of temperature " + coil.name, "K/s"});
+    variables_.push_back({"martensite fraction " + coil.name, ""});
+    variables_.push_back({"duty " + coil.name, ""});
+  }
+  for (const Shape::Bend& bend : shape_.bends) {
+    variables_.push_back({with_name("angle", bend.name), "°"});
+    variables_.push_back({with_name("angular velocity", bend.name), "°/s"});
+    variables_.push_back({with_name("speed of bending", bend.name), "°/s"});
+  }
+  variables_.push_back({"time", "s"});
+  const VariableId time{variables_.size() - 1};
+  const auto of_coil = [](std::size_t j, std::size_t k) { return VariableId{4 * j + k}; };
+  const auto of_bend = [&](std::size_t b, std::size_t k) { return VariableId{4 * shape_.coils.size() + 3 * b + k}; };
+
+  const auto text = [](Place place) { return text_of(place); };
+  entry_groups_ = ListOf<EntryGroupId, EntryGroup>({
+      {"air", "the air around the limb", "K", 0.3, 30.0, {}},
+      {"heat", "the wires' heat balances", "W", 0.2, 4.0, {text(Place::thermal), text(Place::actuation)}},
+      {"transformation", "the transformation's rate", "1/s", 0.05, 2.0, {text(Place::transformation)}},
+      {"moment", "the beam's moment balance", "Nm", 5e-4, 2.0, {text(Place::mechanics)}},
+      {"temperature_reading", "the thermocouples' readings", "K", 0.5, 6.0, {text(Place::sensor_temperature)}},
+      {"angle_reading", "the bend sensor's reading", "rad", 0.01, 6.0, {text(Place::sensor_angle)}},
+  });
+
+  const CoreStates at(shape_);
+  const auto on_a_wire = [&](std::size_t j) {
+    std::vector<VariableId> list{of_coil(j, 0)};
+    for (std::size_t other : shape_.coils_of[shape_.coils[j].segment])
+      if (other != j) list.push_back(of_coil(other, 0));
+    for (std::size_t k = 1; k < 4; ++k) list.push_back(of_coil(j, k));
+    for (std::size_t b = 0; b < shape_.bends.size(); ++b)
+      if (shape_.bends[b].segment == shape_.coils[j].segment)
+        for (std::size_t k = 0; k < 3; ++k) list.push_back(of_bend(b, k));
+    list.push_back(time);
+    return list;
+  };
+  const auto on_a_beam = [&](std::size_t b) {
+    std::vector<VariableId> list{of_bend(b, 0), of_bend(b, 1), of_bend(b, 2)};
+    for (const std::size_t k : {std::size_t{0}, std::size_t{2}})
+      for (const std::size_t j : shape_.coils_of[shape_.bends[b].segment]) list.push_back(of_coil(j, k));
+    list.push_back(time);
+    return list;
+  };
+  const auto all_coils = [&](auto&& add) {
+    for (std::size_t j = 0; j < shape_.coils.size(); ++j) add(j);
+  };
+  const auto all_bends = [&](auto&& add) {
+    for (std::size_t b = 0; b < shape_.bends.size(); ++b) add(b);
+  };
+  const std::vector<std::string> coil_names = part_names(shape_, Part::coil), segment_names = part_names(shape_, Part::segment);
+  entries_.push_back({.group = {Groups::air}, .parameter = parameter("ambient_temperature_degC")});
+  all_coils([&](std::size_t j) {
+    entries_.push_back({.group = {Groups::heat},
+                        .state = StateId{at.temperature + j},
+                        .divided_by = parameter("heat_capacity_" + coil_names[j] + "_J_K"),
+                        .may_depend_on = on_a_wire(j)});
+  });
+  all_coils([&](std::size_t j) {
+    entries_.push_back({.group = {Groups::transformation}, .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
+  });
+  all_bends([&](std::size_t b) {
+    const std::string& segment = segment_names[shape_.bends[b].segment];
+    entries_.push_back({.group = {Groups::moment},
+                        .state = StateId{at.angular_velocity + b},
+                        .divided_by = parameter("beam_inertia" + (segment.empty() ? "" : "_" + segment) + "_kgm2"),
+                        .may_depend_on = on_a_beam(b)});
+  });
+  for (const Sensing kind : {Sensing::thermocouple, Sensing::bend})
+    for (const ChannelId c : channels_.ids()) {
+      const Shape::Sensor& sensor = shape_.sensors[c.index];
+      if ((sensor.kind == Sensing::thermocouple) != (kind == Sensing::thermocouple)) continue;
+      const bool wire = kind == Sensing::thermocouple;
+      entries_.push_back({.group = {wire ? Groups::temperature_reading : Groups::angle_reading},
+                          .channel = c,
+                          .may_depend_on = wire ? on_a_wire(sensor.part) : on_a_beam(sensor.part)});
+    }
+}
+
+States LimbSystem::states(const EffectsOn& on) const {
+  States list;
+  const auto names = [&](Part part) { return part_names(shape_, part); };
+  const auto add = [&](std::string_view pattern, const std::string& part, Unit unit, double scale, bool free = true) {
+    list.push_back({name_in_part(pattern, part), unit, scale, free});
+  };
+  for (const auto& name : names(Part::coil)) add("temperature_{}_degC", name, units::degC, 50.0);
+  for (const auto& name : names(Part::coil)) add("martensite_{}_fraction", name, units::none, 1.0);
+  for (const auto& name : names(Part::bend)) add("angle_{}_rad", name, units::rad, 1.0, false);
+  for (const auto& name : names(Part::bend)) add("angular_velocity_{}_rad_s", name, units::rad_s, 1.0, false);
+  LimbValues<double>(Core<double>(shape_), own_).each_effect([&](auto index, const auto& instances) {
+    using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
+    if constexpr (HasStates<Effect>)
+      if (on[index])
+        for (const auto& part : names(Effect::part))
+          for (const StateDeclaration& declared : Effect::states)
+            add(std::string(Effect::name) + "." + std::string(declared.name), part, declared.unit, declared.scale,
+                declared.free_at_start);
+  });
+  return list;
+}
+
+std::unique_ptr<Equations<double>> LimbSystem::equations(const std::vector<double>& values, const EffectsOn& on) const {
+  return std::make_unique<LimbEquations<double>>(shared_from_this(), shape_, own_, values, on, states(on));
+}
+std::unique_ptr<Equations<Jet>> LimbSystem::equations(const std::vector<Jet>& values, const EffectsOn& on) const {
+  return std::make_unique<LimbEquations<Jet>>(shared_from_this(), shape_, own_, values, on, states(on));
+}
+std::unique_ptr<LimbEquations<double>> LimbSystem::limb_equations(const Plant& plant) const {
+  return std::make_unique<LimbEquations<double>>(shared_from_this(), shape_, own_, plant.values(), plant.on(), states(plant.on()));
+}
+
+Envelopes<double> LimbSystem::loop_at(const Plant& plant, double temperature_degC) const {
+  const auto value = [&](const char* key) { return plant.get(parameter(key)); };
+  return envelopes(temperature_degC, value("heating_midpoint_degC"), value("heating_width_K"), value("cooling_midpoint_degC"),
+                   value("cooling_width_K"));
+}
+
+// Temperatures near what is measured first, fractions within the hysteresis loop there, all else within its scale of rest.
+std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span<const double> first_measured) const {
+  const CoreStates at(shape_);
+  const States list = states(plant.on());
+  std::vector<std::optional<double>> known(list.size());
+  const double ambient_degC = plant.get(parameter("ambient_temperature_degC"));
+  for (std::size_t j = 0; j < shape_.coils.size(); ++j) known[at.temperature + j] = ambient_degC;
+  for (std::size_t b = 0; b < shape_.bends.size(); ++b) known[at.angle + b] = 0.0;
+  for (std::size_t c = 0; c < shape_.sensors.size(); ++c) {
+    const Shape::Sensor& sensor = shape_.sensors[c];
+    if (std::isnan(first_measured[c])) continue;
+    if (sensor.kind == Sensing::thermocouple)
+      known[at.temperature + sensor.part] = first_measured[c];
+    else
+      known[at.angle + sensor.part] = first_measured[c];
+  }
+  for (std::size_t b = 0; b < shape_.bends.size(); ++b) {
+    const std::string& name = shape_.bends[b].name;
+    *known[at.angle + b] -= plant.get(parameter("angle_offset" + (name.empty() ? "" : "_" + name) + "_deg"));
+  }
+  Situation given;
+  given.inputs.assign(inputs_.size(), 0.0);
+  const std::vector<double> rest = plant.equations()->rest(given, known);
+  std::vector<StartBelief> beliefs;
+  for (const StateId i : list.ids()) {
+    StartBelief belief{rest[i.index], 0.5 * list[i].scale};
+    if (i.index < at.martensite) {
+      belief.deviation = 5.0;
+    } else if (i.index < at.angle) {
+      const Envelopes<double> loop = loop_at(plant, *known[i.index - at.martensite]);
+      belief = {0.5 * (loop.heating + loop.cooling), std::max(0.05, 0.5 * (loop.heating - loop.cooling)), 0.0, 1.0};
+    }
+    beliefs.push_back(belief);
+  }
+  return beliefs;
+}
+
+// Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands
+// still, or on one of the loop's branches, which a fit that begins inside does not feel. Fractions on the branches, in all
+// combinations of up to `most_combined` coils whose loop is open; all coils on one branch where there are more.
+std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(
+    const Plant& plant, const std::vector<std::optional<double>>& start) const {
+  constexpr double least_open = 0.02;  // martensite fraction
+  constexpr std::size_t most_combined = 3;
+  const CoreStates at(shape_);
+  if (start.empty() || !start[at.temperature]) return {};
+  std::vector<Envelopes<double>> loops;
+  bool is_open = false;
+  for (std::size_t j = 0; j < shape_.coils.size(); ++j) {
+    loops.push_back(loop_at(plant, *start[at.temperature + j]));
+    is_open = is_open || loops[j].heating - loops[j].cooling > least_open;
+  }
+  if (!is_open) return {};
+  const bool combined = loops.size() <= most_combined;
+  std::vector<std::vector<std::pair<StateId, double>>> all;
+  for (unsigned branches = 0; branches < (combined ? 1u << loops.size() : 2u); ++branches) {
+    all.emplace_back();
+    for (std::size_t j = 0; j < loops.size(); ++j)
+      all.back().emplace_back(StateId{at.martensite + j},
+                              (combined ? branches >> j : branches) & 1u ? loops[j].cooling : loops[j].heating);
+  }
+  return all;
+}
+
+std::string LimbSystem::structure_yaml() const { return shape_.is_two_coil_limb ? "" : yaml_of(shape_); }
+
+const std::shared_ptr<const LimbSystem>& two_coil_limb() {
+  static const auto shared = std::make_shared<const LimbSystem>(two_coil_shape(), std::vector<OwnValues>{});
+  return shared;
+}
+
+template class LimbEquations<double>;
+template class LimbEquations<Jet>;
+
+}  // namespace sinew::plant

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The System of soft limbs that are bent by SMA coils, for any number of segments and coils.
+#pragma once
+
+#include "plant/limb/equations.h"
+
+namespace sinew::plant {
+
+class LimbSystem final : public System {
+ public:
+  LimbSystem(Shape shape, const std::vector<OwnValues>& own);
+
+  States states(const EffectsOn& on) const override;
+  std::unique_ptr<Equations<double>> equations(const std::vector<double>& values, const EffectsOn& on) const override;
+  std::unique_ptr<Equations<Jet>> equations(const std::vector<Jet>& values, const EffectsOn& on) const override;
+  std::vector<StartBelief> start_beliefs(const Plant& plant, std::span<const double> first_measured) const override;
+  std::vector<std::vector<std::pair<StateId, double>>> other_starts(
+      const Plant& plant, const std::vector<std::optional<double>>& start) const override;
+  std::string structure_yaml() const override;
+
+  const Shape& shape() const { return shape_; }
+  // The concrete equations, for tests that look inside.
+  std::unique_ptr<LimbEquations<double>> limb_equations(const Plant& plant) const;
+
+ private:
+  Envelopes<double> loop_at(const Plant& plant, double temperature_degC) const;
+  void list_channels();
+  void list_entries();
+
+  Shape shape_;
+  OwnParts own_;
+};
+
+// The limb of plant files of format 1, shared.
+const std::shared_ptr<const LimbSystem>& two_coil_limb();
+
+}  // namespace sinew::plant
