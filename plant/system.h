@@ -48,6 +48,7 @@ enum class Between { held, linear };  // what an input does from one sample to t
 
 struct InputInfo {
   std::string column;  // "duty_A"
+  std::string name;    // of the part that it drives: "A"
   std::string words;   // "duty A"
   Unit unit;
   Range range;  // a recording with a value outside is refused
@@ -70,6 +71,20 @@ struct ChannelInfo {
   std::string part = "";         // "coil A"
   std::string driven_words = "";  // "is heated"
   std::string idle_words = "";    // "cools"
+};
+
+// Which way an input moves a channel: what a controller of that channel needs to know.
+struct Drive {
+  ChannelId channel;
+  InputId input;
+  double sense;  // of the channel's change, as a share of the whole: 1, -1, or between where directions are oblique
+};
+
+// A file that a logger of such a plant writes, and which of its columns are which of a recording's.
+struct LoggerFormat {
+  std::string_view clock_column;  // milliseconds since midnight; the header line begins with it
+  std::vector<std::pair<std::string_view, std::string>> columns;  // of the file, of the recording
+  std::vector<std::string_view> unused;                           // expected, and passed over in silence
 };
 
 // One parameter among all there are: first the core's, then each effect's, in the order of their lists.
@@ -178,6 +193,9 @@ class System : public std::enable_shared_from_this<System> {
   const std::vector<Entry>& entries() const { return entries_; }
   const ListOf<VariableId, VariableInfo>& variables() const { return variables_; }
   const std::vector<Constant>& constants() const { return constants_; }
+  const std::vector<Drive>& drives() const { return drives_; }
+  // The usual logger; then, where there is one, the same with the sides exchanged.
+  const std::vector<LoggerFormat>& loggers() const { return loggers_; }
   // Averages of the readings over this time lose nothing that the plant can do; 0: samples are taken as they are.
   double averaging_s() const { return averaging_s_; }
 
@@ -211,6 +229,8 @@ class System : public std::enable_shared_from_this<System> {
   std::vector<Entry> entries_;
   ListOf<VariableId, VariableInfo> variables_;
   std::vector<Constant> constants_;
+  std::vector<Drive> drives_;
+  std::vector<LoggerFormat> loggers_;
   double averaging_s_ = 0.0;
 };
 

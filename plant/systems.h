@@ -19,4 +19,7 @@ struct SystemMaker {
 // In the order of their names.
 const std::vector<SystemMaker>& systems();
 
+// The plant of a scenario that names none: the limb of Sabelhaus, Mehta, Wertz, Majidi 2022 at its nominal values.
+Plant default_plant();
+
 }  // namespace sinew::plant

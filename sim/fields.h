@@ -35,11 +35,8 @@ struct Assign {
   void operator()(bool& field, const Key& key) const {
     if (const auto* given = value(key)) field = given->truth();
   }
-  void operator()(plant::Coil& field, const Key& key) const {
-    if (const auto* given = value(key)) {
-      if (given->text() != "A" && given->text() != "B") given->complain("must be A or B");
-      field = given->text() == "A" ? plant::A : plant::B;
-    }
+  void operator()(std::string& field, const Key& key) const {
+    if (const auto* given = value(key)) field = given->text();
   }
   void operator()(plant::Method& field, const Key& key) const {
     if (const auto* given = value(key)) {
@@ -62,7 +59,7 @@ struct Write {
   template <std::integral Whole>
   void operator()(const Whole& field, const Key& key) const { line(key, std::to_string(field)); }
   void operator()(const bool& field, const Key& key) const { line(key, field ? "true" : "false"); }
-  void operator()(const plant::Coil& field, const Key& key) const { line(key, field == plant::A ? "A" : "B"); }
+  void operator()(const std::string& field, const Key& key) const { line(key, field); }
   void operator()(const plant::Method& field, const Key& key) const {
     line(key, std::string(method_names[static_cast<std::size_t>(field)]));
   }

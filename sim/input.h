@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What drives the coils: the paper's babbling controller, open-loop signals, or the duty of a recording.
+// What drives a plant: the paper's babbling controller, open-loop signals, or the inputs of a recording.
 #pragma once
 
 #include <array>
@@ -27,14 +27,14 @@ struct Key {
 inline constexpr plant::Range any_time_s{0.0, 1.0e6};
 inline constexpr plant::Range fraction{0.0, 1.0};
 
-// Open-loop signals. Each adds its value to the duty from `from_s` until `until_s` and nothing outside. The sum is cut to
-// [0, 1].
+// Open-loop signals. Each adds its value to an input from `from_s` until `until_s` and nothing outside. The sum is cut to the
+// input's range. Keys end in the unit of the input; `_fraction` here stands for any.
 struct ConstantSignal {
   static constexpr std::string_view name = "constant";
   double value_fraction = 0.0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.value_fraction, Key{"value_fraction", fraction, "duty, at all times", true});
+    visit(self.value_fraction, Key{"value_fraction", fraction, "value, at all times", true});
   }
   double at(double, const RandomStream&) const { return value_fraction; }
 };
@@ -44,7 +44,7 @@ struct StepSignal {
   double height_fraction = 0.0, from_s = 0.0, until_s = 0.0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.height_fraction, Key{"height_fraction", fraction, "duty while the step lasts", true});
+    visit(self.height_fraction, Key{"height_fraction", fraction, "value while the step lasts", true});
     visit(self.from_s, Key{"from_s", any_time_s, "begin", true});
     visit(self.until_s, Key{"until_s", any_time_s, "end", true});
   }
@@ -56,8 +56,8 @@ struct RampSignal {
   double first_fraction = 0.0, last_fraction = 0.0, from_s = 0.0, until_s = 0.0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.first_fraction, Key{"first_fraction", fraction, "duty at the begin", true});
-    visit(self.last_fraction, Key{"last_fraction", fraction, "duty at the end", true});
+    visit(self.first_fraction, Key{"first_fraction", fraction, "value at the begin", true});
+    visit(self.last_fraction, Key{"last_fraction", fraction, "value at the end", true});
     visit(self.from_s, Key{"from_s", any_time_s, "begin", true});
     visit(self.until_s, Key{"until_s", any_time_s, "end", true});
   }
@@ -72,7 +72,7 @@ struct SineSignal {
   double mean_fraction = 0.0, amplitude_fraction = 0.0, period_s = 1.0, from_s = 0.0, until_s = 0.0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.mean_fraction, Key{"mean_fraction", {-1.0, 1.0}, "mean duty", true});
+    visit(self.mean_fraction, Key{"mean_fraction", {-1.0, 1.0}, "mean", true});
     visit(self.amplitude_fraction, Key{"amplitude_fraction", fraction, "amplitude", true});
     visit(self.period_s, Key{"period_s", {1.0e-3, 1.0e6}, "period", true});
     visit(self.from_s, Key{"from_s", any_time_s, "begin; the sine begins at its mean, rising", true});
@@ -92,7 +92,7 @@ struct ChirpSignal {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     constexpr plant::Range frequencies{0.0, 1.0e3};
-    visit(self.mean_fraction, Key{"mean_fraction", {-1.0, 1.0}, "mean duty", true});
+    visit(self.mean_fraction, Key{"mean_fraction", {-1.0, 1.0}, "mean", true});
     visit(self.amplitude_fraction, Key{"amplitude_fraction", fraction, "amplitude", true});
     visit(self.first_frequency_Hz, Key{"first_frequency_Hz", frequencies, "frequency at the begin", true});
     visit(self.last_frequency_Hz, Key{"last_frequency_Hz", frequencies, "frequency at the end", true});
@@ -130,18 +130,19 @@ struct PrbsSignal {
 using Signal = std::variant<ConstantSignal, StepSignal, RampSignal, SineSignal, ChirpSignal, PrbsSignal>;
 
 struct OpenLoopInput {
-  plant::PerCoil<std::vector<Signal>> duty;
+  std::vector<std::vector<Signal>> signals;  // of each input; shorter, or empty: nothing
 };
 
-// The paper's babbling (Sabelhaus et al. 2022): random angles, each held for a random time, followed by a PI law,
-//   u = K_P e + K_I sum e dt, cut to [-1, 1] and to the limit of the duty;
-// positive u drives one coil, negative u the other (or none, where only one is driven).
+// The paper's babbling (Sabelhaus et al. 2022): random setpoints, each held for a random time, followed by a PI law,
+//   u = K_P e + K_I sum e dt, cut to [-1, 1];
+// positive u drives what moves the channel up, negative u what moves it down (or nothing), each up to the limit. Every channel
+// that inputs drive (System::drives) has setpoints of its own; an input gets the sum over its channels.
 struct BabbleInput {
   static constexpr std::string_view name = "babble";
   double lowest_deg = -45.0, highest_deg = 45.0, shortest_hold_s = 1.0, longest_hold_s = 30.0;
   double proportional_gain_1_deg = 0.06, integral_gain_1_deg_s = 1.0e-5, duty_limit_fraction = 0.6;
-  plant::Coil positive_drives = plant::A;
-  bool both_coils = true;
+  std::string positive_drives;  // name of an input's part; it and what works with it move their channel up. Empty: as the System says
+  bool both_coils = true;       // false: nothing is driven by negative u
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     constexpr plant::Range angles{-180.0, 180.0}, gains{0.0, 100.0};
@@ -152,8 +153,8 @@ struct BabbleInput {
     visit(self.proportional_gain_1_deg, Key{"proportional_gain_1_deg", gains, "K_P"});
     visit(self.integral_gain_1_deg_s, Key{"integral_gain_1_deg_s", gains, "K_I"});
     visit(self.duty_limit_fraction, Key{"duty_limit_fraction", fraction, "the duty never passes this"});
-    visit(self.positive_drives, Key{"positive_drives", {}, "the coil that bends the limb towards positive angles"});
-    visit(self.both_coils, Key{"both_coils", {}, "whether negative u drives the other coil"});
+    visit(self.positive_drives, Key{"positive_drives", {}, "what bends towards positive values"});
+    visit(self.both_coils, Key{"both_coils", {}, "whether negative u drives the other side"});
   }
 };
 
@@ -167,28 +168,38 @@ using Input = std::variant<OpenLoopInput, BabbleInput, ReplayInput>;
 
 // What a driver remembers from tick to tick.
 struct DriverState {
-  std::int64_t setpoints_drawn = 0;
-  double setpoint_deg = 0.0;
-  double next_setpoint_s = 0.0;
-  double error_integral_deg_s = 0.0;
-  double last_angle_deg = 0.0;
+  struct Following {  // one channel
+    std::int64_t setpoints_drawn = 0;
+    double setpoint = 0.0;
+    double next_setpoint_s = 0.0;
+    double error_integral = 0.0;
+    double last_measured = 0.0;
+  };
+  std::vector<Following> following;
   std::size_t replay_index = 0;
 };
 
 // Turns measurements into commands.
 class Driver {
  public:
-  Driver(const Input& input, std::uint64_t seed, double period_s);
+  // `system` and `input` must outlive this.
+  Driver(const plant::System& system, const Input& input, std::uint64_t seed, double period_s);
   Command command(const Measurement& measured, double time_s);
   const DriverState& state() const { return state_; }
   void set_state(const DriverState& state) { state_ = state; }
 
  private:
-  plant::PerCoil<double> babble(const BabbleInput& input, const Measurement& measured, double time_s);
+  struct Followed {
+    plant::ChannelId channel;
+    std::vector<std::pair<plant::InputId, double>> driven_by;  // input, and which way it moves the channel
+    RandomStream setpoint_chance, hold_chance;
+  };
+  std::vector<double> babble(const BabbleInput& input, const Measurement& measured, double time_s);
+  const plant::System& system_;
   const Input& input_;
   double period_s_;
-  plant::PerCoil<RandomStream> signal_chance_;
-  RandomStream setpoint_chance_, hold_chance_;
+  std::vector<RandomStream> signal_chance_;
+  std::vector<Followed> followed_;
   DriverState state_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include "sim/text.h"
@@ -38,64 +39,159 @@ double read_value(const YamlValue& value, const Declaration& declared, std::stri
   return number;
 }
 
-void read_core(const YamlValue& value, plant::Limb<double>& limb) {
+void read_core(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    const auto& info = plant::parameters()[p];
-    if (info.effect != plant::no_effect) continue;
-    if (const YamlValue* given = map.find(info.declaration.name))
-      plant::set_in_file_units(limb, p, read_value(*given, info.declaration, ""));
+  const auto& all = plant.system().parameters();
+  for (const plant::ParameterId p : all.ids()) {
+    if (all[p].effect) continue;
+    if (const YamlValue* given = map.find(all[p].declaration.name))
+      plant.set_in_file_units(p, read_value(*given, all[p].declaration, ""));
   }
   map.finish("`sinew effects --core` lists the parameters of the core");
 }
 
-void read_effects(const YamlValue& value, plant::Limb<double>& limb) {
+// What a map gives of the parameters whose owner is this; all of them must be there.
+void read_effect_values(YamlMap& map, const std::string& owner, std::string_view effect, plant::Plant& plant) {
+  const auto& all = plant.system().parameters();
+  for (const plant::ParameterId p : all.ids()) {
+    if (all[p].owner != owner) continue;
+    const Declaration& declared = all[p].declaration;
+    const std::string what_for = "an effect that is named gives all its parameters; " + std::string(declared.meaning);
+    plant.set_in_file_units(p, read_value(map.require(declared.name, what_for), declared, effect));
+  }
+}
+
+void read_effects(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
-  for (const auto& effect : plant::effects()) {
+  const auto& all = plant.system().parameters();
+  for (const auto& effect : plant.system().effects()) {
     const YamlValue* given = map.find(effect.name);
     if (!given) continue;
     YamlMap inner(*given);
-    for (const std::size_t p : effect.parameters) inner.find(plant::parameters()[p].declaration.name);
+    for (const plant::ParameterId p : effect.parameters) inner.find(all[p].declaration.name);
+    std::vector<std::pair<std::string, const YamlValue*>> own;
+    for (const auto& entry : given->map)
+      if (entry.value.kind == YamlValue::Kind::map) own.emplace_back(entry.key, inner.find(entry.key));
     inner.finish();  // before what is missing: an unknown key may be a misspelling of it
-    for (const std::size_t p : effect.parameters) {
-      const Declaration& declared = plant::parameters()[p].declaration;
-      const std::string what_for = "an effect that is named gives all its parameters; " + std::string(declared.meaning);
-      plant::set_in_file_units(limb, p, read_value(inner.require(declared.name, what_for), declared, effect.name));
+    read_effect_values(inner, std::string(effect.name), effect.name, plant);
+    for (const auto& [part, values] : own) {
+      YamlMap of_part(*values);
+      for (const plant::ParameterId p : effect.parameters) of_part.find(all[p].declaration.name);
+      of_part.finish();
+      read_effect_values(of_part, std::string(effect.name) + "." + part, effect.name, plant);
     }
   }
   map.finish("`sinew effects` lists all effects");
 }
 
+plant::Description description_of(const YamlValue& value) {
+  plant::Description result;
+  result.path = value.path;
+  result.scalar = value.scalar;
+  result.kind = value.kind == YamlValue::Kind::scalar ? plant::Description::Kind::scalar
+                : value.kind == YamlValue::Kind::map  ? plant::Description::Kind::map
+                : value.kind == YamlValue::Kind::list ? plant::Description::Kind::list
+                                                      : plant::Description::Kind::empty;
+  for (const auto& entry : value.map) result.map.emplace_back(entry.key, description_of(entry.value));
+  for (const YamlValue& one : value.list) result.list.push_back(description_of(one));
+  return result;
+}
+
+const YamlValue* value_at(const YamlValue& value, const std::string& path) {
+  if (value.path == path) return &value;
+  for (const auto& entry : value.map)
+    if (const YamlValue* found = value_at(entry.value, path)) return found;
+  for (const YamlValue& one : value.list)
+    if (const YamlValue* found = value_at(one, path)) return found;
+  return nullptr;
+}
+
+// What a System is made from: kept along the chain of bases, since a file may give a part of its base values of its own.
+struct Making {
+  const plant::SystemMaker* maker = nullptr;
+  plant::Description structure;
+  std::vector<plant::OwnValues> own;
+};
+
+plant::Plant made(const Making& from, const YamlValue& value) {
+  try {
+    return plant::Plant(from.maker->make(from.structure, from.own));
+  } catch (const plant::DescriptionError& error) {
+    const YamlValue* at = value_at(value, error.path);
+    (at ? *at : value).complain(error.what());
+  }
+}
+
+void carry_over(const plant::Plant& from, plant::Plant& to) {
+  for (const plant::ParameterId p : from.system().parameters().ids())
+    if (const auto same = to.system().find_parameter(from.system().parameters()[p].key())) to.set(*same, from.get(p));
+}
+
 // `below`: the files that have this one as their base, or as the base of their base.
-plant::Limb<double> read_plant_of(const YamlValue& value, const std::filesystem::path& folder,
-                                  std::vector<std::filesystem::path> below) {
+std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std::filesystem::path& folder,
+                                              std::vector<std::filesystem::path> below) {
   YamlMap map(value);
-  plant::Limb<double> limb;
-  if (const YamlValue* format = map.find("format"); format && format->whole_number() != 1)
-    format->complain("must be 1, the format that this version reads");
-  if (const YamlValue* base = map.find("base"); base && base->text() != "paper_limb") {
+  plant::Plant plant = plant::default_plant();
+  Making making;
+  for (const auto& maker : plant::systems())
+    if (maker.name == plant.system().name()) making.maker = &maker;
+  const YamlValue* format = map.find("format");
+  if (format && format->whole_number() != 1 && format->whole_number() != 2)
+    format->complain("must be 1 or 2, the formats that this version reads");
+  const YamlValue* base = map.find("base");
+  if (base && base->text() != "paper_limb") {
     const std::filesystem::path file = folder / base->text();
     if (!std::filesystem::exists(file))
       base->complain("no such file; a base is paper_limb or a plant file, looked for beside this one");
     below.push_back(std::filesystem::weakly_canonical(value.file));
     if (std::find(below.begin(), below.end(), std::filesystem::weakly_canonical(file)) != below.end())
       base->complain("a plant cannot be its own base");
-    limb = read_plant_of(read_yaml(file), file.parent_path(), below);
+    std::tie(plant, making) = read_plant_of(read_yaml(file), file.parent_path(), below);
   }
-  if (const YamlValue* parameters = map.find("parameters")) read_core(*parameters, limb);
-  if (const YamlValue* effects = map.find("effects")) read_effects(*effects, limb);
+  const auto needs_format_2 = [&](const YamlValue& what) {
+    if (format && format->whole_number() == 1) what.complain("needs `format: 2`");
+  };
+  bool anew = false;
+  for (const auto& maker : plant::systems())
+    if (const YamlValue* structure = map.find(maker.name)) {
+      needs_format_2(*structure);
+      if (base) structure->complain("a plant has its structure from its base; leave out one of the two");
+      if (anew) structure->complain("a plant is of one system");
+      making = {&maker, description_of(*structure), {}};
+      anew = true;
+    }
+  const YamlValue* effects = map.find("effects");
+  if (effects)
+    for (const auto& effect : effects->map)
+      for (const auto& entry : effect.value.map)
+        if (entry.value.kind == YamlValue::Kind::map) {
+          needs_format_2(entry.value);
+          const bool known = std::any_of(making.own.begin(), making.own.end(), [&](const plant::OwnValues& one) {
+            return one.effect == effect.key && one.part == entry.key;
+          });
+          if (!known) making.own.push_back({entry.value.path, effect.key, entry.key});
+          anew = anew || !known;
+        }
+  if (anew) {
+    plant::Plant again = made(making, value);
+    carry_over(plant, again);
+    if (again.system().name() != plant.system().name()) again = plant::Plant(again.shared_system());
+    plant = again;
+  }
+  if (const YamlValue* parameters = map.find("parameters")) read_core(*parameters, plant);
+  if (effects) read_effects(*effects, plant);
   map.finish();
-  plant::turn_on_by_strength(limb);
-  return limb;
+  plant.turn_on_by_strength();
+  return {plant, making};
 }
 
 }  // namespace
 
-plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::path& folder) {
-  return read_plant_of(value, folder, {});
+plant::Plant read_plant(const YamlValue& value, const std::filesystem::path& folder) {
+  return read_plant_of(value, folder, {}).first;
 }
 
-plant::Limb<double> read_plant_file(const std::filesystem::path& file) {
+plant::Plant read_plant_file(const std::filesystem::path& file) {
   const YamlValue plant = read_yaml(file);
   if (plant.kind == YamlValue::Kind::empty)
     plant.complain("holds no plant; `format: 1` alone is the paper's limb, plant/limbs/paper_limb.yaml shows all that may stand in it");
@@ -113,29 +209,49 @@ std::string text_in_unit(double internal, double internal_per_unit) {
   return text.empty() ? shortest(quotient) : text;
 }
 
-std::string parameter_text(const plant::Limb<double>& limb, std::size_t parameter) {
-  const Declaration& declared = plant::parameters()[parameter].declaration;
-  const double internal = plant::get(limb, parameter);
+std::string parameter_text(const plant::Plant& plant, plant::ParameterId parameter) {
+  const Declaration& declared = plant.system().parameters()[parameter].declaration;
+  const double internal = plant.get(parameter);
   if (declared.kind == Kind::toggle) return internal != 0.0 ? "true" : "false";
   return text_in_unit(internal, declared.unit.internal_per_unit);
 }
 
-std::string plant_to_yaml(const plant::Limb<double>& limb, int indent) {
+std::string plant_to_yaml(const plant::Plant& plant, int indent) {
   const std::string margin(static_cast<std::size_t>(indent), ' ');
-  std::string text = margin + "parameters:\n";
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    const auto& info = plant::parameters()[p];
-    if (info.effect == plant::no_effect)
-      text += margin + "  " + std::string(info.declaration.name) + ": " + parameter_text(limb, p) + "\n";
+  const auto& all = plant.system().parameters();
+  std::string text;
+  std::string structure = plant.system().structure_yaml();
+  while (!structure.empty()) {
+    const std::size_t end = structure.find('\n') + 1;
+    text += margin + structure.substr(0, end);
+    structure.erase(0, end);
   }
+  text += margin + "parameters:\n";
+  for (const plant::ParameterId p : all.ids())
+    if (!all[p].effect) text += margin + "  " + all[p].declaration.name + ": " + parameter_text(plant, p) + "\n";
   std::string effects;
-  for (std::size_t e = 0; e < plant::effects().size(); ++e) {
-    if (!limb.on[e]) continue;
-    effects += margin + "  " + std::string(plant::effects()[e].name) + ":\n";
-    for (const std::size_t p : plant::effects()[e].parameters)
-      effects += margin + "    " + std::string(plant::parameters()[p].declaration.name) + ": " + parameter_text(limb, p) + "\n";
+  for (const plant::EffectId e : plant.system().effects().ids()) {
+    if (!plant.is_on(e)) continue;
+    const std::string name(plant.system().effects()[e].name);
+    std::string owner = name;
+    effects += margin + "  " + name + ":\n";
+    for (const plant::ParameterId p : all.ids()) {
+      if (all[p].effect != e) continue;
+      const std::string more = all[p].owner == name ? "" : "  ";
+      if (all[p].owner != owner) effects += margin + "    " + all[p].owner.substr(name.size() + 1) + ":\n";
+      owner = all[p].owner;
+      effects += margin + "    " + more + all[p].declaration.name + ": " + parameter_text(plant, p) + "\n";
+    }
   }
   return text + margin + (effects.empty() ? "effects: {}\n" : "effects:\n" + effects);
+}
+
+std::string plant_file_text(const plant::Plant& plant) {
+  const auto& all = plant.system().parameters();
+  const bool own = std::any_of(all.begin(), all.end(), [&](const plant::ParameterInfo& info) {
+    return info.owner.find('.') != std::string::npos && plant.is_on(*info.effect);
+  });
+  return std::string("format: ") + (own || !plant.system().structure_yaml().empty() ? "2" : "1") + "\n" + plant_to_yaml(plant);
 }
 
 }  // namespace sinew::sim

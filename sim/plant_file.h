@@ -1,35 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plant in YAML: a map `parameters:` of the core's names, and a map `effects:` of names of effects, each with all of its
-// parameters. What `parameters` leaves out has its default, or that of the plant that `base:` names.
+// A plant in YAML: its structure under the name of its System (left out: the usual one), a map `parameters:` of the core's names,
+// and a map `effects:` of names of effects, each with all of its parameters. What `parameters` leaves out has its default, or that
+// of the plant that `base:` names. A part may have values of its own, under its name.
 //
 //     base: paper_limb                    # or a file, relative to this one; left out: paper_limb
 //     parameters: { ambient_temperature_degC: 22.0 }
 //     effects:
-//       thermocouple_lag: { time_constant_s: 1.2 }
+//       latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }
 //
-// All of it walks the declarations of plant/; nothing here knows a parameter by name.
+// `format: 2` is needed where a structure, or values of a part's own, are given. All of it walks the lists of a System; nothing
+// here knows a parameter by name.
 #pragma once
 
 #include <filesystem>
 #include <string>
 
-#include "plant/limb.h"
+#include "plant/systems.h"
 #include "sim/yaml.h"
 
 namespace sinew::sim {
 
 // Throws InputError. `folder`: where a `base` with a path is looked for.
-plant::Limb<double> read_plant(const YamlValue& value, const std::filesystem::path& folder);
-plant::Limb<double> read_plant_file(const std::filesystem::path& file);
+plant::Plant read_plant(const YamlValue& value, const std::filesystem::path& folder);
+plant::Plant read_plant_file(const std::filesystem::path& file);
 
-// Every parameter of the core, and every effect that is on with all of its parameters; `indent` spaces before each line.
-// What is written reads back as the same limb, bit for bit, if it was read from a file; angles of other limbs can be off
-// by a rounding.
-std::string plant_to_yaml(const plant::Limb<double>& limb, int indent = 0);
+// The structure where it is not the usual one, every parameter of the core, and every effect that is on with all of its parameters;
+// `indent` spaces before each line. What is written reads back as the same plant, bit for bit, if it was read from a file;
+// angles of other plants can be off by a rounding.
+std::string plant_to_yaml(const plant::Plant& plant, int indent = 0);
+// The same as a file: with `format:` above it.
+std::string plant_file_text(const plant::Plant& plant);
 
 // A number as it is written in a file: of the numbers around the quotient that are converted back to the same internal
 // value, the one of the shortest form. Where there is none (an internal value that no file gave), the quotient.
 std::string text_in_unit(double internal, double internal_per_unit);
-std::string parameter_text(const plant::Limb<double>& limb, std::size_t parameter);
+std::string parameter_text(const plant::Plant& plant, plant::ParameterId parameter);
 
 }  // namespace sinew::sim

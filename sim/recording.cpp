@@ -11,6 +11,7 @@
 #include <span>
 #include <utility>
 
+#include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -22,34 +23,45 @@ constexpr double uneven_share = 0.1;       // of the median period
 constexpr double gap_periods = 2.5;        // a longer step is a gap
 constexpr double backward_periods = 10.0;  // time that goes back by less is a row out of order
 constexpr double latest_time_s = 1e10;     // beyond it, seconds no longer resolve a sample well
-constexpr double absolute_zero_degC = -273.15;
-constexpr double full_turn_deg = 360.0;
 constexpr double day_ms = 86'400'000.0;
 constexpr std::size_t logger_preamble_lines = 2;
 constexpr std::size_t header_search_lines = 10;
 constexpr std::size_t listed_names = 30;
 
-// What a column is used for.
-enum Role : std::size_t { role_time, role_duty_a, role_duty_b, role_temperature_a, role_temperature_b, role_angle };
-constexpr std::size_t role_count = 6;
-constexpr std::size_t no_role = role_count;
+constexpr std::string_view time_column = "time_s";
+constexpr std::size_t no_role = static_cast<std::size_t>(-1), time_role = 0;
 
-// A kind of file: the name of the column for each role, and what else it may hold.
+// A kind of file: the name of the column for each role (the time, the inputs, the channels), and what else it may hold.
 struct Format {
-  std::array<std::string_view, role_count> names;
-  bool case_matters;
-  bool milliseconds_of_day;
-  std::span<const std::string_view> known_names;  // columns that are expected and not used
+  std::vector<std::string> names;
+  bool case_matters = true;
+  bool milliseconds_of_day = false;
+  std::vector<std::string_view> known_names{};  // columns that are expected and not used
+  std::string_view logger_clock{};  // of the logger that is taken for a recording by mistake; empty: none is known
 };
 
-constexpr Format recording_format{
-    {"time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"}, true, false, {}};
+Format recording_format(const Columns& columns) {
+  Format format;
+  format.names.emplace_back(time_column);
+  for (const Column& column : columns.inputs) format.names.push_back(column.name);
+  for (const Column& column : columns.channels) format.names.push_back(column.name);
+  return format;
+}
 
-constexpr std::string_view logger_clock = "Timestamp (millisec since midnight today)";
-constexpr std::array<std::string_view, 15> logger_unused{"Test time", "theta_targ", "x_251",  "y_251",  "x_285",
-                                                         "y_285",     "theta",      "Vl",     "Vr",     "Al",
-                                                         "Ar",        "Br",         "T_time", "B_time", "pctime"};
-constexpr Format logger_format{{logger_clock, "pwm_0", "pwm_1", "Tl", "Tr", "Bl"}, false, true, logger_unused};
+Format logger_format(const plant::LoggerFormat& logger, const Columns& columns) {
+  Format format = recording_format(columns);
+  format.names[time_role] = logger.clock_column;
+  for (auto& name : format.names)
+    for (const auto& [theirs, ours] : logger.columns)
+      if (name == ours) {
+        name = theirs;
+        break;
+      }
+  format.case_matters = false;
+  format.milliseconds_of_day = true;
+  format.known_names = logger.unused;
+  return format;
+}
 
 bool same_name(std::string_view a, std::string_view b, bool case_matters) {
   if (case_matters) return a == b;
@@ -73,7 +85,8 @@ void for_each_field(std::string_view line, Use&& use) {
 
 std::string_view first_field(std::string_view line) { return trimmed(line.substr(0, line.find(','))); }
 
-std::string list(std::span<const std::string_view> names) {
+template <class Names>
+std::string list(const Names& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), listed_names); ++i) {
     if (i > 0) text += ", ";
@@ -175,7 +188,8 @@ std::string comment_of(std::string_view line) {
 }
 
 // Whether one of the first lines begins with the column of the logger's clock.
-bool looks_like_logger(std::string_view text) {
+bool looks_like_logger(std::string_view text, std::string_view logger_clock) {
+  if (logger_clock.empty()) return false;
   for (std::size_t i = 0; i < header_search_lines && !text.empty(); ++i) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     if (same_name(first_field(text.substr(0, end)), logger_clock, false)) return true;
@@ -184,7 +198,7 @@ bool looks_like_logger(std::string_view text) {
   return false;
 }
 
-// A row as it stands in the file: a missing duty is NaN.
+// A row as it stands in the file: a missing input is NaN.
 struct Row {
   Sample sample;
   const char* time_field;
@@ -194,7 +208,13 @@ struct Row {
 class Table {
  public:
   Table(Lines& lines, const Format& format, Recording& recording)
-      : lines_(lines), format_(format), recording_(recording), notes_(recording.notes) {}
+      : lines_(lines), format_(format), recording_(recording), notes_(recording.notes),
+        inputs_(recording.columns.inputs.size()), channels_(recording.columns.channels.size()) {
+    notes_.held_input.resize(inputs_);
+    notes_.missing.resize(channels_);
+    for (const Column& column : recording.columns.inputs) notes_.input_words.push_back(column.words);
+    for (const Column& column : recording.columns.channels) notes_.channel_words.push_back(column.words);
+  }
 
   // The header is the line that `lines` stands on.
   void read() {
@@ -218,17 +238,17 @@ class Table {
   }
 
  private:
-  std::string name_of(Role role) const { return std::string(format_.names[role]); }
+  const std::string& name_of(std::size_t role) const { return format_.names[role]; }
 
   void read_header() {
     const std::string_view line = lines_.line();
     std::vector<std::string_view> names, extra;
-    std::array<bool, role_count> found{};
+    std::vector<bool> found(format_.names.size());
     for_each_field(line, [&](std::string_view field) {
       const std::string_view name = trimmed(field);
       const auto is_it = [&](std::string_view wanted) { return same_name(name, wanted, format_.case_matters); };
       const auto wanted = std::find_if(format_.names.begin(), format_.names.end(), is_it);
-      const auto role = static_cast<std::size_t>(wanted - format_.names.begin());
+      const auto role = wanted == format_.names.end() ? no_role : static_cast<std::size_t>(wanted - format_.names.begin());
       names.push_back(name);
       role_of_field_.push_back(role);
       if (role == no_role) {
@@ -239,7 +259,7 @@ class Table {
         found[role] = true;
       }
     });
-    if (found != std::array{true, true, true, true, true, true}) fail_for_missing_columns(names, extra, found);
+    if (std::find(found.begin(), found.end(), false) != found.end()) fail_for_missing_columns(names, extra, found);
     for (const std::string_view name : extra) {
       lines_.count(notes_.extra_columns, line.data());
       notes_.extra_column_names.push_back(name.empty() ? "(no name)" : printable(name));
@@ -248,20 +268,20 @@ class Table {
 
   [[noreturn]] void fail_for_missing_columns(std::span<const std::string_view> names,
                                              std::span<const std::string_view> extra,
-                                             const std::array<bool, role_count>& found) const {
+                                             const std::vector<bool>& found) const {
     const std::string_view line = lines_.line();
     std::vector<std::string_view> missing;
     std::string near;
-    for (std::size_t role = 0; role < role_count; ++role) {
+    for (std::size_t role = 0; role < found.size(); ++role) {
       if (found[role]) continue;
       missing.push_back(format_.names[role]);
       const std::string spelling = nearest(format_.names[role], extra);
       if (spelling.empty()) continue;
-      near += '\n' + std::string(format_.names[role]) + ": did you mean " + printable(spelling) + '?';
+      near += '\n' + format_.names[role] + ": did you mean " + printable(spelling) + '?';
     }
     std::string advice = "the columns here are: " + list(names) + near;
-    if (!format_.milliseconds_of_day && looks_like_logger(lines_.text())) {
-      advice = "this is a file of the limb's logger; `sinew convert` makes a recording of it";
+    if (!format_.milliseconds_of_day && looks_like_logger(lines_.text(), format_.logger_clock)) {
+      advice = "this is a file of the logger; `sinew convert` makes a recording of it";
     } else if (line.find(',') == std::string_view::npos && line.find_first_of(";\t") != std::string_view::npos) {
       advice += "\nfields must be separated by ',', and decimals written with '.'";
     }
@@ -269,13 +289,14 @@ class Table {
   }
 
   void read_row(std::string_view line) {
-    std::array<std::string_view, role_count + 1> fields;
+    std::vector<std::string_view>& fields = fields_;
+    fields.assign(format_.names.size(), {});
     std::size_t field_count = 0;
     const std::size_t expected = role_of_field_.size();
     const char* surplus = nullptr;
     for_each_field(line, [&](std::string_view field) {
       if (field_count < expected) {
-        fields[role_of_field_[field_count]] = field;
+        if (role_of_field_[field_count] != no_role) fields[role_of_field_[field_count]] = field;
       } else if (field_count == expected) {
         surplus = field.data();
       }
@@ -296,21 +317,20 @@ class Table {
       lines_.count(notes_.cut_off_last_line, line.data());
       return;
     }
-    const Sample sample{.time_s = time_s(fields[role_time]),
-                        .duty_fraction = {duty_fraction(fields[role_duty_a], role_duty_a),
-                                          duty_fraction(fields[role_duty_b], role_duty_b)},
-                        .temperature_degC = {temperature_degC(fields[role_temperature_a], role_temperature_a),
-                                             temperature_degC(fields[role_temperature_b], role_temperature_b)},
-                        .angle_deg = angle_deg(fields[role_angle])};
-    rows_.push_back({sample, fields[role_time].data()});
+    Sample sample;
+    sample.time_s = time_s(fields[time_role]);
+    for (std::size_t i = 0; i < inputs_; ++i) sample.inputs.push_back(input(fields[1 + i], i));
+    for (std::size_t c = 0; c < channels_; ++c)
+      sample.channels.push_back(in_range(fields[1 + inputs_ + c], 1 + inputs_ + c, recording_.columns.channels[c]));
+    rows_.push_back({std::move(sample), fields[time_role].data()});
   }
 
-  [[noreturn]] void fail_in_field(std::string_view field, Role role, std::string advice) const {
+  [[noreturn]] void fail_in_field(std::string_view field, std::size_t role, std::string advice) const {
     const std::string_view token = trimmed(field);
     lines_.fail_at(token.data(), name_of(role), token.empty() ? "(empty)" : token, std::move(advice));
   }
 
-  double number_or_nan(std::string_view field, Role role) const {
+  double number_or_nan(std::string_view field, std::size_t role) const {
     if (trimmed(field).empty()) return not_a_number;
     const std::optional<double> value = parse_number(field);
     if (!value) fail_in_field(field, role, "must be a number; a missing sample is an empty field or nan");
@@ -318,13 +338,13 @@ class Table {
   }
 
   double time_s(std::string_view field) {
-    const double value = number_or_nan(field, role_time);
-    if (std::isnan(value)) fail_in_field(field, role_time, "every row needs its time");
+    const double value = number_or_nan(field, time_role);
+    if (std::isnan(value)) fail_in_field(field, time_role, "every row needs its time");
     if (!format_.milliseconds_of_day) {
-      if (std::abs(value) > latest_time_s) fail_in_field(field, role_time, "must lie within 1e10 s of 0");
+      if (std::abs(value) > latest_time_s) fail_in_field(field, time_role, "must lie within 1e10 s of 0");
       return value;
     }
-    if (value < 0.0 || value > day_ms) fail_in_field(field, role_time, "must lie in [0, 86400000], a day in ms");
+    if (value < 0.0 || value > day_ms) fail_in_field(field, time_role, "must lie in [0, 86400000], a day in ms");
     if (rows_.empty()) {
       first_clock_ms_ = value;
     } else if (value < last_clock_ms_ - day_ms / 2) {
@@ -337,33 +357,26 @@ class Table {
     return (day_ * day_ms + value - first_clock_ms_) / 1000.0;
   }
 
-  double duty_fraction(std::string_view field, Role role) const {
+  double in_range(std::string_view field, std::size_t role, const Column& column) const {
     const double value = number_or_nan(field, role);
-    if (std::isnan(value) && rows_.empty()) {
-      fail_in_field(field, role, "the first row needs a duty: there is none before it to hold");
-    }
-    if (value < 0.0 || value > 1.0) {
-      std::string advice = "a duty is a fraction and must lie in [0, 1]";
-      if (value > 1.0 && value <= 100.0) advice += "\nif it is in percent, divide it by 100";
-      if (value < 0.0) advice += "\nit has no direction: each coil has a column of its own";
-      fail_in_field(field, role, std::move(advice));
-    }
+    if (std::isnan(value) || column.range.contains(value)) return value;
+    std::string advice = "must lie in [" + shortest(column.range.lowest) + ", " + shortest(column.range.highest) + "]";
+    if (!column.unit.empty()) advice += " " + column.unit;
+    const bool is_fraction = column.range.lowest == 0.0 && column.range.highest == 1.0;
+    if (is_fraction && value > 1.0 && value <= 100.0) advice += "\nif it is in percent, divide it by 100";
+    if (is_fraction && value > 1.0 && value <= 255.0 && value == std::round(value)) advice += "\nif it counts to 255, divide it by 255";
+    if (is_fraction && value < 0.0) advice += "\nit has no direction: each part that is driven has a column of its own";
+    fail_in_field(field, role, std::move(advice));
+  }
+
+  double input(std::string_view field, std::size_t i) const {
+    const double value = in_range(field, 1 + i, recording_.columns.inputs[i]);
+    if (std::isnan(value) && rows_.empty())
+      fail_in_field(field, 1 + i, "the first row needs a value: there is none before it to hold");
     return value;
   }
 
-  double temperature_degC(std::string_view field, Role role) const {
-    const double value = number_or_nan(field, role);
-    if (value < absolute_zero_degC) fail_in_field(field, role, "below absolute zero, -273.15 degC");
-    return value;
-  }
-
-  double angle_deg(std::string_view field) const {
-    const double value = number_or_nan(field, role_angle);
-    if (std::abs(value) > full_turn_deg) fail_in_field(field, role_angle, "must lie in [-360, 360] degrees");
-    return value;
-  }
-
-  // Rows to samples: what repeats a time or goes back is dropped, a missing duty is held.
+  // Rows to samples: what repeats a time or goes back is dropped, a missing input is held.
   void put_in_order() {
     std::vector<double> forward_s;
     forward_s.reserve(rows_.size());
@@ -372,7 +385,7 @@ class Table {
       if (step_s > 0.0) forward_s.push_back(step_s);
     }
     if (forward_s.empty()) {
-      lines_.fail_on_line(rows_[1].time_field, name_of(role_time), trimmed(field_at(rows_[1].time_field)),
+      lines_.fail_on_line(rows_[1].time_field, name_of(time_role), trimmed(field_at(rows_[1].time_field)),
                           "time never moves forward in this file");
     }
     const double tolerated_s = backward_periods * lower_median(std::move(forward_s));
@@ -384,27 +397,24 @@ class Table {
       const Sample* const before = recording_.samples.empty() ? nullptr : &recording_.samples.back();
       if (before != nullptr && sample.time_s < before->time_s) {
         if (before->time_s - sample.time_s >= tolerated_s) {
-          lines_.fail_at(row.time_field, name_of(role_time), trimmed(field_at(row.time_field)),
+          lines_.fail_at(row.time_field, name_of(time_role), trimmed(field_at(row.time_field)),
                          "goes back by " + shortest(before->time_s - sample.time_s) +
                              " s; two recordings in one file? then cut it in two here");
         }
         lines_.count(notes_.backward_rows, row.time_field);
         continue;
       }
-      for (const std::size_t coil : plant::coils) {
-        // The first row has its duties: read_row saw to it.
-        const bool hold = before != nullptr && std::isnan(sample.duty_fraction[coil]);
-        if (hold) sample.duty_fraction[coil] = before->duty_fraction[coil];
-      }
+      // The first row has its inputs: read_row saw to it.
+      for (std::size_t i = 0; i < inputs_ && before != nullptr; ++i)
+        if (std::isnan(sample.inputs[i])) sample.inputs[i] = before->inputs[i];
       if (before != nullptr && sample.time_s == before->time_s) {
         lines_.count(same_values(sample, *before) ? notes_.repeated_rows : notes_.conflicting_rows, row.time_field);
         continue;
       }
-      for (const std::size_t coil : plant::coils) {
-        if (std::isnan(row.sample.duty_fraction[coil])) lines_.count(notes_.held_duty[coil], row.time_field);
-        if (std::isnan(sample.temperature_degC[coil])) lines_.count(notes_.missing_temperature[coil], row.time_field);
-      }
-      if (std::isnan(sample.angle_deg)) lines_.count(notes_.missing_angle, row.time_field);
+      for (std::size_t i = 0; i < inputs_; ++i)
+        if (std::isnan(row.sample.inputs[i])) lines_.count(notes_.held_input[i], row.time_field);
+      for (std::size_t c = 0; c < channels_; ++c)
+        if (std::isnan(sample.channels[c])) lines_.count(notes_.missing[c], row.time_field);
       recording_.samples.push_back(sample);
       time_fields_.push_back(row.time_field);
     }
@@ -433,12 +443,8 @@ class Table {
 
   static bool same_values(const Sample& a, const Sample& b) {
     const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-    bool all = same(a.angle_deg, b.angle_deg);
-    for (const std::size_t coil : plant::coils) {
-      all = all && same(a.duty_fraction[coil], b.duty_fraction[coil]) &&
-            same(a.temperature_degC[coil], b.temperature_degC[coil]);
-    }
-    return all;
+    return std::equal(a.inputs.begin(), a.inputs.end(), b.inputs.begin(), same) &&
+           std::equal(a.channels.begin(), a.channels.end(), b.channels.begin(), same);
   }
 
   // The field of the text that begins here.
@@ -452,7 +458,9 @@ class Table {
   const Format& format_;
   Recording& recording_;
   ReadingNotes& notes_;
+  std::size_t inputs_, channels_;
   std::vector<std::size_t> role_of_field_;
+  std::vector<std::string_view> fields_;  // of the row that is read, by role
   std::vector<Row> rows_;
   std::vector<const char*> time_fields_;  // of each sample, for line numbers
   double first_clock_ms_ = 0.0, last_clock_ms_ = 0.0;
@@ -488,12 +496,10 @@ std::string ReadingNotes::summary() const {
   }
   if (extra_column_names.size() > listed_names) names += ", ...";
   say(extra_columns, "extra column", "extra columns", ", not used" + names);
-  for (const std::size_t coil : plant::coils) {
-    const std::string of_coil = coil == plant::A ? " of coil A" : " of coil B";
-    say(held_duty[coil], "missing duty", "missing duties", of_coil + ", the one before held");
-    say(missing_temperature[coil], "missing temperature", "missing temperatures", of_coil + ", left missing");
-  }
-  say(missing_angle, "missing angle", "missing angles", ", left missing");
+  for (std::size_t i = 0; i < held_input.size(); ++i)
+    say(held_input[i], "missing value", "missing values", " of " + input_words[i] + ", the one before held");
+  for (std::size_t c = 0; c < missing.size(); ++c)
+    say(missing[c], "missing value", "missing values", " of " + channel_words[c] + ", left missing");
   say(repeated_rows, "row repeats", "rows repeat", " the row before, time and values; dropped");
   say(conflicting_rows, "row has", "rows have", " the time of the row before but other values; dropped");
   say(backward_rows, "row goes", "rows go", " back in time by a little; dropped");
@@ -513,8 +519,27 @@ double Recording::median_period_s() const {
 
 double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.back().time_s - samples.front().time_s; }
 
-Recording parse_recording(std::string_view text, std::string name) {
-  Recording recording{.name = std::move(name), .comments = {}, .samples = {}};
+Columns columns_of(const plant::System& system) {
+  Columns columns;
+  for (const auto& input : system.inputs())
+    columns.inputs.push_back({input.column, input.words, std::string(input.unit.text), input.range});
+  for (const auto& channel : system.channels())
+    columns.channels.push_back({channel.column, channel.words, std::string(channel.unit.text), channel.range});
+  return columns;
+}
+
+std::string header_of(const Columns& columns) {
+  std::string text;
+  for (const std::string& name : recording_format(columns).names) text.append(name).append(1, ',');
+  text.back() = '\n';
+  return text;
+}
+
+Recording parse_recording(std::string_view text, std::string name, const Columns& columns) {
+  Recording recording{.name = std::move(name), .columns = columns};
+  Format format = recording_format(columns);
+  const plant::Plant usual = plant::default_plant();
+  for (const plant::LoggerFormat& logger : usual.system().loggers()) format.logger_clock = logger.clock_column;
   Lines lines(text, recording.name, recording.notes);
   while (lines.next()) {
     const std::string_view line = lines.line();
@@ -523,46 +548,48 @@ Recording parse_recording(std::string_view text, std::string name) {
     } else if (trimmed(line).empty()) {
       lines.count(recording.notes.blank_lines, line.data());
     } else {
-      Table(lines, recording_format, recording).read();
+      Table(lines, format, recording).read();
       return recording;
     }
   }
-  lines.fail("no header", "", "expected the names of the columns: " + list(recording_format.names));
+  lines.fail("no header", "", "expected the names of the columns: " + list(format.names));
 }
 
-Recording parse_logger(std::string_view text, std::string name, bool swap_sides) {
-  Recording recording{.name = std::move(name), .comments = {}, .samples = {}};
+Recording parse_logger(std::string_view text, std::string name, const plant::System& system, bool swap_sides) {
+  Recording recording{.name = std::move(name), .columns = columns_of(system)};
   ReadingNotes& notes = recording.notes;
   Lines lines(text, recording.name, notes);
-  Format format = logger_format;
-  if (swap_sides) {
-    std::swap(format.names[role_duty_a], format.names[role_duty_b]);
-    std::swap(format.names[role_temperature_a], format.names[role_temperature_b]);
-  }
-  std::string advice = "expected two lines of preamble, then the logger's 21 columns";
+  const auto& known = system.loggers();
+  if (known.size() < (swap_sides ? 2u : 1u)) lines.fail("no logger is known of this plant", "", "use `sinew convert --map`");
+  const plant::LoggerFormat& logger = known[swap_sides ? 1 : 0];
+  const Format format = logger_format(logger, recording.columns);
+  std::string advice = "expected two lines of preamble, then the logger's " +
+                       std::to_string(1 + logger.columns.size() + logger.unused.size()) + " columns";
   while (notes.preamble_lines < header_search_lines && lines.next()) {
     const std::string_view line = lines.line(), first = first_field(line);
-    if (same_name(first, logger_clock, false)) {
+    if (same_name(first, logger.clock_column, false)) {
       if (notes.preamble_lines != logger_preamble_lines) lines.count(notes.unusual_preamble, line.data());
       Table(lines, format, recording).read();
       return recording;
     }
-    const std::array<std::string_view, 1> wanted{logger_clock};
+    const std::array<std::string_view, 1> wanted{logger.clock_column};
     if (!nearest(first, wanted).empty()) {
       const std::string number = std::to_string(lines.line_number(line.data()));
       advice += "\nline " + number + " begins with " + printable(first) + ": misspelled?";
     }
-    if (first == recording_format.names[role_time]) advice = "this is a recording already: nothing to convert";
+    if (first == time_column) advice = "this is a recording already: nothing to convert";
     if (!trimmed(line).empty()) recording.comments.push_back(comment_of(line));
     ++notes.preamble_lines;
   }
-  lines.fail("no header", "", "none of the first lines begins with " + std::string(logger_clock) + '\n' + advice);
+  lines.fail("no header", "", "none of the first lines begins with " + std::string(logger.clock_column) + '\n' + advice);
 }
 
-Recording read_recording(const std::filesystem::path& path) { return parse_recording(read_file(path), path.string()); }
+Recording read_recording(const std::filesystem::path& path, const Columns& columns) {
+  return parse_recording(read_file(path), path.string(), columns);
+}
 
-Recording read_logger(const std::filesystem::path& path, bool swap_sides) {
-  return parse_logger(read_file(path), path.string(), swap_sides);
+Recording read_logger(const std::filesystem::path& path, const plant::System& system, bool swap_sides) {
+  return parse_logger(read_file(path), path.string(), system, swap_sides);
 }
 
 std::string to_csv(const Recording& recording) {
@@ -575,15 +602,15 @@ std::string to_csv(const Recording& recording) {
       start = end + 1;
     }
   }
-  for (const std::string_view name : recording_format.names) text.append(name).append(1, ',');
-  text.back() = '\n';
+  text += header_of(recording.columns);
   for (const Sample& sample : recording.samples) {
-    const auto& [time_s, duty_fraction, temperature_degC, angle_deg] = sample;
-    for (const double value : {time_s, duty_fraction[plant::A], duty_fraction[plant::B], temperature_degC[plant::A],
-                               temperature_degC[plant::B], angle_deg}) {
+    const auto put = [&](double value) {
       if (!std::isnan(value)) append_shortest(text, value);
       text += ',';
-    }
+    };
+    put(sample.time_s);
+    for (const double value : sample.inputs) put(value);
+    for (const double value : sample.channels) put(value);
     text.back() = '\n';
   }
   return text;

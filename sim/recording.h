@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings of a limb, in and out: samples of both duties, both thermocouples and the bend sensor.
+// Recordings of a plant, in and out: samples of its inputs and of its channels.
 //
-// A recording is a CSV file in UTF-8: lines that begin with '#' are comments, then a header that names the columns
+// A recording is a CSV file in UTF-8: lines that begin with '#' are comments, then a header that names the columns: time_s, and
+// those of the System's lists of inputs and channels, for instance
 //
 //     time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg
 //
@@ -16,16 +17,29 @@
 #include <string_view>
 #include <vector>
 
-#include "plant/scalar.h"
+#include "plant/system.h"
 
 namespace sinew::sim {
 
-// A measurement that is missing is NaN; time and duty never are. In the units of the file.
+// What the columns of a recording are, beside the time.
+struct Column {
+  std::string name;   // "temperature_A_degC"
+  std::string words;  // "temperature A"
+  std::string unit;   // "degC"
+  plant::Range range{-1e300, 1e300};
+  friend bool operator==(const Column& a, const Column& b) { return a.name == b.name; }
+};
+struct Columns {
+  std::vector<Column> inputs, channels;
+  friend bool operator==(const Columns&, const Columns&) = default;
+};
+Columns columns_of(const plant::System& system);
+
+// A measurement that is missing is NaN; time and inputs never are. In the units of the file.
 struct Sample {
-  double time_s;
-  plant::PerCoil<double> duty_fraction;  // 0 to 1, held until the next sample
-  plant::PerCoil<double> temperature_degC;
-  double angle_deg;
+  double time_s = 0.0;
+  std::vector<double> inputs;    // held until the next sample, unless the System says that they change in between
+  std::vector<double> channels;
 };
 
 struct Oddity {
@@ -44,8 +58,9 @@ struct ReadingNotes {
   std::size_t preamble_lines = 0;
   Oddity extra_columns;  // neither used nor known
   std::vector<std::string> extra_column_names;
-  plant::PerCoil<Oddity> missing_temperature, held_duty;  // a missing duty is the one before, held
-  Oddity missing_angle;
+  // Of each input, and of each channel: a missing input is the one before, held.
+  std::vector<Oddity> held_input, missing;
+  std::vector<std::string> input_words, channel_words;
   Oddity repeated_rows;          // same time and same values as the row before: dropped
   Oddity conflicting_rows;       // same time, other values: the first is kept, these dropped
   Oddity backward_rows;          // time goes back by less than 10 periods: dropped
@@ -63,8 +78,9 @@ struct ReadingNotes {
 
 struct Recording {
   std::string name;                   // where it came from, as messages say it: the path
-  std::vector<std::string> comments;  // without the "# "; logger: the lines above the header
-  std::vector<Sample> samples;        // times finite and strictly increasing
+  Columns columns{};
+  std::vector<std::string> comments{};  // without the "# "; logger: the lines above the header
+  std::vector<Sample> samples{};        // times finite and strictly increasing
   ReadingNotes notes{};
 
   // The median of the steps between samples (the lower one of two in the middle); NaN with fewer than two samples.
@@ -73,30 +89,30 @@ struct Recording {
   double duration_s() const;
 };
 
-// Reads a recording of at least two rows. An InputError for, among others: a required column that is missing or stands
-// twice; a row with too few or too many fields; a field that is no number; no time; no duty in the first row; a duty
-// outside [0, 1]; a temperature below -273.15 degC; an angle beyond 360 deg; a time beyond 1e10 s, or one that goes
-// back by 10 median periods or more; NUL bytes. A logger's file is told from a recording by name.
+// Reads a recording of at least two rows. An InputError for, among others: a column that is missing or stands
+// twice; a row with too few or too many fields; a field that is no number; no time; no input in the first row; a value outside
+// its column's range; a time beyond 1e10 s, or one that goes back by 10 median periods or more; NUL bytes. A logger's file is
+// told from a recording by name.
 // A last line without line end whose last number is cut short to another number cannot be told from a whole one.
-Recording read_recording(const std::filesystem::path& path);
-Recording parse_recording(std::string_view text, std::string name);
+Recording read_recording(const std::filesystem::path& path, const Columns& columns);
+Recording parse_recording(std::string_view text, std::string name, const Columns& columns);
+inline Recording read_recording(const std::filesystem::path& path, const plant::System& system) {
+  return read_recording(path, columns_of(system));
+}
 
-// Reads the file that the limb's logger writes: two lines of anything, then the header of 21 columns (matched by name,
-// letter case and spaces around commas aside), of which are used
-//
-//     Timestamp (millisec since midnight today)   time, the first row at 0 s; continued over midnight
-//     pwm_0, Tl                                   duty and temperature of coil A, in fractions and degC
-//     pwm_1, Tr                                   those of coil B
-//     Bl                                          bend sensor, degrees
-//
-// `swap_sides` makes pwm_1 and Tr coil A, and pwm_0 and Tl coil B; the angle keeps its sign either way. Errors are
-// those of a recording, and a time outside [0, 86400000] ms.
-Recording read_logger(const std::filesystem::path& path, bool swap_sides = false);
-Recording parse_logger(std::string_view text, std::string name, bool swap_sides = false);
+// Reads the file that the usual logger of such a plant writes (System::loggers): two lines of anything, then its header (matched
+// by name, letter case and spaces around commas aside). Time: the clock, milliseconds since midnight, with the first row at
+// 0 s, continued over midnight. `swap_sides`: with the sides exchanged. Errors are those of a recording, and a time outside
+// [0, 86400000] ms.
+Recording read_logger(const std::filesystem::path& path, const plant::System& system, bool swap_sides = false);
+Recording parse_logger(std::string_view text, std::string name, const plant::System& system, bool swap_sides = false);
 
 // The recording as such a file, with LF line ends, comments first, a missing sample as an empty field, and every number
 // in the shortest form that reads back the same.
 std::string to_csv(const Recording& recording);
 void write_recording(const std::filesystem::path& path, const Recording& recording);
+
+// "time_s,duty_A,...\n"
+std::string header_of(const Columns& columns);
 
 }  // namespace sinew::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scenario: one question to a limb, as plain values. Reading and writing it as YAML: scenario_yaml.cpp.
+// A scenario: one question to a plant, as plain values. Reading and writing it as YAML: scenario_yaml.cpp.
 //
 //     format: 1
 //     seed: 4711
@@ -14,26 +14,24 @@
 #include <string>
 
 #include "plant/integrator.h"
+#include "plant/systems.h"
 #include "sim/input.h"
 #include "sim/sensor.h"
 
 namespace sinew::sim {
 
-struct Sensors {
-  // MAX31855 amplifiers: steps of 0.25 K; a capacitive bend sensor: steps of 1/32 deg.
-  plant::PerCoil<SensorSettings> temperature{SensorSettings{0.1, 0.25, 0.0, 0.0, {}}, SensorSettings{0.1, 0.25, 0.0, 0.0, {}}};
-  SensorSettings angle{0.05, 0.03125, 0.0, 0.0, {}};
-};
+// One a channel: noise and steps of the usual sensor.
+std::vector<SensorSettings> usual_sensors(const plant::System& system);
 
 struct Scenario {
   std::vector<std::string> comments;  // the lines at the top, without "# "
   std::int64_t seed = 1;
   double duration_s = 60.0;
   double sample_period_s = 0.1;
-  plant::Limb<double> limb;
+  plant::Plant plant = plant::default_plant();
   std::vector<std::optional<double>> start;  // one entry a state, internal units; empty entries are at rest
   Input input = OpenLoopInput{};
-  Sensors sensors;
+  std::vector<SensorSettings> sensors = usual_sensors(plant.system());  // one a channel
   plant::NumericalSettings numerics;
   // The integrator starts again at least this often, so that a checkpoint can be taken there.
   double restart_period_s = 60.0;

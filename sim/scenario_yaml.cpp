@@ -38,14 +38,26 @@ void complain_unless_ordered(const YamlValue& value, double from, double until, 
   }
 }
 
-Signal read_signal(const YamlValue& value) {
+// Keys of a signal end in the unit of its input.
+Key key_for(const plant::InputInfo& input, const Key& key) {
+  constexpr std::string_view any = "_fraction";
+  if (!key.name.ends_with(any) || input.unit.text.empty()) return key;
+  Key result = key;
+  result.name.replace(key.name.size() - any.size(), any.size(), "_" + std::string(input.unit.text));
+  result.range = input.range;
+  return result;
+}
+
+Signal read_signal(const YamlValue& value, const plant::InputInfo& input) {
   YamlMap map(value);
   std::optional<Signal> signal;
   const auto take = [&]<class One>(std::type_identity<One>) {
     if (const YamlValue* given = map.find(One::name)) {
       if (signal) given->complain("one signal a map; write a list for a sum of signals");
       One one;
-      read_fields_of(one, *given);
+      read_fields(*given, [&](auto&& visit) {
+        One::fields(one, [&](auto& field, const Key& key) { visit(field, key_for(input, key)); });
+      });
       if constexpr (requires { one.until_s; }) complain_unless_ordered(*given, one.from_s, one.until_s, "from_s", "until_s");
       signal = one;
     }
@@ -58,28 +70,44 @@ Signal read_signal(const YamlValue& value) {
   return *signal;
 }
 
-std::vector<Signal> read_signals(const YamlValue& value) {
+std::vector<Signal> read_signals(const YamlValue& value, const plant::InputInfo& input) {
   std::vector<Signal> signals;
   if (value.kind == YamlValue::Kind::list)
-    for (const YamlValue& one : value.list) signals.push_back(read_signal(one));
+    for (const YamlValue& one : value.list) signals.push_back(read_signal(one, input));
   else
-    signals.push_back(read_signal(value));
+    signals.push_back(read_signal(value, input));
   return signals;
 }
 
-Input read_input(const YamlValue& value, const std::filesystem::path& folder) {
+Input read_input(const YamlValue& value, const std::filesystem::path& folder, const plant::System& system) {
   YamlMap map(value);
   const YamlValue* babble = map.find(BabbleInput::name);
   const YamlValue* replay = map.find(ReplayInput::name);
-  const plant::PerCoil<const YamlValue*> duty{map.find("duty_A"), map.find("duty_B")};
+  std::vector<const YamlValue*> signals;
+  std::string columns;
+  bool any_signal = false;
+  for (const plant::InputInfo& input : system.inputs()) {
+    signals.push_back(map.find(input.column));
+    any_signal = any_signal || signals.back();
+    columns += (columns.empty() ? "" : " and ") + input.column;
+  }
   map.finish();
-  if ((babble != nullptr) + (replay != nullptr) + (duty[plant::A] || duty[plant::B]) > 1)
-    value.complain("one of babble, replay, or duty_A and duty_B");
+  if ((babble != nullptr) + (replay != nullptr) + any_signal > 1) value.complain("one of babble, replay, or " + columns);
   if (babble) {
     BabbleInput input;
     read_fields_of(input, *babble);
     complain_unless_ordered(*babble, input.lowest_deg, input.highest_deg, "lowest_deg", "highest_deg");
     complain_unless_ordered(*babble, input.shortest_hold_s, input.longest_hold_s, "shortest_hold_s", "longest_hold_s");
+    if (system.drives().empty()) babble->complain("needs a channel that an input is known to drive; this plant has none");
+    std::string names;
+    bool known = input.positive_drives.empty();
+    for (const plant::InputInfo& one : system.inputs()) {
+      names += (names.empty() ? "" : " or ") + one.name;
+      known = known || one.name == input.positive_drives;
+    }
+    for (const auto& entry : babble->map)
+      if (entry.key == "positive_drives" && !known) entry.value.complain("must be " + names);
+    if (input.positive_drives.empty()) input.positive_drives = system.inputs()[system.drives().front().input].name;
     return input;
   }
   if (replay) {
@@ -90,13 +118,14 @@ Input read_input(const YamlValue& value, const std::filesystem::path& folder) {
     const YamlValue& file = inner.require("recording", "a recording's file, looked for beside this one");
     std::filesystem::path path = folder / file.text();
     if (!std::filesystem::exists(path)) file.complain("no such file; looked for " + path.string());
-    input.recording = read_recording(path);
+    input.recording = read_recording(path, system);
     input.recording_path = std::filesystem::absolute(path).lexically_normal().string();
     return input;
   }
   OpenLoopInput input;
-  for (const std::size_t j : plant::coils)
-    if (duty[j]) input.duty[j] = read_signals(*duty[j]);
+  input.signals.resize(signals.size());
+  for (std::size_t i = 0; i < signals.size(); ++i)
+    if (signals[i]) input.signals[i] = read_signals(*signals[i], system.inputs()[plant::InputId{i}]);
   return input;
 }
 
@@ -114,18 +143,18 @@ SensorSettings read_sensor(const YamlValue& value, SensorSettings settings, cons
 }
 
 // Keys are those of the states, with angles in degrees as everywhere in files.
-std::string start_key(const plant::Layout::Entry& entry) {
-  std::string key = entry.key;
+std::string start_key(const plant::StateInfo& state) {
+  std::string key = state.key;
   const std::size_t at = key.rfind("_rad");
   if (at != std::string::npos) key.replace(at, 4, "_deg");
   return key;
 }
-plant::Range start_range(const plant::Layout::Entry& entry) {
-  if (entry.key.ends_with("_fraction")) return fraction;
+plant::Range start_range(const plant::StateInfo& state) {
+  if (state.key.ends_with("_fraction")) return fraction;
   return {-1000.0, 1000.0};
 }
-double start_unit(const plant::Layout::Entry& entry) {
-  const auto& unit = entry.declaration.unit.text;
+double start_unit(const plant::StateInfo& state) {
+  const auto& unit = state.unit.text;
   return unit == plant::units::rad.text || unit == plant::units::rad_s.text ? plant::radians_per_degree : 1.0;
 }
 
@@ -178,7 +207,7 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
   if (const YamlValue* format = map.find("format"); format && format->whole_number() != 1)
     format->complain("must be 1, the format that this version reads");
   const YamlValue *seed = map.find("seed"), *duration = map.find("duration_s"), *period = map.find("sample_period_s"),
-                  *limb = map.find("plant"), *input = map.find("input"), *sensors = map.find("sensors"),
+                  *plant = map.find("plant"), *input = map.find("input"), *sensors = map.find("sensors"),
                   *numerics = map.find("numerics"), *start = map.find("start");
   map.finish();
   map.require("format", "format: 1");
@@ -189,15 +218,17 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
   }
   scenario.duration_s = duration->number_in({0.1, 1e6});
   if (period) scenario.sample_period_s = period->number_in({0.001, 60.0});
-  if (limb) scenario.limb = read_plant(*limb, folder);
-  if (input) scenario.input = read_input(*input, folder);
+  if (plant) scenario.plant = read_plant(*plant, folder);
+  const plant::System& system = scenario.plant.system();
+  scenario.sensors = usual_sensors(system);
+  if (input) scenario.input = read_input(*input, folder, system);
   if (sensors) {
     YamlMap inner(*sensors);
-    if (const YamlValue* one = inner.find("temperature_A"))
-      scenario.sensors.temperature[plant::A] = read_sensor(*one, scenario.sensors.temperature[plant::A], "degC");
-    if (const YamlValue* one = inner.find("temperature_B"))
-      scenario.sensors.temperature[plant::B] = read_sensor(*one, scenario.sensors.temperature[plant::B], "degC");
-    if (const YamlValue* one = inner.find("angle")) scenario.sensors.angle = read_sensor(*one, scenario.sensors.angle, "deg");
+    for (const plant::ChannelId c : system.channels().ids()) {
+      const plant::ChannelInfo& channel = system.channels()[c];
+      if (const YamlValue* one = inner.find(channel.short_name))
+        scenario.sensors[c.index] = read_sensor(*one, scenario.sensors[c.index], std::string(channel.unit.text));
+    }
     inner.finish();
   }
   if (numerics) {
@@ -205,13 +236,13 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
     numerics_fields(scenario, Assign{inner});
     inner.finish();
   }
-  const plant::Layout layout = plant::layout_of(scenario.limb.on);
-  scenario.start.assign(layout.size(), std::nullopt);
+  const plant::States states = scenario.plant.states();
+  scenario.start.assign(states.size(), std::nullopt);
   if (start) {
     YamlMap inner(*start);
-    for (std::size_t i = 0; i < layout.size(); ++i)
-      if (const YamlValue* one = inner.find(start_key(layout.entries[i])))
-        scenario.start[i] = one->number_in(start_range(layout.entries[i])) * start_unit(layout.entries[i]);
+    for (const plant::StateId i : states.ids())
+      if (const YamlValue* one = inner.find(start_key(states[i])))
+        scenario.start[i.index] = one->number_in(start_range(states[i])) * start_unit(states[i]);
     inner.finish("a state that is left out is at rest");
   }
   if (scenario.ticks() > 20'000'000) root.complain("more than 20 million samples; shorten duration_s or lengthen sample_period_s");
@@ -224,12 +255,13 @@ std::string to_yaml(const Scenario& scenario) {
   std::string text;
   for (const std::string& comment : scenario.comments) text += "# " + comment + "\n";
   text += "format: 1\nseed: " + std::to_string(scenario.seed) + "\nduration_s: " + shortest(scenario.duration_s) +
-          "\nsample_period_s: " + shortest(scenario.sample_period_s) + "\nplant:\n" + plant_to_yaml(scenario.limb, 2);
-  const plant::Layout layout = plant::layout_of(scenario.limb.on);
+          "\nsample_period_s: " + shortest(scenario.sample_period_s) + "\nplant:\n" + plant_to_yaml(scenario.plant, 2);
+  const plant::System& system = scenario.plant.system();
+  const plant::States states = scenario.plant.states();
   std::string start;
-  for (std::size_t i = 0; i < scenario.start.size(); ++i)
-    if (scenario.start[i])
-      start += "  " + start_key(layout.entries[i]) + ": " + text_in_unit(*scenario.start[i], start_unit(layout.entries[i])) + "\n";
+  for (const plant::StateId i : states.ids())
+    if (i.index < scenario.start.size() && scenario.start[i.index])
+      start += "  " + start_key(states[i]) + ": " + text_in_unit(*scenario.start[i.index], start_unit(states[i])) + "\n";
   text += start.empty() ? "start: {}\n" : "start:\n" + start;
   text += "input:";
   if (const auto* babble = std::get_if<BabbleInput>(&scenario.input)) {
@@ -239,24 +271,24 @@ std::string to_yaml(const Scenario& scenario) {
     text += "\n  replay: { recording: " + single_quoted(replay->recording_path) + " }\n";
   } else {
     const auto& open_loop = std::get<OpenLoopInput>(scenario.input);
-    std::string duties;
-    for (const std::size_t j : plant::coils) {
-      if (open_loop.duty[j].empty()) continue;
-      duties += j == plant::A ? "  duty_A:\n" : "  duty_B:\n";
-      for (const Signal& signal : open_loop.duty[j])
+    std::string signals;
+    for (const plant::InputId i : system.inputs().ids()) {
+      if (i.index >= open_loop.signals.size() || open_loop.signals[i.index].empty()) continue;
+      signals += "  " + system.inputs()[i].column + ":\n";
+      for (const Signal& signal : open_loop.signals[i.index])
         std::visit(
             [&]<class One>(const One& one) {
-              duties += "    - " + std::string(One::name) + ":\n";
-              One::fields(one, Write{duties, "        "});
+              signals += "    - " + std::string(One::name) + ":\n";
+              const Write write{signals, "        "};
+              One::fields(one, [&](const auto& field, const Key& key) { write(field, key_for(system.inputs()[i], key)); });
             },
             signal);
     }
-    text += duties.empty() ? " {}\n" : "\n" + duties;
+    text += signals.empty() ? " {}\n" : "\n" + signals;
   }
   text += "sensors:\n";
-  write_sensor(text, "temperature_A", scenario.sensors.temperature[plant::A], "degC");
-  write_sensor(text, "temperature_B", scenario.sensors.temperature[plant::B], "degC");
-  write_sensor(text, "angle", scenario.sensors.angle, "deg");
+  for (const plant::ChannelId c : system.channels().ids())
+    write_sensor(text, system.channels()[c].short_name, scenario.sensors.at(c.index), std::string(system.channels()[c].unit.text));
   text += "numerics:\n";
   numerics_fields(scenario, Write{text, "  "});
   return text;

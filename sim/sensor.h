@@ -17,7 +17,7 @@ struct Stuck {
   double until_s = 0.0;
 };
 
-// All values are in the unit of the channel, degC or deg.
+// All values are in the unit of the channel.
 struct SensorSettings {
   double noise = 0.0;             // standard deviation, white
   double step = 0.0;              // quantisation; 0: none

@@ -1,26 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// The seam: all that a controller, a predictor or a diagnosis may ever see of a limb, and the one call that it answers.
+// The seam: all that a controller, a predictor or a diagnosis may ever see of a plant, and the one call that it answers.
 #pragma once
 
 #include <cstdint>
-
-#include "plant/scalar.h"
+#include <vector>
 
 namespace sinew::sim {
 
+// In the order of the System's inputs.
 struct Command {
   std::int64_t tick = 0;
-  plant::PerCoil<double> duty_fraction{};  // 0 to 1
+  std::vector<double> inputs;
 };
 
-// NaN: the sensor gave nothing.
+// In the order of the System's channels, in the units of files. NaN: the sensor gave nothing.
 struct Measurement {
   std::int64_t tick = 0;
-  plant::PerCoil<double> temperature_degC{};
-  double angle_deg = 0.0;
+  std::vector<double> channels;
 };
 
-// A limb, simulated or physical. Time is a count of ticks of the sample period.
+// A plant, simulated or physical. Time is a count of ticks of the sample period.
 class Backend {
  public:
   virtual ~Backend() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop: a driver, a limb behind the seam, a recording. And the limb that is simulated.
+// The loop: a driver, a plant behind the seam, a recording. And the plant that is simulated.
 #pragma once
 
 #include <functional>
@@ -22,14 +22,14 @@ class SimulatedBackend : public Backend {
 
   plant::Integrator& integrator() { return *integrator_; }
   const std::optional<plant::IntegrationFailure>& failure() const { return failure_; }
-  std::array<Sensor, 3>& sensors() { return sensors_; }  // temperature A, temperature B, angle
+  std::vector<Sensor>& sensors() { return sensors_; }  // one a channel
   void resume(const plant::Checkpoint& from);
 
  private:
   Measurement measure(std::int64_t tick);
   const Scenario& scenario_;
   std::optional<plant::Integrator> integrator_;
-  std::array<Sensor, 3> sensors_;
+  std::vector<Sensor> sensors_;
   std::optional<plant::IntegrationFailure> failure_;
 };
 
@@ -39,7 +39,7 @@ struct RunCheckpoint {
   Measurement measured;
   plant::Checkpoint plant;
   DriverState driver;
-  std::array<std::optional<double>, 3> sensors;
+  std::vector<std::optional<double>> sensors;
   std::string recording_csv, truth_csv;
 };
 std::string to_json(const RunCheckpoint& checkpoint, const std::string& scenario_yaml);
@@ -65,17 +65,23 @@ struct RunOptions {
 // Rows at every tick: what was measured, and the command given on it. A run that fails has NaN from there on.
 RunResult run(const Scenario& scenario, const RunOptions& options = {});
 
-// Replays a recording's duty on a limb, in the recording's own times: advances to each sample, calls
-// visit(index of the sample), then holds the sample's duty. Time 0 of the limb is the first sample.
+// Commands the inputs of sample k, until the next: held, or going on to those of the next where the System says so.
+void command_sample(plant::Integrator& integrator, const plant::System& system, const std::vector<Sample>& samples, std::size_t k);
+
+// Replays a recording's inputs on a plant, in the recording's own times: advances to each sample, calls
+// visit(index of the sample), then commands the sample's inputs. Time 0 of the plant is the first sample.
 template <class Visitor>
-[[nodiscard]] std::optional<plant::IntegrationFailure> replay(plant::Integrator& limb, const std::vector<Sample>& samples,
-                                                              Visitor&& visit) {
+[[nodiscard]] std::optional<plant::IntegrationFailure> replay(plant::Integrator& integrator, const plant::System& system,
+                                                              const std::vector<Sample>& samples, Visitor&& visit) {
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (auto failure = limb.advance_to(samples[k].time_s - samples.front().time_s)) return failure;
+    if (auto failure = integrator.advance_to(samples[k].time_s - samples.front().time_s)) return failure;
     visit(k);
-    limb.hold(samples[k].duty_fraction);
+    command_sample(integrator, system, samples, k);
   }
   return std::nullopt;
 }
+
+// The readings in the units of files.
+std::vector<double> in_file_units(const plant::System& system, std::vector<double> readings);
 
 }  // namespace sinew::sim

@@ -53,9 +53,11 @@ LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(
   own_ = own_parts_of(own, LimbValues<double>(Core<double>(shape_), {}), names);
   list_parameters_and_effects(LimbValues<double>(Core<double>(shape_), own_), names, parameters_, effects_);
   for (const Shape::Coil& coil : shape_.coils)
-    inputs_.push_back({"duty_" + coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
+    inputs_.push_back({"duty_" + coil.name, coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
   list_channels();
   list_entries();
+  list_drives();
+  if (shape_.is_two_coil_limb) list_loggers();
 
   const auto values_of = [&](const char* before, const char* unit, const std::vector<std::string>& parts) {
     std::vector<ParameterId> all;
@@ -189,6 +191,33 @@ void LimbSystem::list_entries() {
                           .channel = c,
                           .may_depend_on = wire ? on_a_wire(sensor.part) : on_a_beam(sensor.part)});
     }
+}
+
+void LimbSystem::list_drives() {
+  for (std::size_t b = 0; b < shape_.bends.size(); ++b) {
+    const auto shows = [&](ChannelId c) {
+      return shape_.sensors[c.index].kind != Sensing::thermocouple && shape_.sensors[c.index].part == b;
+    };
+    for (const ChannelId c : channels_.ids()) {
+      if (!shows(c)) continue;
+      for (const auto& [coil, bend, cosine] : shape_.couplings)
+        if (bend == b) drives_.push_back({c, InputId{coil}, cosine});
+      break;  // the first sensor of a bend
+    }
+  }
+}
+
+// docs/plant.md, section 4: 21 columns; Bl is the bend sensor.
+void LimbSystem::list_loggers() {
+  const std::vector<std::string_view> unused{"Test time", "theta_targ", "x_251", "y_251", "x_285",  "y_285",  "theta", "Vl",
+                                             "Vr",        "Al",         "Ar",    "Br",    "T_time", "B_time", "pctime"};
+  const auto with = [&](const char* pwm_a, const char* t_a, const char* pwm_b, const char* t_b) {
+    loggers_.push_back({"Timestamp (millisec since midnight today)",
+                        {{pwm_a, "duty_A"}, {pwm_b, "duty_B"}, {t_a, "temperature_A_degC"}, {t_b, "temperature_B_degC"}, {"Bl", "angle_deg"}},
+                        unused});
+  };
+  with("pwm_0", "Tl", "pwm_1", "Tr");
+  with("pwm_1", "Tr", "pwm_0", "Tl");
 }
 
 States LimbSystem::states(const EffectsOn& on) const {

@@ -26,6 +26,8 @@ class LimbSystem final : public System {
   Envelopes<double> loop_at(const Plant& plant, double temperature_degC) const;
   void list_channels();
   void list_entries();
+  void list_drives();
+  void list_loggers();
 
   Shape shape_;
   OwnParts own_;

@@ -10,4 +10,6 @@ std::shared_ptr<const System> make_limb(const Description& structure, const std:
   return std::make_shared<LimbSystem>(structure.kind == Description::Kind::empty ? two_coil_shape() : shape_of(structure), own);
 }
 
+Plant default_plant() { return Plant(two_coil_limb()); }
+
 }  // namespace sinew::plant
