@@ -44,6 +44,12 @@ ChannelId System::channel(std::string_view column) const {
   return required(find(channels_, [&](const ChannelInfo& info) { return info.column == column; }), "channel", column);
 }
 
+std::optional<ParameterId> System::surroundings() const {
+  for (const Entry& entry : entries_)
+    if (entry.parameter) return entry.parameter;
+  return std::nullopt;
+}
+
 std::vector<StartBelief> System::start_beliefs(const Plant& plant, std::span<const double>) const {
   const States list = states(plant.on());
   Situation given;
