@@ -76,15 +76,11 @@ std::vector<Line> lines_of(std::string_view text, const std::string& file, LogNo
     text.remove_prefix(ended ? end + 1 : text.size());
     if (line.ends_with('\r')) {
       line.remove_suffix(1);
-      if (notes.windows_line_ends.count++ == 0) notes.windows_line_ends.first_line = number;
+      notes.windows_line_ends.add(number);
     }
     lines.push_back({line, number, ended});
   }
   return lines;
-}
-
-void count(Oddity& oddity, int line) {
-  if (oddity.count++ == 0) oddity.first_line = line;
 }
 
 // The line in which most of the wanted names stand; none where no name stands in any.
@@ -103,12 +99,12 @@ std::optional<std::size_t> likeliest_header(std::span<const Line> lines, char de
 
 }  // namespace
 
-std::string counted(const Oddity& oddity, std::string_view one, std::string_view many, std::string_view rest) {
-  if (oddity.count == 0) return "";
-  std::string text = std::to_string(oddity.count);
-  text.append(1, ' ').append(oddity.count == 1 ? one : many).append(rest);
-  if (oddity.first_line > 0) {
-    text.append(oddity.count == 1 ? " (line " : " (first on line ").append(std::to_string(oddity.first_line)).append(1, ')');
+std::string counted(const Tally& tally, std::string_view one, std::string_view many, std::string_view rest) {
+  if (tally.count == 0) return "";
+  std::string text = std::to_string(tally.count);
+  text.append(1, ' ').append(tally.count == 1 ? one : many).append(rest);
+  if (tally.first_line > 0) {
+    text.append(tally.count == 1 ? " (line " : " (first on line ").append(std::to_string(tally.first_line)).append(1, ')');
   }
   return text + '\n';
 }
@@ -230,17 +226,17 @@ Log parse_text_log(std::string text, std::string file, const LogLayout& layout, 
   for (; next < lines.size(); ++next) {
     const auto& [line, number, ended] = lines[next];
     if (trimmed(line).empty()) {
-      count(log.notes.blank_lines, number);
+      log.notes.blank_lines.add(number);
       continue;
     }
     const bool in_header = layout.header && expected == 0;
     if (line.front() == '#' && !(in_header && layout.lines_before && *layout.lines_before == next && next > 0)) {
-      if (expected > 0 && !log.rows_.empty()) count(log.notes.late_comments, number);
+      if (expected > 0 && !log.rows_.empty()) log.notes.late_comments.add(number);
       log.comments.push_back(comment_of(line));
       continue;
     }
     if (std::any_of(layout.ignore.begin(), layout.ignore.end(), [&](const std::string& p) { return matches_pattern(line, p); })) {
-      count(log.notes.ignored_lines, number);
+      log.notes.ignored_lines.add(number);
       continue;
     }
     std::vector<std::string_view> fields = split_fields(line, layout.delimiter);
@@ -256,18 +252,18 @@ Log parse_text_log(std::string text, std::string file, const LogLayout& layout, 
       log.names.resize(expected);
     }
     if (fields.size() == expected + 1 && unquoted(fields.back()).empty()) {
-      count(log.notes.trailing_delimiters, number);
+      log.notes.trailing_delimiters.add(number);
       fields.pop_back();
     }
     const bool fits = fields.size() == expected;
     const bool cut_number = fits && !ended && !log.rows_.empty() && !parse_field(unquoted(fields.back()), layout.decimal_comma) &&
                             !unquoted(fields.back()).empty() && log.number(log.rows_.size() - 1, expected - 1).has_value();
     if (!ended && !log.rows_.empty() && (cut_number || (fields.size() < expected && !(layout.ignore_text && is_text)))) {
-      count(log.notes.cut_off_last_line, number);
+      log.notes.cut_off_last_line.add(number);
       continue;
     }
     if (layout.ignore_text && (!fits || is_text)) {
-      count(log.notes.ignored_lines, number);
+      log.notes.ignored_lines.add(number);
       continue;
     }
     if (!fits) {

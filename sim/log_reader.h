@@ -12,9 +12,16 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/recording.h"
-
 namespace sinew::sim {
+
+// How often something odd was met, and where first.
+struct Tally {
+  std::size_t count = 0;
+  int first_line = 0;  // of the file, from 1; 0 while the count is 0, and where a file has no lines
+  void add(int line) {
+    if (count++ == 0) first_line = line;
+  }
+};
 
 // How a text log is written.
 struct LogLayout {
@@ -33,12 +40,12 @@ struct LogLayout {
 inline constexpr std::size_t header_search_lines = 30;
 
 struct LogNotes {
-  Oddity byte_order_mark, windows_line_ends, blank_lines, late_comments, ignored_lines, trailing_delimiters, cut_off_last_line;
+  Tally byte_order_mark, windows_line_ends, blank_lines, late_comments, ignored_lines, trailing_delimiters, cut_off_last_line;
   std::string summary() const;
 };
 
 // A sentence of `notes`: "3 blank lines, passed over (first on line 7)\n"; nothing where the count is 0.
-std::string counted(const Oddity& oddity, std::string_view one, std::string_view many, std::string_view rest);
+std::string counted(const Tally& oddity, std::string_view one, std::string_view many, std::string_view rest);
 
 // A series of numbers from a file that is no text.
 struct LogArray {
