@@ -50,14 +50,14 @@ std::optional<std::vector<double>> values_of(const matvar_t& variable, std::size
   }
 }
 
-void append(std::vector<LogArray>& to, const std::string& name, const matvar_t& variable, int depth = 0) {
+void append(std::vector<LogArray>& to, const std::string& name, matvar_t& variable, int depth = 0) {
   constexpr int deepest = 8;
   if (variable.rank != 2 || depth > deepest) return;
   if (variable.class_type == MAT_C_STRUCT) {
     if (variable.dims[0] * variable.dims[1] != 1) return;
     char* const* const fields = Mat_VarGetStructFieldnames(&variable);
     for (unsigned i = 0; i < Mat_VarGetNumberOfFields(&variable); ++i) {
-      const matvar_t* const field = Mat_VarGetStructFieldByIndex(&variable, i, 0);
+      matvar_t* const field = Mat_VarGetStructFieldByIndex(&variable, i, 0);
       if (field != nullptr) append(to, name + "." + fields[i], *field, depth + 1);
     }
     return;
