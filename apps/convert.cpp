@@ -14,10 +14,10 @@
 namespace sinew::apps {
 namespace {
 
-void say_what_was_written(std::size_t samples, double duration_s, double period_s, const std::string& notes,
+void say_what_was_written(std::size_t samples, const std::string& duration_s, const std::string& period_s, const std::string& notes,
                           const std::string& path) {
-  std::printf("%zu samples over %s s, one every %s s in the median\n%swritten: %s\n", samples,
-              sim::shortest(duration_s).c_str(), sim::shortest(period_s).c_str(), notes.c_str(), path.c_str());
+  std::printf("%zu samples over %s s, one every %s s in the median\n%swritten: %s\n", samples, duration_s.c_str(), period_s.c_str(),
+              notes.c_str(), path.c_str());
 }
 
 void refuse(std::string key, std::string advice) { throw sim::InputError({.key = std::move(key), .advice = std::move(advice)}); }
@@ -29,7 +29,7 @@ void convert_by_map(const std::string& log, const std::string& output, const std
   const std::vector<double>& time_s = conversion.table.columns.front().values;
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < time_s.size(); ++i) steps_s.push_back(time_s[i] - time_s[i - 1]);
-  say_what_was_written(time_s.size(), time_s.back() - time_s.front(), sim::lower_median(std::move(steps_s)), conversion.notes, output);
+  say_what_was_written(time_s.size(), sim::rounded(time_s.back() - time_s.front(), 6), sim::rounded(sim::lower_median(std::move(steps_s)), 5), conversion.notes, output);
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void add_convert(CLI::App& program, int& exit_code) {
       refuse(a.log, "is a MATLAB or HDF5 file, and needs --map MAP.yaml; `sinew convert --suggest " + a.log + "` prints one to begin with");
     sim::Recording recording = sim::read_logger(a.log, a.swap_sides);
     sim::write_recording(a.recording, recording);
-    say_what_was_written(recording.samples.size(), recording.duration_s(), recording.median_period_s(), recording.notes.summary(), a.recording);
+    say_what_was_written(recording.samples.size(), sim::shortest(recording.duration_s()), sim::shortest(recording.median_period_s()), recording.notes.summary(), a.recording);
   });
 }
 

@@ -238,6 +238,17 @@ struct Links {
   const YamlValue* second = nullptr;
 };
 
+std::size_t zero_rows(const YamlValue& zero) {
+  if (zero.kind == YamlValue::Kind::scalar)
+    return one_of<std::size_t>(zero, std::array<std::pair<std::string_view, std::size_t>, 2>{{{"as_logged", 0}, {"first_row", 1}}});
+  YamlMap keys(zero);
+  const YamlValue& rows = keys.require("median_of_rows", "how many of the first samples the zero is the median of");
+  const std::int64_t count = rows.whole_number();
+  if (count < 1 || count > 10000) rows.complain("must lie in [1, 10000]");
+  keys.finish();
+  return static_cast<std::size_t>(count);
+}
+
 ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links) {
   ColumnRule rule{.name = entry.key, .at = entry.value, .written = written};
   rule.at.line = entry.line, rule.at.column = entry.column;
@@ -287,8 +298,7 @@ ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links
   if (const YamlValue* offset = keys.find("offset")) rule.offset = ratio(*offset).times(1.0);
   if (const YamlValue* sense = keys.find("sense"))
     rule.reversed = one_of<bool>(*sense, std::array<std::pair<std::string_view, bool>, 2>{{{"same", false}, {"reversed", true}}});
-  if (const YamlValue* zero = keys.find("zero"))
-    rule.zero_at_first_row = one_of<bool>(*zero, std::array<std::pair<std::string_view, bool>, 2>{{{"as_logged", false}, {"first_row", true}}});
+  if (const YamlValue* zero = keys.find("zero")) rule.zero_rows = zero_rows(*zero);
   if (const YamlValue* lowest = keys.find("lowest")) rule.lowest = lowest->number();
   if (const YamlValue* highest = keys.find("highest")) {
     rule.highest = highest->number();
@@ -616,8 +626,8 @@ class Application {
   }
 
   // Marks as missing the rows in which all series repeat their last reading, within the time that this may last.
-  void drop_repeats(std::vector<std::vector<double>*> series, double missing_for_s, const std::string& name) {
-    if (missing_for_s == 0.0) return;
+  std::size_t drop_repeats(std::vector<std::vector<double>*> series, double missing_for_s, const std::string& name) {
+    if (missing_for_s == 0.0) return 0;
     constexpr double rounding = 0.99;
     Tally repeats;
     std::optional<std::size_t> last;
@@ -637,6 +647,7 @@ class Application {
     if (repeats.count > 0)
       notes_ += name + ": " + counted(repeats, "row repeats", "rows repeat",
                                       " the last reading, of " + std::to_string(time_s_.size()) + "; each reading is counted once");
+    return repeats.count;
   }
 
   void compute() {
@@ -653,11 +664,12 @@ class Application {
   void compute_column(std::size_t at) {
     const ColumnRule& rule = map_.columns[at];
     std::vector<double>& values = values_[at];
+    std::size_t repeats = 0;
     switch (rule.kind) {
       case ColumnKind::read:
         values = kept_numbers(rule.read);
         hint_at_slow_converter(rule, values);
-        drop_repeats({&values}, rule.read.repeats_missing_s, rule.name);
+        repeats = drop_repeats({&values}, rule.read.repeats_missing_s, rule.name);
         break;
       case ColumnKind::constant: values.assign(time_s_.size(), rule.constant); break;
       case ColumnKind::difference:
@@ -668,13 +680,13 @@ class Application {
       case ColumnKind::direction: values = direction_deg(points_[rule.from], points_[rule.to]); periodic_[at] = true; break;
     }
     const bool unchanged = rule.unit.numerator == 1.0 && rule.unit.denominator == 1.0 && rule.scale.numerator == 1.0 &&
-                           rule.scale.denominator == 1.0 && !rule.zero_at_first_row;
+                           rule.scale.denominator == 1.0 && rule.zero_rows == 0;
     periodic_[at] = periodic_[at] && unchanged;
     for (double& value : values) {
       value = rule.scale.times(rule.unit.times(value + rule.unit_offset)) + rule.offset;
       if (rule.reversed) value = 0.0 - value;  // not -0
     }
-    if (rule.zero_at_first_row) set_zero(rule, values);
+    if (rule.zero_rows > 0) set_zero(rule, values);
     check_range(rule, values);
     Tally missing;
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -682,16 +694,16 @@ class Application {
     }
     if (missing.count == values.size() && rule.written)
       rule.at.complain("not one sample in " + log_.file + " is there: all " + std::to_string(values.size()) + " are missing");
-    if (rule.written && missing.count > 0)
-      notes_ += rule.name + ": " + counted(missing, "missing sample", "missing samples", ", left missing");
+    if (!rule.written || missing.count == repeats) return;
+    notes_ += rule.name + ": " + counted(missing, "missing sample", "missing samples", repeats > 0 ? ", these repeats among them" : ", left missing");
   }
 
   void hint_at_slow_converter(const ColumnRule& rule, const std::vector<double>& values) {
     if (rule.read.repeats_missing_s > 0.0 || unit_of(rule.name) != "degC") return;
     const auto rows = rows_per_reading(values);
     if (!rows) return;
-    notes_ += rule.name + ": repeats each reading for about " + rounded(*rows) + " rows, as a converter does that is slower than the logger; " +
-              "`repeats: {reading_every_s: " + rounded(*rows * period_s_) + "}` in the map counts each once\n";
+    notes_ += rule.name + ": repeats each reading for about " + rounded(*rows, 2) + " rows, as a converter does that is slower than the logger; " +
+              "`repeats: {reading_every_s: " + rounded(*rows * period_s_, 2) + "}` in the map counts each once\n";
   }
 
   static void begin_within_half_a_turn(std::vector<double>& values) {
@@ -717,22 +729,30 @@ class Application {
   }
 
   void set_zero(const ColumnRule& rule, std::vector<double>& values) {
-    const auto first = std::find_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
-    if (first == values.end()) return;
-    const double zero = *first;
-    const auto row = static_cast<std::size_t>(first - values.begin());
+    std::vector<double> first;
+    std::size_t row = 0, last = 0;
+    for (std::size_t i = 0; i < values.size() && first.size() < rule.zero_rows; ++i) {
+      if (std::isnan(values[i])) continue;
+      if (first.empty()) row = i;
+      last = i;
+      first.push_back(values[i]);
+    }
+    if (first.empty()) return;
+    const std::size_t count = first.size();
+    const double zero = lower_median(std::move(first));
     for (double& value : values) value -= zero;
     const int line = log_.line_of(kept_[row]);
-    notes_ += rule.name + ": its zero is " + rounded(zero) + ", of the first row that has it" +
-              (line > 0 ? " (line " + std::to_string(line) + ")" : "");
+    notes_ += rule.name + ": its zero is " + rounded(zero) +
+              (count == 1 ? ", of the first row that has it" : ", the median of the first " + std::to_string(count) + " rows that have it") +
+              (line > 0 ? (count == 1 ? " (line " : " (from line ") + std::to_string(line) + ")" : "");
     for (std::size_t k = 0; k < map_.columns.size(); ++k) {
       const ColumnRule& other = map_.columns[k];
       if (!is_duty(other.name) || other.kind != ColumnKind::read) continue;
       const std::vector<double> duty = kept_numbers(other.read);
-      const auto driven = std::find_if(duty.begin(), duty.begin() + static_cast<std::ptrdiff_t>(row), [](double d) { return std::abs(d) > 0.0; });
-      if (driven == duty.begin() + static_cast<std::ptrdiff_t>(row)) continue;
+      const auto driven = std::find_if(duty.begin(), duty.begin() + static_cast<std::ptrdiff_t>(last), [](double d) { return std::abs(d) > 0.0; });
+      if (driven == duty.begin() + static_cast<std::ptrdiff_t>(last)) continue;
       const auto at = static_cast<std::size_t>(driven - duty.begin());
-      notes_ += "; not at rest: " + other.name + " is driven " + rounded(time_s_[row] - time_s_[at]) + " s before";
+      notes_ += "; not at rest: " + other.name + " is driven " + rounded(time_s_[last] - time_s_[at]) + " s earlier";
     }
     notes_ += '\n';
   }
@@ -941,9 +961,9 @@ std::optional<ClockTime> parse_clock(std::string_view text) {
   return ClockTime{days * day_s + *hours * 3600.0 + *minutes * 60.0 + seconds, dated};
 }
 
-std::string rounded(double value) {
+std::string rounded(double value, int digits_kept) {
   std::array<char, 32> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, 4);
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, digits_kept);
   return std::string(digits.data(), end.ptr);
 }
 

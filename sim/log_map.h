@@ -68,7 +68,7 @@ struct ColumnRule {
   Ratio scale{};
   double offset = 0.0;
   bool reversed = false;
-  bool zero_at_first_row = false;
+  std::size_t zero_rows = 0;  // the median of the first so many samples is zero; 0: as logged
   double lowest = -std::numeric_limits<double>::infinity(), highest = std::numeric_limits<double>::infinity();
   Outside outside = Outside::error;
 };
@@ -109,7 +109,7 @@ struct ClockTime {
 };
 std::optional<ClockTime> parse_clock(std::string_view text);
 
-// The number in at most four digits, for reading.
-std::string rounded(double value);
+// The number in so many digits at most, for reading.
+std::string rounded(double value, int digits = 4);
 
 }  // namespace sinew::sim

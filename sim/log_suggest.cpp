@@ -146,7 +146,7 @@ std::string layout_yaml(const LogLayout& layout) {
 
 // ---- columns ----
 
-enum class Looks { unknown, time, duty, counts, temperature, angle, radians, constant, text };
+enum class Looks { unknown, named, time, duty, counts, temperature, angle, radians, constant, text };
 
 struct Seen {
   std::size_t column = 0;
@@ -239,6 +239,11 @@ Looks kind_of(const Seen& seen) {
   if (seen.held > held_share && seen.lowest >= 0.0 && seen.highest > 1.0 && seen.highest <= 255.0 &&
       !holds_any(name, {"targ", "setpoint", "limit", "tag"}))
     return Looks::counts;
+  const std::size_t end = name.rfind('_');
+  const std::string_view unit = end == std::string::npos ? "" : std::string_view(seen.title).substr(end + 1);
+  for (const std::string_view known : {"V", "A", "m", "N", "Pa", "W", "rad", "K", "m_s", "Nm"}) {
+    if (unit == known) return Looks::named;
+  }
   return Looks::unknown;
 }
 
@@ -275,7 +280,8 @@ class Suggestion {
     std::string columns, others;
     for (Seen& seen : seen_) {
       if (seen.looks == Looks::time) continue;
-      if (is_point_[seen.column] || !as_long_as_time(seen)) {
+      if (is_point_[seen.column]) continue;
+      if (!as_long_as_time(seen)) {
         others += comment(seen);
         continue;
       }
@@ -291,8 +297,17 @@ class Suggestion {
       text += "# No column looks like time. Where rows come at an even rate: how many seconds apart?\n# time: {period_s: 0.1}\n";
     }
     text += points_;
-    if (columns.empty()) text += "# No column looks like duty, temperature or angle. Uncomment below what is to be written.\ncolumns:\n";
-    else text += "columns:\n" + columns;
+    if (columns.empty()) {
+      text += "# No column looks like duty, temperature or angle: here is all that changes. A name ends in its unit.\n";
+      others.clear();
+      for (Seen& seen : seen_) {
+        if (seen.looks == Looks::time || is_point_[seen.column]) continue;
+        const bool changes = seen.looks == Looks::unknown && as_long_as_time(seen);
+        if (changes) seen.looks = Looks::named;
+        (changes ? columns : others) += changes ? mapped(seen) : comment(seen);
+      }
+    }
+    text += "columns:\n" + columns;
     if (!others.empty()) text += "  # What else is there:\n" + others;
     return text;
   }
@@ -378,8 +393,7 @@ class Suggestion {
     std::string name = plain_name(log_.names[seen.column]);
     if (name.empty()) name = "column_" + std::to_string(seen.column + 1);
     const std::string length = as_long_as_time(seen) ? "" : ", " + std::to_string(seen.values.size()) + " values";
-    return "  # " + printable(name) + ": {column: " + printable(named(seen), 200) + "}   # " + range(seen) + length +
-           (is_point_[seen.column] ? ", of a point" : "") + "\n";
+    return "  # " + printable(name) + ": {column: " + printable(named(seen), 200) + "}   # " + range(seen) + length + "\n";
   }
 
   std::string mapped(const Seen& seen) {
@@ -390,9 +404,10 @@ class Suggestion {
       return lower_case(base).ends_with(lower_case(suffix)) ? base.substr(0, base.size() - suffix.size()) + suffix : base + suffix;
     };
     switch (seen.looks) {
-      case Looks::duty: name = name.starts_with("duty_") ? name : "duty_" + name; looks = "a duty"; break;
+      case Looks::named: break;
+      case Looks::duty: name = duty_name(name); looks = "a duty"; break;
       case Looks::counts:
-        name = name.starts_with("duty_") ? name : "duty_" + name;
+        name = duty_name(name);
         keys += ", unit: counts_255";
         looks = "PWM counts of 255";
         break;
@@ -403,8 +418,8 @@ class Suggestion {
         const auto rows = rows_per_reading(seen.values);
         const double period_s = row_period_s();
         if (rows && period_s > 0.0) {
-          keys += ", repeats: {reading_every_s: " + rounded(*rows * period_s) + "}";
-          looks += " that repeats each reading for about " + rounded(*rows) + " rows";
+          keys += ", repeats: {reading_every_s: " + rounded(*rows * period_s, 2) + "}";
+          looks += " that repeats each reading for about " + rounded(*rows, 2) + " rows";
         }
         break;
       }
@@ -416,7 +431,19 @@ class Suggestion {
         break;
       default: return "";
     }
-    return "  " + unique(name) + ": {" + keys + "}   # " + range(seen) + ": looks like " + looks + "\n";
+    return "  " + unique(name) + ": {" + keys + "}   # " + range(seen) + (looks.empty() ? "" : ": looks like " + looks) + "\n";
+  }
+
+  // duty_ and what distinguishes it: pwm_duty_limb0 is duty_limb0.
+  static std::string duty_name(const std::string& name) {
+    std::string rest;
+    for (std::size_t start = 0; start <= name.size();) {
+      const std::size_t end = std::min(name.find('_', start), name.size());
+      const std::string word = name.substr(start, end - start);
+      if (const std::string lower = lower_case(word); lower != "pwm" && lower != "duty" && lower != "raw" && !word.empty()) rest += "_" + word;
+      start = end + 1;
+    }
+    return "duty" + rest;
   }
 
   double row_period_s() const {
