@@ -33,7 +33,7 @@ struct LogLayout {
   // first row, where there is no header), or whose first field begins with a letter; `ignore` passes over the lines
   // that match a pattern (* any characters, ? one). Else such a line is an error.
   bool ignore_text = false;
-  std::vector<std::string> ignore;
+  std::vector<std::string> ignore{};
 };
 
 // How far a header is looked for.

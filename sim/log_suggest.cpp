@@ -42,7 +42,7 @@ std::string_view without_quotes(std::string_view field) {
 struct Guess {
   LogLayout layout{};
   std::size_t fields = 0;
-  std::size_t rows = 0;  // lines of that many fields, numbers in most
+  double score = 0.0;  // over the rows of that many fields: numbers, less twice what is none
 };
 
 struct LineFacts {
@@ -83,22 +83,23 @@ LogLayout guess_layout(std::string_view text) {
   for (const bool decimal_comma : {false, true}) {
     for (const char delimiter : {',', ';', '\t', '|', ' '}) {
       if (decimal_comma && delimiter == ',') continue;
-      std::map<std::size_t, std::size_t> rows_of_width;
+      std::map<std::size_t, double> score_of_width;
       for (const std::string_view line : lines) {
         if (trimmed(line).empty() || line.front() == '#') continue;
         const LineFacts facts = facts_of(line, delimiter, decimal_comma);
-        if (!facts.first_is_text && 2 * facts.numbers > facts.fields) ++rows_of_width[facts.fields];
+        if (!facts.first_is_text && 2 * facts.numbers > facts.fields)
+          score_of_width[facts.fields] += 3.0 * static_cast<double>(facts.numbers) - 2.0 * static_cast<double>(facts.fields);
       }
-      for (const auto& [fields, rows] : rows_of_width) {
-        // Numbers that are told apart count; the simplest layout wins where two tell as many apart.
-        if (rows * fields > best.rows * best.fields) {
-          best.fields = fields, best.rows = rows;
+      for (const auto& [fields, score] : score_of_width) {
+        // The first wins of two layouts that tell as many numbers apart.
+        if (score > best.score) {
+          best.fields = fields, best.score = score;
           best.layout.delimiter = delimiter, best.layout.decimal_comma = decimal_comma;
         }
       }
     }
   }
-  if (best.rows == 0) {
+  if (best.fields == 0) {
     throw InputError({.key = "no rows of numbers", .advice = "in the first " + std::to_string(lines.size()) + " lines, whatever delimiter is tried"});
   }
   LogLayout layout = best.layout;
@@ -123,9 +124,9 @@ LogLayout guess_layout(std::string_view text) {
   }
   for (std::size_t i = first_row; i < lines.size(); ++i) {
     const bool last = i + 1 == lines.size();
-    if (!last && !trimmed(lines[i]).empty() && lines[i].front() != '#' &&
-        facts_of(lines[i], layout.delimiter, layout.decimal_comma).fields != best.fields)
-      layout.ignore_text = true;
+    if (last || trimmed(lines[i]).empty() || lines[i].front() == '#') continue;
+    const LineFacts facts = facts_of(lines[i], layout.delimiter, layout.decimal_comma);
+    layout.ignore_text = layout.ignore_text || facts.fields != best.fields || facts.first_is_text;
   }
   return layout;
 }
@@ -392,7 +393,7 @@ class Suggestion {
   std::string comment(const Seen& seen) {
     std::string name = plain_name(log_.names[seen.column]);
     if (name.empty()) name = "column_" + std::to_string(seen.column + 1);
-    const std::string length = as_long_as_time(seen) ? "" : ", " + std::to_string(seen.values.size()) + " values";
+    const std::string length = as_long_as_time(seen) ? "" : (seen.values.size() == 1 ? ", a single number" : ", " + std::to_string(seen.values.size()) + " values");
     return "  # " + printable(name) + ": {column: " + printable(named(seen), 200) + "}   # " + range(seen) + length + "\n";
   }
 
