@@ -133,10 +133,9 @@ LogLayout read_layout(const YamlValue* value) {
                                                                                      {" ", ' '},
                                                                                      {"|", '|'}}});
   }
-  if (const YamlValue* decimal = keys.find("decimal")) {
+  const YamlValue* decimal = keys.find("decimal");
+  if (decimal != nullptr) {
     layout.decimal_comma = one_of<bool>(*decimal, std::array<std::pair<std::string_view, bool>, 2>{{{"point", false}, {"comma", true}}});
-    if (layout.decimal_comma && layout.delimiter == ',')
-      decimal->complain("a comma cannot be in the numbers and between them; which delimiter has the file?");
   }
   if (const YamlValue* text = keys.find("text_lines")) {
     if (text->kind == YamlValue::Kind::scalar && !text->quoted) {
@@ -149,6 +148,8 @@ LogLayout read_layout(const YamlValue* value) {
     }
   }
   keys.finish();
+  if (layout.decimal_comma && layout.delimiter == ',')
+    decimal->complain("a comma cannot be in the numbers and between them; which delimiter has the file?");
   return layout;
 }
 
