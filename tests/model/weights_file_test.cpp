@@ -7,6 +7,7 @@
 
 #include "model/hdf5_file.h"
 #include "model/predictor.h"
+#include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -15,9 +16,11 @@ using namespace sinew::model;
 
 namespace {
 
+Task task_of_case(int paper_case) { return task_of(plant::default_plant().system(), paper_case); }
+
 Model some_model(const std::string& method = "stateful") {
   Model model;
-  model.paper_case = 4;
+  model.task = task_of_case(4);
   model.method = method;
   model.scaling = {Eigen::Vector4d(0, 25, 0, 26), Eigen::Vector4d(1, 50, 1, 51), -40.0, 90.0};
   model.weights = first_weights({9, 6, 5, method == "published"}, 3);
@@ -59,7 +62,7 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
       CHECK(back.weights.shape == model.weights.shape);
       CHECK(back.method == method);
       CHECK(back.scaling.v_offset == model.scaling.v_offset);
-      CHECK(back.scaling.angle_span_deg == 90.0);
+      CHECK(back.scaling.y_span == 90.0);
     }
 }
 TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is read where the rest is said") {
@@ -83,13 +86,13 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
   file.list_attributes["/"]["layer_names"] = {"lstm_2", "dense_4", "dense_5"};
   const Folder folder;
   const std::string name = folder.write(to_bytes(file));
-  const Model model = read_model(name, {3, "published", -45.0, 45.0});
+  const Model model = read_model(name, {task_of_case(3), "published", -45.0, 45.0});
   CHECK(model.weights.shape == Shape{5, 2, 3, true});
   // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
   CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
   CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
-  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
-  CHECK(message(name, {4, "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
+  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are 0 and 1");
+  CHECK(message(name, {task_of_case(4), "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
 }
 TEST_CASE("weights: what does not fit is an error, never a layer left at zero") {
   const Folder folder;
@@ -113,7 +116,7 @@ TEST_CASE("weights: what does not fit is an error, never a layer left at zero") 
   std::string& said = bad.text_attributes["/"]["sinew"];
   said.replace(said.find("\"span\":90.0"), 11, "\"span\":91.0");  // what is said of the weights counts too
   CHECK(message(folder.write(to_bytes(bad))).find("weights, scaling or names were changed") != std::string::npos);
-  CHECK(message(folder.write(to_hdf5(some_model())), {2, "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
+  CHECK(message(folder.write(to_hdf5(some_model())), {task_of_case(2), "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
   const std::string bytes = to_hdf5(some_model());
   CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
   CHECK_THROWS_AS(read_model(folder.write("no HDF5 at all")), sim::InputError);
