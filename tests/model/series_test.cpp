@@ -7,6 +7,7 @@
 
 #include "plant/systems.h"
 #include "sim/input_error.h"
+#include "sim/plant_file.h"
 
 using namespace sinew;
 using namespace sinew::model;
@@ -42,6 +43,39 @@ TEST_CASE("series: the four cases see what the paper gives them, in its order") 
   CHECK(series_of_case(from, 4).v.col(1) == Eigen::Vector4d(0.3, 31, 0.4, 41));
   CHECK(series_of_case(from, 4).y == Eigen::Vector3d(5, 6, 7));
   CHECK_THROWS_WITH(task_of(limb, 5), "the paper's cases are 1 to 4, not 5");
+}
+TEST_CASE("series: of any plant, the tasks are made from its lists") {
+  const auto plant_of = [](const std::string& channels) {
+    return sim::read_plant(sim::parse_yaml("format: 2\nlimb:\n  segments: [{ name: lower, axes: 1 }, { name: upper, axes: 1 }]\n"
+                                           "  coils:\n    - { name: A, segment: lower, direction_deg: 0 }\n    - { name: B, segment: lower, direction_deg: 180 }\n"
+                                           "    - { name: C, segment: upper, direction_deg: 0 }\n    - { name: D, segment: upper, direction_deg: 180 }\n"
+                                           "  channels:\n" + channels, "p.yaml"), ".");
+  };
+  const auto names = [](const Task& task) {
+    std::string text;
+    for (const Feature& feature : task.features) text += feature.column.name + " ";
+    return text + "-> " + task.predicted.name;
+  };
+  const std::string bends = "    - { column: angle_lower_deg, bend: lower }\n    - { column: angle_upper_deg, bend: upper }\n";
+  const plant::Plant two_segments = plant_of(bends + "    - { column: temperature_C_degC, thermocouple: C }\n");
+  const plant::System& system = two_segments.system();
+  CHECK(names(task_of(system, 1)) == "duty_A -> angle_lower_deg");
+  CHECK(names(task_of(system, 2)) == "duty_A -> angle_lower_deg");
+  CHECK(names(task_of(system, 3)) == "duty_A duty_B duty_C duty_D -> angle_lower_deg");
+  CHECK(names(task_of(system, 4)) == "duty_A duty_B duty_C temperature_C_degC duty_D -> angle_lower_deg");
+  CHECK(names(task_of(system, 2, system.channel("angle_upper_deg"))) == "duty_C temperature_C_degC -> angle_upper_deg");
+  // Where no channel that an input moves is measured, the only channel is predicted; of several, one must be named.
+  CHECK(names(task_of(plant_of("    - { column: temperature_B_degC, thermocouple: B }\n").system(), 4)) ==
+        "duty_A duty_B duty_C duty_D -> temperature_B_degC");
+  const plant::Plant hot = plant_of("    - { column: temperature_A_degC, thermocouple: A }\n    - { column: temperature_B_degC, thermocouple: B }\n");
+  CHECK_THROWS_WITH(task_of(hot.system(), 4), "nothing says which channel of this plant is to be predicted");
+
+  const sim::Recording from = sim::parse_recording("time_s,duty_A,duty_B,duty_C,duty_D,angle_lower_deg,angle_upper_deg,temperature_C_degC\n"
+                                                   "0,0.1,0.2,0.3,0.4,5,6,30\n0.1,0.5,0.6,0.7,0.8,7,8,31\n", "r.csv", sim::columns_of(system));
+  const Series series = series_of(from, task_of(system, 4));
+  CHECK(series.v.col(1) == Vector<double>{{0.5, 0.6, 0.7, 31.0, 0.8}});
+  CHECK(series.y == Eigen::Vector2d(5, 7));
+  CHECK(message(from, 4) == "r.csv: temperature_A_degC = nothing\n  the predictor needs it, and this plant has no such column");
 }
 TEST_CASE("series: X(t) is [v(t), v(t-1), y(t-1)], each scaled over the training data") {
   const auto from = recording("0,0.1,0,30,0,5\n0.1,0.3,0,31,0,6\n0.2,0.5,0,34,0,7\n");

@@ -74,6 +74,29 @@ TEST_CASE("domain: what is not there is an error with the place and what is near
   CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);
   CHECK(message("sensors: { angle: { noise_degC: 1 } }").find("no such number of this sensor") != std::string::npos);
 }
+TEST_CASE("set: of a plant with other inputs and channels, it has its columns") {
+  const Folder one;
+  SetPlan plan;
+  plan.scenario = sim::parse_scenario(
+      "format: 1\nduration_s: 2\nplant:\n  format: 2\n  limb:\n    segments: [{ name: limb, axes: 1 }]\n"
+      "    coils: [{ name: L, segment: limb, direction_deg: 0 }]\n    channels: [{ column: angle_deg, bend: limb }]\n"
+      "input: { duty_L: { constant: { value_fraction: 0.3 } } }\n", "s.yaml");
+  plan.scenario_yaml = sim::to_yaml(plan.scenario);
+  plan.domain = read_domain(sim::parse_yaml("parameters: { heat_loss_L_W_K: { relative_deviation: 0.1 } }\nsensors: { angle: { bias_deg: 1 } }\n", "d.yaml"),
+                            plan.scenario.plant.system());
+  plan.runs = 1;
+  CHECK_THROWS_WITH(read_domain(sim::parse_yaml("sensors: { temperature_A: { bias_degC: 1 } }\n", "d.yaml"), plan.scenario.plant.system()),
+                    doctest::Contains("no such sensor; there are angle"));
+  make_run(plan, one.path, 0);
+  CHECK(set_in_hdf5(plan, one.path) == set_in_hdf5(plan, one.path));
+  sim::write_file_whole(one.path / "manifest.json", manifest_of(plan, one.path));
+  CHECK(manifest_of(plan, one.path).find("\"time_s, duty_L, angle_deg\"") != std::string::npos);
+  CHECK(sim::columns_of(*system_of_set(one.path)) == sim::columns_of(plan.scenario.plant.system()));
+  CHECK(system_of_set(one.path / "runs/0000.csv") == nullptr);
+  const auto recordings = read_set(one.path, {});
+  REQUIRE(recordings.size() == 1);
+  CHECK(recordings[0].samples[1].inputs == std::vector<double>{0.3});
+}
 TEST_CASE("domain: those that are shipped are read, and draw from what is there") {
   const SetPlan plan = plan_of(domain);
   for (const std::string name : {"domain", "one_limb"}) {

@@ -65,6 +65,37 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
       CHECK(back.scaling.y_span == 90.0);
     }
 }
+TEST_CASE("weights: what is given and what is predicted is read back, whatever the plant") {
+  const Folder folder;
+  const sim::Column voltage{.name = "voltage_V", .words = "voltage", .unit = "V"}, level{.name = "level_fraction", .words = "level fraction", .unit = ""},
+      speed{.name = "speed_m_s", .words = "speed", .unit = "m_s"};
+  Model model = some_model();
+  model.task = {.paper_case = 2, .features = {{voltage, false}, {level, true}, {speed, true}}, .predicted = speed};
+  model.scaling = {Vector<double>{{0.0, 1.0, 2.0}}, Vector<double>{{1.0, 2.0, 3.0}}, -1.0, 2.0};
+  model.weights = first_weights({7, 6, 5, false}, 3);
+  const Model back = read_model(folder.write(to_hdf5(model)));
+  REQUIRE(back.task.features.size() == 3);
+  for (std::size_t f = 0; f < 3; ++f) {
+    CHECK(back.task.features[f].column == model.task.features[f].column);
+    CHECK(back.task.features[f].column.words == model.task.features[f].column.words);
+    CHECK(back.task.features[f].column.unit == model.task.features[f].column.unit);
+    CHECK(back.task.features[f].measured == model.task.features[f].measured);
+  }
+  CHECK(back.task.predicted == speed);
+  CHECK(to_hdf5(back) == to_hdf5(model));
+  CHECK(columns_of(back.task) == sim::Columns{.inputs = {voltage}, .channels = {level, speed}});
+  Task other = model.task;
+  other.features[0].column.name = "current_A";
+  CHECK(message(folder.write(to_hdf5(model)), {other, "", {}, {}}) == "inputs = voltage_V in V\n  must be current_A in V");
+}
+TEST_CASE("weights: for the usual plant, the file says what it always said") {
+  const Hdf5File file = parse_hdf5(to_hdf5(some_model()), "file");
+  const std::string& said = file.text_attributes.at("/").at("sinew");
+  CHECK(said.find(R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
+                  R"({"name":"duty_B","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_B_degC","unit":"degC","offset":26.0,"span":51.0}],)"
+                  R"("input_order":"v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span",)"
+                  R"("output":{"name":"angle_deg","unit":"deg","offset":-40.0,"span":90.0})") != std::string::npos);
+}
 TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is read where the rest is said") {
   // The names and shapes of Keras 2.11: kernel [inputs, 4 units], the weights' groups named after layers that were made before.
   Hdf5File file;
