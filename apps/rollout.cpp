@@ -18,7 +18,7 @@ namespace sinew::apps {
 namespace {
 
 struct RolloutArguments {
-  std::string model, recording, out, method, plant;
+  std::string model, recording, out, method, plant, predict;
   double horizon_s = 600.0, from_s = 0.0;
   int paper_case = 0;
   std::vector<double> range, windows;
@@ -28,7 +28,10 @@ struct RolloutArguments {
 int rollout_command(const RolloutArguments& arguments) {
   if (!arguments.out.empty()) check_folder(arguments.out);
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
-  if (arguments.paper_case) unsaid.task = model::task_of(*system_for(arguments.plant), arguments.paper_case);
+  if (arguments.paper_case) {
+    const auto system = system_for(arguments.plant);
+    unsaid.task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
+  }
   if (arguments.range.size() == 2) {
     if (!(arguments.range[0] < arguments.range[1]))
       throw sim::InputError({.file = "", .key = "--range", .value = sim::shortest(arguments.range[0]) + "," + sim::shortest(arguments.range[1]),
@@ -125,6 +128,7 @@ void add_rollout(CLI::App& program, int& exit_code) {
   command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")->delimiter(',')->expected(2);
   command->add_option("--case", arguments->paper_case, "the case that the weights must be of")->check(CLI::Range(1, 4));
   command->add_option("--plant", arguments->plant, "a plant file of the kind that the recording is of; left out: by the weights, or the paper's limb");
+  command->add_option("--predict", arguments->predict, "with --case: the channel, by its column; left out: the first that inputs drive");
   command->add_option("--method", arguments->method, "of a file that Keras wrote")->check(CLI::IsMember({"published", "stateful"}));
   command->add_option("--range,--angle-range", arguments->range, "of a file that Keras wrote: the values that are 0 and 1, as -60,60 [deg]")->delimiter(',')->expected(2);
   command->add_option("--out", arguments->out, "folder for rollout.csv and report.html");

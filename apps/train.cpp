@@ -28,16 +28,6 @@ struct TrainArguments {
   bool hold_missing = false;
 };
 
-std::optional<plant::ChannelId> channel_named(const plant::System& system, const std::string& column) {
-  if (column.empty()) return std::nullopt;
-  std::string known;
-  for (const plant::ChannelId c : system.channels().ids()) {
-    if (system.channels()[c].column == column) return c;
-    known += (known.empty() ? "" : ", ") + system.channels()[c].column;
-  }
-  throw sim::InputError({.file = "", .key = "--predict", .value = column, .advice = "is no channel of this plant; there are " + known});
-}
-
 int train_command(const TrainArguments& arguments) {
   check_folder(arguments.out);
   const auto system = system_for(arguments.plant, arguments.data);

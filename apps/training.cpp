@@ -20,6 +20,16 @@ std::shared_ptr<const plant::System> system_for(const std::string& plant_file, c
   return plant::default_plant().shared_system();
 }
 
+std::optional<plant::ChannelId> channel_named(const plant::System& system, const std::string& column) {
+  if (column.empty()) return std::nullopt;
+  std::string known;
+  for (const plant::ChannelId c : system.channels().ids()) {
+    if (system.channels()[c].column == column) return c;
+    known += (known.empty() ? "" : ", ") + system.channels()[c].column;
+  }
+  throw sim::InputError({.file = "", .key = "--predict", .value = column, .advice = "is no channel of this plant; there are " + known});
+}
+
 sim::Columns columns_for(const model::Task& task) {
   const sim::Columns needed = model::columns_of(task), usual = sim::columns_of(plant::default_plant().system());
   const auto among = [](const std::vector<sim::Column>& some, const std::vector<sim::Column>& all) {

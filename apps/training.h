@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ namespace sinew::apps {
 
 // The System of a plant file; where that is empty, of the first set among the paths; else the usual plant's.
 std::shared_ptr<const plant::System> system_for(const std::string& plant_file, const std::vector<std::string>& paths = {});
+// The channel of this column (--predict); none where it is empty. Throws InputError where there is no such channel.
+std::optional<plant::ChannelId> channel_named(const plant::System& system, const std::string& column);
 // The usual plant's columns, all of which are checked in reading, where the task's are among them; else the task's own.
 sim::Columns columns_for(const model::Task& task);
 // Recordings of sets and files (these with the columns given), as a task sees them. `until_s`: what comes later in a recording
