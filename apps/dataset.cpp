@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sinew dataset: many runs of one scenario, each on a limb of its own.
+// sinew dataset: many runs of one scenario, each on a plant of its own.
 #include <atomic>
 #include <cstdio>
 #include <memory>
@@ -30,7 +30,7 @@ int dataset_command(const DatasetArguments& arguments) {
   if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
   plan.scenario_yaml = sim::to_yaml(plan.scenario);
   if (!arguments.randomise.empty()) {
-    plan.domain = model::read_domain(std::filesystem::path(arguments.randomise));
+    plan.domain = model::read_domain(std::filesystem::path(arguments.randomise), plan.scenario.plant.system());
     plan.domain_text = sim::read_file(arguments.randomise);
     if (!plan.domain.input.empty() && !std::holds_alternative<sim::BabbleInput>(plan.scenario.input))
       throw sim::InputError({.file = arguments.randomise, .key = "input", .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});

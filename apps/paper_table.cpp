@@ -38,19 +38,24 @@ struct PaperArguments {
 constexpr double training_s = 28.0 * 60.0, test_s = 600.0;
 constexpr double paper_training_fraction = 0.67;
 
-model::Series session(const std::string& file, int paper_case, std::int64_t seed, double duration_s) {
+model::Series session(const std::string& file, const model::Task& task, std::int64_t seed, double duration_s) {
   sim::Scenario scenario = sim::read_scenario(file);
   scenario.seed = seed;
   scenario.duration_s = duration_s;
   const sim::RunResult result = sim::run(scenario);
   if (result.failure) throw std::runtime_error(file + ": " + result.failure->reason);
-  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed)), paper_case);
+  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed), sim::columns_of(scenario.plant.system())), task);
 }
 
 Json json_of(const model::Vector<double>& open, const model::Vector<double>& step, const model::Series& test) {
   const model::Errors off = model::errors_of(open, test);
-  return {{"rollout_deg", off.rmse_deg}, {"second_minute_deg", off.second_minute_deg}, {"last_minute_deg", off.last_minute_deg},
-          {"one_step_deg", model::errors_of(step, test).rmse_deg}};
+  return {{"rollout_deg", off.rmse}, {"second_minute_deg", off.second_minute}, {"last_minute_deg", off.last_minute},
+          {"one_step_deg", model::errors_of(step, test).rmse}};
+}
+
+std::string case_words(int paper_case) {
+  static const char* const words[] = {"one coil, duty", "one coil, duty and temperature", "both coils, duty", "both coils, duty and temperature"};
+  return words[paper_case - 1];
 }
 
 struct Spread {
@@ -94,6 +99,7 @@ int paper_command(const PaperArguments& arguments) {
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
     for (const int paper_case : cases) {
       const std::string& scenario = paper_case <= 2 ? arguments.one_coil : arguments.two_coils;
+      const model::Task task = model::task_of(sim::read_scenario(scenario).plant.system(), paper_case);
       std::optional<model::Series> training, test;
       for (const std::string& method : methods) {
         std::string id = std::to_string(paper_case) + "-" + method + "-" + std::to_string(seed);
@@ -108,14 +114,14 @@ int paper_command(const PaperArguments& arguments) {
           }
         }
         if (!training) {
-          training = session(scenario, paper_case, seed, training_s);
-          test = session(scenario, paper_case, 1000 + seed, test_s);
+          training = session(scenario, task, seed, training_s);
+          test = session(scenario, task, 1000 + seed, test_s);
         }
         progress.show(static_cast<double>(done - 1) / static_cast<double>(all), id);
         Json cell{{"case", paper_case}, {"method", method}, {"seed", seed}, {"settings", settings_mark}, {"version", sim::this_build().version}};
         if (method == "published" || method == "stateful") {
           model::TrainingRun run;
-          run.paper_case = paper_case;
+          run.task = task;
           run.seed = static_cast<std::uint64_t>(seed);
           run.threads = arguments.threads;
           run.should_stop = interrupted;
