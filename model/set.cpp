@@ -59,8 +59,8 @@ void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
   for (std::size_t e = 0; e < plant::effect_count; ++e)
     if (one.scenario.limb.on[e]) json["effects"].push_back(plant::effects()[e].name);
   fs::create_directories(folder / "runs");
-  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
   sim::write_file_whole(stem_of(folder, run).string() + ".json", json.dump(1) + "\n");
+  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
 }
 
 std::string manifest_of(const SetPlan& plan, const fs::path& folder) {
