@@ -25,7 +25,6 @@ struct RunArguments {
 
 int run_command(const RunArguments& arguments) {
   Outputs outputs(arguments.out, {.yaml = {arguments.scenario}}, arguments.overwrite);
-  outputs.claim({"recording.csv", "truth.csv", "scenario.yaml", "run.json"});
   outputs.claim_in_parts("checkpoint.json");
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
@@ -42,6 +41,7 @@ int run_command(const RunArguments& arguments) {
   } else if (arguments.resume) {
     throw sim::InputError({.file = checkpoint_file.string(), .advice = "no checkpoint to go on from"});
   }
+  outputs.claim({"recording.csv", "truth.csv", "scenario.yaml", "run.json"});
   double reached_s = 0.0;
   Progress progress("run");
   options.progress = [&](double time_s) {
