@@ -6,6 +6,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "apps/app.h"
@@ -30,13 +31,14 @@ nlohmann::json json_of(const std::filesystem::path& file) {
   return nlohmann::json::parse(sim::read_file(file), nullptr, false);
 }
 
-// The files of runs/ that bear a run's number.
-std::vector<std::filesystem::path> run_files(const std::filesystem::path& out) {
+// The files of runs/ that bear a run's number, and whose name goes on like one of these.
+std::vector<std::filesystem::path> run_files(const std::filesystem::path& out, const std::set<std::string>& kinds = {".csv", ".json"}) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(out / "runs")) return files;
   for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
-    const std::string stem = entry.path().stem().string(), kind = entry.path().extension().string();
-    if ((kind == ".csv" || kind == ".json") && stem.find_first_not_of("0123456789") == std::string::npos) files.push_back(entry.path());
+    const std::string name = entry.path().filename().string();
+    const std::size_t end = name.find_first_not_of("0123456789");
+    if (end != 0 && end != std::string::npos && kinds.contains(name.substr(end))) files.push_back(entry.path());
   }
   return files;
 }
@@ -79,6 +81,7 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
                                      "it\ngive another folder, or replace the set with --overwrite"});
   outputs.claim({"set.h5", "manifest.json"}, same);
   if (!same) remove_set(outputs.folder());
+  for (const auto& half_written : run_files(outputs.folder(), {".csv.partial", ".json.partial"})) std::filesystem::remove(half_written);
 }
 
 int dataset_command(const DatasetArguments& arguments) {

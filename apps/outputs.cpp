@@ -234,9 +234,9 @@ void add_named_files(Inputs& inputs, const sim::YamlValue& value, const fs::path
 void add_yaml(Inputs& inputs, const fs::path& file) {
   settle_input_folder(file.has_parent_path() ? file.parent_path() : fs::path("."));
   const auto id = id_of(file);
-  if (id && inputs.contains(*id)) return;  // bases may go in a circle
+  if (!id || inputs.contains(*id)) return;  // who reads it says that it is not there; bases may go in a circle
   std::error_code none;
-  if (id && !fs::is_regular_file(file, none)) return;  // a pipe can be read once
+  if (!fs::is_regular_file(file, none)) return;  // a pipe can be read once
   add_file(inputs, file);
   add_named_files(inputs, sim::read_yaml(file), file.parent_path(), "");
 }
@@ -365,14 +365,8 @@ void Outputs::claim_in_parts(const std::string& name) {
     fs::remove(fs::path(path) += ".partial");
     return;
   }
-  std::vector<fs::path> left;
-  for (const auto& entry : fs::recursive_directory_iterator(path)) {
-    if (!entry.is_regular_file()) continue;
-    check_not_input(entry.path());
-    const std::string file = entry.path().filename().string();
-    if (file.ends_with(".csv.partial") || file.ends_with(".json.partial")) left.push_back(entry.path());
-  }
-  for (const fs::path& file : left) fs::remove(file);
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) check_not_input(entry.path());
 }
 
 fs::path Outputs::scratch(const std::string& name) {

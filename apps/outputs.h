@@ -53,7 +53,7 @@ class Outputs {
   // `goes_on`: those there are an earlier state of the same result, and may be replaced without --overwrite.
   void claim(const std::vector<std::string>& names, bool goes_on = false);
   // For what the command writes one by one, by write_file_whole: throws InputError where this file, or one in this folder, is an
-  // input. Removes what an interrupted command left there half-written.
+  // input. Removes what an interrupted command left half-written of a file; in a folder the command itself knows which are its own.
   void claim_in_parts(const std::string& name);
 
   // Keeps a claimed file until `commit`; where it is kept is returned.
