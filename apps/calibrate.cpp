@@ -10,6 +10,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
 #include "report/number.h"
@@ -30,7 +31,7 @@ struct CalibrateArguments {
   int starts = 3;
   std::int64_t seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false;
+  bool at_rest = false, json = false, overwrite = false;
 };
 
 double in_file_units(const diagnose::Estimate& estimate, double internal) {
@@ -133,7 +134,8 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
 }
 
 int calibrate_command(const CalibrateArguments& arguments) {
-  check_folder(arguments.out);
+  Outputs outputs(arguments.out, {.files = {arguments.recording}, .yaml = {arguments.plant}}, arguments.overwrite);
+  outputs.claim({"report.html", "figure.svg", "calibration.json", "plant.yaml"});
   const sim::Recording recording = sim::read_recording(arguments.recording);
   const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
   diagnose::PerChannel noise = diagnose::noise_of(recording);
@@ -162,7 +164,6 @@ int calibrate_command(const CalibrateArguments& arguments) {
                       first_values = parameter_table(calibration, false);
 
   const std::filesystem::path out = arguments.out;
-  std::filesystem::create_directories(out);
   std::string yaml = "# Calibrated by `sinew calibrate` on " + std::filesystem::path(arguments.recording).filename().string() +
                      ", from " + std::filesystem::path(arguments.plant).filename().string() + ".\n";
   for (const auto& e : calibration.estimates)
@@ -206,10 +207,11 @@ int calibrate_command(const CalibrateArguments& arguments) {
                  "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
   const std::string html = report::to_html(page);
   const std::string figure = report::stacked_svg(paper_figure(comparison, recording), 720, 640);
-  sim::write_file_whole(out / "report.html", html);
-  sim::write_file_whole(out / "figure.svg", figure);
-  sim::write_file_whole(out / "calibration.json", json.dump(2) + "\n");
-  sim::write_file_whole(out / "plant.yaml", yaml);
+  outputs.stage("report.html", html);
+  outputs.stage("figure.svg", figure);
+  outputs.stage("plant.yaml", yaml);
+  outputs.stage("calibration.json", json.dump(2) + "\n");
+  outputs.commit();
 
   if (arguments.json) {
     std::printf("%s\n", json.dump(2).c_str());
@@ -246,6 +248,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print calibration.json instead of tables");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n"
                   "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
                   "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "sim/input_error.h"
 #include "sim/log_map.h"
 #include "sim/log_suggest.h"
@@ -37,7 +38,7 @@ void convert_by_map(const std::string& log, const std::string& output, const std
 void add_convert(CLI::App& program, int& exit_code) {
   struct Arguments {
     std::string log, recording, map, suggest;
-    bool swap_sides = false;
+    bool swap_sides = false, overwrite = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("convert", "Convert the file of any logger into a recording.");
@@ -46,6 +47,7 @@ void add_convert(CLI::App& program, int& exit_code) {
   command->add_option("--map", arguments->map, "what the columns mean (docs/convert.md); without it: the limb's logger of 21 columns");
   command->add_option("--suggest", arguments->suggest, "print a map to begin with for this file")->option_text("FILE");
   command->add_flag("--swap-sides", arguments->swap_sides, "without a map: pwm_1 and Tr are coil A");
+  add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n"
       "  sinew convert --suggest robot.csv > robot.map.yaml\n"
@@ -61,8 +63,9 @@ void add_convert(CLI::App& program, int& exit_code) {
       return;
     }
     if (a.log.empty() || a.recording.empty()) refuse("sinew convert LOG RECORDING", "needs both: the logger's file, and the CSV to write");
-    std::error_code none;
-    if (std::filesystem::equivalent(a.log, a.recording, none)) refuse(a.recording, "is the logger's file itself; give the recording another name");
+    InputPaths read{.files = {a.log}};
+    if (!a.map.empty()) read.files.push_back(a.map);
+    check_output_file(a.recording, read, a.overwrite);
     if (!a.map.empty()) {
       if (a.swap_sides) refuse("--swap-sides", "is for the limb's own logger; a map names each coil's columns");
       convert_by_map(a.log, a.recording, a.map);

@@ -14,6 +14,7 @@
 #include "apps/diagnosis_json.h"
 #include "apps/diagnosis_page.h"
 #include "apps/diagnosis_text.h"
+#include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/columns.h"
 #include "report/console.h"
@@ -34,7 +35,7 @@ struct DiagnoseArguments {
   double fit_until_s = std::numeric_limits<double>::infinity();
   std::int64_t seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false;
+  bool at_rest = false, json = false, overwrite = false;
 };
 
 std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
@@ -50,6 +51,17 @@ std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
     chosen.push_back(plant::effect_index(name));
   }
   return chosen;
+}
+
+// All files that a diagnosis may write, those that an earlier one of more recordings left here among them.
+std::vector<std::string> files_of_diagnosis(const DiagnoseArguments& arguments) {
+  std::vector<std::string> names{"report.html", "diagnosis.json", "plant.yaml", "run.json", "experiment.yaml", "heldout_prediction.csv"};
+  const std::size_t recordings = arguments.training.size() + arguments.held_out.size();
+  for (std::size_t k = 2;; ++k) {
+    const std::string name = "heldout_prediction_" + std::to_string(k) + ".csv";
+    if (k > recordings && !std::filesystem::exists(std::filesystem::path(arguments.out) / name)) return names;
+    names.push_back(name);
+  }
 }
 
 // A recording twice would count its evidence twice, and one that is both fitted and held out proves nothing.
@@ -102,8 +114,11 @@ void print_words(const DiagnosisWords& words) {
 
 int diagnose_command(const DiagnoseArguments& arguments) {
   const std::filesystem::path out = arguments.out;
-  check_folder(out);
   check_apart(arguments);
+  InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
+  read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
+  Outputs outputs(out, read, arguments.overwrite);
+  outputs.claim(files_of_diagnosis(arguments));
 
   DiagnosisInputs inputs;
   inputs.training = arguments.training;
@@ -159,9 +174,9 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(inputs, hashes, files);
   if (interrupted()) throw diagnose::Stopped{};
-  std::filesystem::create_directories(out);
-  for (const auto& [name, content] : files) sim::write_file_whole(out / name, content);
-  sim::write_file_whole(out / "run.json", run);
+  for (const auto& [name, content] : files) outputs.stage(name, content);
+  outputs.stage("run.json", run);
+  outputs.commit();
 
   if (arguments.json) {
     std::printf("%s\n", json.dump(2).c_str());
@@ -218,6 +233,7 @@ void add_diagnose(CLI::App& program, int& exit_code) {
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
   command->add_flag("--at-rest", arguments->at_rest, "the recordings begin cold and at rest");
   command->add_flag("--json", arguments->json, "print diagnosis.json instead of sentences");
+  add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n"
       "  sinew diagnose --train scenarios/demo/recording.csv --plant plant/limbs/paper_limb.yaml --out "

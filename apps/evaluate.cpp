@@ -12,9 +12,11 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/dataset.h"
 #include "model/predictor.h"
@@ -35,7 +37,7 @@ namespace {
 struct EvaluateArguments {
   std::string model, stress, out;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool json = false;
+  bool json = false, overwrite = false;
 };
 
 // Beyond the runs that a set can have, so that no stress is a session that was trained on.
@@ -108,8 +110,10 @@ report::TimePlot drift_plot(const model::Series& series, const model::Vector<dou
 }
 
 int evaluate_command(const EvaluateArguments& arguments) {
-  if (!arguments.out.empty()) check_folder(arguments.out);
-  const model::Model predictor = model::read_model(weights_path(arguments.model));
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, InputPaths{.files = {arguments.model}, .yaml = {arguments.stress}}, arguments.overwrite);
+  }
   const StressFile stress = read_stress(arguments.stress);
   const sim::Columns columns = sim::columns_of(stress.base.plant.system());
   const sim::Column& predicted = predictor.task.predicted;
@@ -122,6 +126,14 @@ int evaluate_command(const EvaluateArguments& arguments) {
   for (std::size_t r = 0; r < stress.rows.size(); ++r)
     for (std::int64_t seed = 0; seed < stress.seeds; ++seed) jobs.push_back({r, seed});
   std::vector<Outcome> outcomes(jobs.size());
+  std::vector<std::string> names{"README.md", "stress.svg", "report.html", "stress.json"};
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    const Stress& row = stress.rows[jobs[j].row];
+    outcomes[j].scenario_file = file_name(row.name, model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed).scenario.seed);
+    names.push_back("scenarios/" + outcomes[j].scenario_file);
+  }
+  if (outputs) outputs->claim(names);
+  const model::Model predictor = model::read_model(weights_path(arguments.model));
   std::vector<std::optional<report::TimePlot>> plots(jobs.size());
   std::vector<std::string> scenarios(jobs.size());
   Progress progress("stress");
@@ -133,7 +145,6 @@ int evaluate_command(const EvaluateArguments& arguments) {
     const model::DrawnRun one = model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed);
     Outcome& outcome = outcomes[j];
     outcome.name = row.name;
-    outcome.scenario_file = file_name(row.name, one.scenario.seed);
     scenarios[j] = "# Stress on a predictor: " + row.name + ".\n" + sim::to_yaml(one.scenario);
     const sim::RunResult result = sim::run(one.scenario);
     if (result.failure) {
@@ -203,8 +214,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
                             {key_in_unit("one_step_rmse", predicted), row.one_step}, {"seeds_counted", row.counted}, {"failure", row.failure}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
   table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) + " seeds (of those that finished), worst first. Missing samples are held.";
-  if (!arguments.out.empty()) {
-    const std::filesystem::path out = arguments.out;
+  if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";
     page.lead = "Without stress it is " + report::significant(base.mean, 3) + unit + " off in open loop; worst under \"" + rows.front().name + "\", " + report::significant(rows.front().mean, 3) + unit + ".";
@@ -220,14 +230,14 @@ int evaluate_command(const EvaluateArguments& arguments) {
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
-    std::filesystem::create_directories(out / "scenarios");
-    for (std::size_t j = 0; j < jobs.size(); ++j) sim::write_file_whole(out / "scenarios" / outcomes[j].scenario_file, scenarios[j]);
-    sim::write_file_whole(out / "stress.json", json.dump(1) + "\n");
-    sim::write_file_whole(out / "README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
+    for (std::size_t j = 0; j < jobs.size(); ++j) outputs->stage("scenarios/" + outcomes[j].scenario_file, scenarios[j]);
+    outputs->stage("README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
                                                  " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
                                                  "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
-    sim::write_file_whole(out / "stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
-    sim::write_file_whole(out / "report.html", html);
+    outputs->stage("stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
+    outputs->stage("report.html", html);
+    outputs->stage("stress.json", json.dump(1) + "\n");
+    outputs->commit();
   }
   if (arguments.json) {
     std::printf("%s\n", json.dump(1).c_str());
@@ -248,6 +258,7 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for report.html, README.md, stress.svg, stress.json, scenarios/");
   command->add_option("--threads", arguments->threads, "simulations at a time")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_flag("--json", arguments->json, "print JSON");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Example:\n  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4");
   command->callback([arguments, &exit_code] { exit_code = evaluate_command(*arguments); });
 }

@@ -10,9 +10,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "hil/limits.h"
 #include "hil/lock_step_link.h"
@@ -45,7 +47,7 @@ struct HilArguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
-  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false;
+  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false, overwrite = false;
 };
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
@@ -163,11 +165,13 @@ std::filesystem::path free_folder() {
   }
 }
 
-void write_session(const std::filesystem::path& out, const std::map<std::string, std::string>& files) {
-  std::filesystem::create_directories(out);
+const std::vector<std::string> session_files{"recording.csv", "scenario.yaml", "twin.yaml", "wire.bin", "prediction.csv", "session.json"};
+
+void write_session(Outputs& outputs, const std::map<std::string, std::string>& files) {
   for (const auto& [name, content] : files)
-    if (name != "session.json") sim::write_file_whole(out / name, content);
-  sim::write_file_whole(out / "session.json", files.at("session.json"));  // last: it says that all are there
+    if (name != "session.json") outputs.stage(name, content);
+  outputs.stage("session.json", files.at("session.json"));  // last: it says that all are there
+  outputs.commit();
 }
 
 int hil_command(const HilArguments& arguments) {
@@ -175,7 +179,12 @@ int hil_command(const HilArguments& arguments) {
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
   if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay))
     throw sim::InputError({.key = "--fault, --corrupt, --relay", .advice = "are for --emulate: the limb is not made to fail"});
-  if (!arguments.out.empty()) check_folder(arguments.out);
+  const InputPaths read{.files = {arguments.predict}, .yaml = {arguments.scenario, arguments.twin}};
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, read, arguments.overwrite);
+    outputs->claim(session_files);
+  }
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   if (scenario.sample_period_s < 0.005)
@@ -194,9 +203,6 @@ int hil_command(const HilArguments& arguments) {
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
     companion.emplace(model::read_model(weights_path(arguments.predict)));
   }
-  std::filesystem::path out = arguments.out;
-  if (!arguments.emulate && std::filesystem::exists(out / "session.json"))
-    throw sim::InputError({.file = (out / "session.json").string(), .advice = "a session is there already, and cannot be made again; give another --out"});
 
   const hil::MonotonicClock clock;
   std::unique_ptr<hil::Link> link;
@@ -204,7 +210,7 @@ int hil_command(const HilArguments& arguments) {
   std::int64_t damaged = 0;
   std::string limb = arguments.port;
   if (arguments.emulate) {
-    limb = "emulated, lock step";
+    limb = emulated_limb;
     std::vector<std::string> command = emulator_command(arguments.scenario, arguments.faults);
     command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
     if (arguments.relay) command.push_back("--relay");
@@ -228,10 +234,12 @@ int hil_command(const HilArguments& arguments) {
   settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
   settings.say = [&](const std::string& line) { view.say(line); };
   hil::SessionResult result;
-  if (out.empty()) out = free_folder();
-  const auto not_armed = [&](const std::string& why) {
-    std::error_code none;
-    if (arguments.out.empty()) std::filesystem::remove(out, none);
+  if (!outputs) {
+    outputs.emplace(free_folder(), read, false, true);
+    outputs->claim(session_files);
+  }
+  const std::filesystem::path& out = outputs->folder();
+  const auto not_armed = [](const std::string& why) {
     std::fprintf(stderr, "not armed: %s\n", why.c_str());
     return 1;
   };
@@ -246,10 +254,8 @@ int hil_command(const HilArguments& arguments) {
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
-  std::filesystem::create_directories(out);
-  std::filesystem::remove(out / "prediction.csv");  // of an earlier session
-  if (companion) sim::write_file_whole(out / "prediction.csv", companion->csv());
-  write_session(out, files);
+  if (companion) outputs->stage("prediction.csv", companion->csv());
+  write_session(*outputs, files);
   std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
   if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
   std::printf("written: %s/{%s}\n", out.string().c_str(), [&] {
@@ -268,9 +274,15 @@ int hil_command(const HilArguments& arguments) {
 
 struct ReplayArguments {
   std::string folder, out;
+  bool overwrite = false;
 };
 
 int replay_command(const ReplayArguments& arguments) {
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, InputPaths{.files = {arguments.folder}}, arguments.overwrite);
+    outputs->claim(session_files);
+  }
   hil::Replayed replayed;
   try {
     replayed = hil::replay_session(arguments.folder);
@@ -278,7 +290,10 @@ int replay_command(const ReplayArguments& arguments) {
     std::fprintf(stderr, "the replay takes another course: %s\n  was the session made by another version of this program?\n", differs.what());
     return 1;
   }
-  if (!arguments.out.empty()) write_session(arguments.out, replayed.files);
+  if (outputs) {
+    for (const auto& [name, content] : replayed.files) outputs->claim({name});  // a session may have others than are usual
+    write_session(*outputs, replayed.files);
+  }
   bool same = true;
   for (const auto& [name, content] : replayed.files) {
     const bool equal = content == replayed.stored.at(name);
@@ -307,6 +322,7 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")->check(CLI::Range(0.0, 1.0));
   command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
                   "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
                   "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
@@ -319,6 +335,7 @@ void add_replay(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("replay", "Play a session of `hil` again, without hardware, and compare the bytes.");
   command->add_option("folder", arguments->folder, "the session's folder")->required();
   command->add_option("--out", arguments->out, "folder for what is made now");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Example:\n  sinew replay results/session_001");
   command->callback([arguments, &exit_code] { exit_code = replay_command(*arguments); });
 }

@@ -3,8 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/predictor.h"
 #include "model/weights_file.h"
@@ -22,11 +24,16 @@ struct RolloutArguments {
   double horizon_s = 600.0, from_s = 0.0;
   int paper_case = 0;
   std::vector<double> range, windows;
-  bool report = false, json = false, hold_missing = false;
+  bool report = false, json = false, hold_missing = false, overwrite = false;
 };
 
 int rollout_command(const RolloutArguments& arguments) {
-  if (!arguments.out.empty()) check_folder(arguments.out);
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty() || arguments.report) {
+    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
+    outputs.emplace(out, InputPaths{.files = {arguments.model, arguments.recording}}, arguments.overwrite);
+    outputs->claim({"rollout.csv", "report.html"});
+  }
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
   if (arguments.paper_case) {
     const auto system = system_for(arguments.plant);
@@ -85,8 +92,7 @@ int rollout_command(const RolloutArguments& arguments) {
                            report::significant(model::root_mean_square_error(open, series, a, b - a), 4), ""}});
   }
   table.title = "Case " + std::to_string(predictor.task.paper_case) + ", " + predictor.method + ": " + words_of(predictor.task);
-  if (!arguments.out.empty() || arguments.report) {
-    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
+  if (outputs) {
     const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
     std::string csv = "# open-loop prediction from one measured value, by `sinew rollout`\ntime_s," + predicted.name + "," +
                       key_in_unit(stem + "_rollout", predicted) + "," + key_in_unit(stem + "_one_step", predicted) + "\n";
@@ -106,10 +112,10 @@ int rollout_command(const RolloutArguments& arguments) {
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "recording: " + arguments.recording,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
-    std::filesystem::create_directories(out);
-    sim::write_file_whole(out / "rollout.csv", csv);
-    sim::write_file_whole(out / "report.html", html);
-    if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", out.string().c_str());
+    outputs->stage("rollout.csv", csv);
+    outputs->stage("report.html", html);
+    outputs->commit();
+    if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", outputs->folder().c_str());
   }
   if (arguments.json) std::printf("%s\n", json.dump(1).c_str());
   else std::fputs(report::to_text(table).c_str(), stdout);
@@ -135,6 +141,7 @@ void add_rollout(CLI::App& program, int& exit_code) {
   command->add_flag("--report", arguments->report, "write them beside the recording where --out is not given");
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
   command->add_flag("--json", arguments->json, "print JSON");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n  sinew rollout results/lstm4 --recording c.csv --horizon 600 --report\n"
                   "  sinew rollout model.h5 --case 3 --method published --range -60,60 --recording c.csv");
   command->callback([arguments, &exit_code] { exit_code = rollout_command(*arguments); });

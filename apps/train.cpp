@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/weights_file.h"
 #include "report/console.h"
@@ -25,11 +26,15 @@ struct TrainArguments {
   double until_s = std::numeric_limits<double>::infinity();
   std::int64_t seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool hold_missing = false;
+  bool hold_missing = false, overwrite = false;
 };
 
 int train_command(const TrainArguments& arguments) {
-  check_folder(arguments.out);
+  InputPaths read{.files = arguments.data, .yaml = {arguments.settings}};
+  read.files.push_back(arguments.from);
+  if (!arguments.plant.empty()) read.yaml.push_back(arguments.plant);
+  Outputs outputs(arguments.out, read, arguments.overwrite);
+  outputs.claim({"weights.h5", "training.json", "report.html"});
   const auto system = system_for(arguments.plant, arguments.data);
   const model::Task task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
   const std::string unit = unit_words(task.predicted);
@@ -73,12 +78,11 @@ int train_command(const TrainArguments& arguments) {
                  "LSTM " + std::to_string(shape.hidden) + ", dense " + std::to_string(shape.dense) + ", seed " + std::to_string(arguments.seed),
                  "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
   const std::string html = report::to_html(page);
-  const std::filesystem::path out = arguments.out;
-  std::filesystem::create_directories(out);
-  sim::write_file_whole(out / "weights.h5", model::to_hdf5(trained.model, arguments.layout == "keras3" ? model::Layout::keras3 : model::Layout::keras2));
-  sim::write_file_whole(out / "training.json", json.dump(1) + "\n");
-  sim::write_file_whole(out / "report.html", html);
-  std::printf("%s\nwritten: %s/{weights.h5, training.json, report.html}\n", report::wrap(page.lead).c_str(), out.string().c_str());
+  outputs.stage("weights.h5", model::to_hdf5(trained.model, arguments.layout == "keras3" ? model::Layout::keras3 : model::Layout::keras2));
+  outputs.stage("report.html", html);
+  outputs.stage("training.json", json.dump(1) + "\n");
+  outputs.commit();
+  std::printf("%s\nwritten: %s/{weights.h5, training.json, report.html}\n", report::wrap(page.lead).c_str(), arguments.out.c_str());
   return 0;
 }
 
@@ -101,6 +105,7 @@ void add_train(CLI::App& program, int& exit_code) {
   command->add_option("--layout", arguments->layout, "of weights.h5")->check(CLI::IsMember({"keras2", "keras3"}))->capture_default_str();
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
   command->add_option("--out", arguments->out, "folder for weights.h5, training.json, report.html")->required();
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n  sinew train results/set --case 4 --method stateful --out results/lstm4\n"
                   "  sinew train recording.csv --until 130 --from results/lstm3 --out results/tuned");
   command->callback([arguments, &exit_code] { exit_code = train_command(*arguments); });

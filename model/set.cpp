@@ -88,8 +88,8 @@ void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
   for (const plant::EffectId e : plant.system().effects().ids())
     if (plant.is_on(e)) json["effects"].push_back(plant.system().effects()[e].name);
   fs::create_directories(folder / "runs");
-  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
   sim::write_file_whole(stem_of(folder, run).string() + ".json", json.dump(1) + "\n");
+  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
 }
 
 std::string manifest_of(const SetPlan& plan, const fs::path& folder) {

@@ -23,7 +23,7 @@ struct SetPlan {
 
 // Whether run `run` lies in `folder`, whole and made from this plan.
 bool is_there(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
-// Simulates one run and writes its two files, each whole or not at all. The same plan gives the same bytes.
+// Simulates one run and writes its two files, first the JSON, each whole or not at all. The same plan gives the same bytes.
 void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
 // Gathers all runs: the manifest's text; and the recordings in HDF5, [samples x columns] arrays /runs/0000 ...
 std::string manifest_of(const SetPlan& plan, const std::filesystem::path& folder);

@@ -302,7 +302,7 @@ def test_real_time():
             result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "no", "--allow-overruns")
             check(f"{what}: the device went to zero by itself, and does not arm again unasked",
                   result.returncode == 1 and "the device is tripped: silence" in result.stderr and files_in("no") is None, line + rest + said(result))
-            check(f"{what}: nothing half-written", files_in("killed") is None)
+            check(f"{what}: nothing half-written", files_in("killed") == [".sinew.lock"])
         result = sinew("doctor", "--port", limb.port)
         check("doctor: says that it is tripped, and why", result.returncode == 1 and "tripped: silence" in result.stdout, said(result))
 
