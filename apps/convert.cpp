@@ -73,7 +73,7 @@ void add_convert(CLI::App& program, int& exit_code) {
     }
     if (std::filesystem::is_regular_file(a.log) && sim::kind_of_log(a.log) != sim::LogKind::text)
       refuse(a.log, "is a MATLAB or HDF5 file, and needs --map MAP.yaml; `sinew convert --suggest " + a.log + "` prints one to begin with");
-    sim::Recording recording = sim::read_logger(a.log, a.swap_sides);
+    sim::Recording recording = sim::read_logger(a.log, plant::default_plant().system(), a.swap_sides);
     sim::write_recording(a.recording, recording);
     say_what_was_written(recording.samples.size(), sim::shortest(recording.duration_s()), sim::shortest(recording.median_period_s()), recording.notes.summary(), a.recording);
   });
