@@ -33,12 +33,12 @@ int compare_command(const CompareArguments& arguments) {
     outputs.emplace(arguments.out, InputPaths{.files = {arguments.recording}, .yaml = {arguments.plant}}, arguments.overwrite);
     outputs->claim({"comparison.html", "comparison.svg"});
   }
-  const sim::Recording recording = sim::read_recording(arguments.recording);
-  const plant::Limb<double> limb = sim::read_plant_file(arguments.plant);
-  const diagnose::PerChannel noise = diagnose::noise_of(recording);
+  const plant::Plant plant = sim::read_plant_file(arguments.plant);
+  const sim::Recording recording = sim::read_recording(arguments.recording, plant.system());
+  const diagnose::PerChannel noise = diagnose::noise_of(plant.system(), recording);
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
 
-  // What the limb was doing when the recording began is found from its first minute, with the plant as it is.
+  // What the plant was doing when the recording began is found from its first minute, with the plant as it is.
   plant::Start start;
   const double first_s = recording.samples.front().time_s;
   if (!arguments.at_rest) {
@@ -46,9 +46,9 @@ int compare_command(const CompareArguments& arguments) {
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
     settings.should_stop = interrupted;
-    start = diagnose::calibrate(limb, {{&recording, count, noise}}, settings).starts_of_recordings.front();
+    start = diagnose::calibrate(plant, {{&recording, count, noise}}, settings).starts_of_recordings.front();
   }
-  const diagnose::Comparison comparison = diagnose::compare(limb, start, recording, noise, arguments.fit_until_s, numerics);
+  const diagnose::Comparison comparison = diagnose::compare(plant, start, recording, noise, arguments.fit_until_s, numerics);
   if (arguments.json) {
     nlohmann::ordered_json json;
     json["recording"] = arguments.recording;
@@ -86,7 +86,7 @@ int compare_command(const CompareArguments& arguments) {
 
 void add_compare(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App* command = program.add_subcommand("compare", "Compare a plant with a recording, in open loop from its duty.");
+  CLI::App* command = program.add_subcommand("compare", "Compare a plant with a recording, in open loop from its inputs.");
   command->add_option("recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--plant", arguments->plant, "plant in YAML")->required();
   command->add_option("--out", arguments->out, "folder for comparison.html and comparison.svg");

@@ -26,4 +26,11 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
 // The stacked figure for papers.
 std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& comparison, const sim::Recording& recording);
 
+// What the inputs are, in a word: "duty"; "inputs" where they are not of one kind.
+std::string input_words(const plant::System& system);
+
+// --noise: one value for each channel, in their order, or NAME=VALUE for some; the others are as estimated. Throws InputError.
+diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
+                                     const diagnose::PerChannel& estimated);
+
 }  // namespace sinew::apps

@@ -74,6 +74,7 @@ std::size_t samples_until(const sim::Recording& recording, double until_s) {
 Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                    const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics) {
   Comparison result;
+  result.system = plant.shared_system();
   result.noise = noise;
   result.fit_until_s = fit_until_s;
   const plant::System& system = plant.system();

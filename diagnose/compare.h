@@ -27,6 +27,7 @@ struct WorstTime {
 };
 
 struct Comparison {
+  std::shared_ptr<const plant::System> system;                  // of the plant that was compared
   std::vector<double> time_s;                                   // of the recording
   Series model;                                                 // in the units of files
   Series residual;                                              // model - measured; NaN where nothing was measured
