@@ -148,8 +148,8 @@ void look_at_board(const std::string& port, Findings& findings) {
     findings.good(text);
   }
   const message_telemetry& said = device.telemetry()->said;
-  for (const std::size_t j : plant::coils) {
-    const std::string name = std::string("thermocouple ") + "AB"[j];
+  for (std::size_t j = 0; j < std::size(said.sensor); ++j) {
+    const std::string name = std::string("thermocouple ") + static_cast<char>('A' + j);
     if (said.sensor[j] == TRIP_NONE) {
       std::snprintf(text, sizeof text, "%s: %.2f degC", name.c_str(), said.temperature_cdegC[j] / 100.0);
       findings.good(text);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hil/device.h"
 
+#include <algorithm>
+
 namespace sinew::hil {
 namespace {
 
@@ -89,9 +91,11 @@ std::optional<answer> Device::disarm() {
   return ask(out);
 }
 
-std::uint32_t Device::command(const std::array<std::uint16_t, 2>& duty, std::uint16_t time_to_live_ms) {
+std::uint32_t Device::command(std::span<const std::uint16_t> duty, std::uint16_t time_to_live_ms) {
   frame out{};
-  const message_command message{{duty[0], duty[1]}, time_to_live_ms};
+  message_command message{};
+  std::copy_n(duty.begin(), std::min(duty.size(), std::size(message.duty)), message.duty);
+  message.time_to_live_ms = time_to_live_ms;
   put_command(&out, &message);
   awaited_sequence_ = send(out);
   awaited_since_us_ = now_us_;

@@ -4,13 +4,13 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "hil/clock.h"
 #include "hil/link.h"
 #include "hil/message.h"
-#include "plant/scalar.h"
 
 namespace sinew::hil {
 
@@ -43,7 +43,8 @@ class Device {
   std::optional<answer> clear_trip(std::uint8_t cause);
   std::optional<answer> disarm();
 
-  std::uint32_t command(const std::array<std::uint16_t, 2>& duty, std::uint16_t time_to_live_ms);
+  // One duty a coil.
+  std::uint32_t command(std::span<const std::uint16_t> duty, std::uint16_t time_to_live_ms);
 
   // Handles what comes until then. `stop_at`: returns early after a frame of that type.
   void listen_until(std::int64_t deadline_us, std::uint8_t stop_at = 0);

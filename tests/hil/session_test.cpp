@@ -37,14 +37,14 @@ TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
   CHECK(result.brought_to_rest);
   CHECK(board.s.state == DEVICE_DISARMED);
   CHECK(board.s.duty[0] == 0);
-  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
   REQUIRE(recording.samples.size() == 81);
-  CHECK(recording.samples[9].duty_fraction[0] == 0.0);
-  CHECK(recording.samples[10].duty_fraction[0] == 0.4);
-  CHECK(recording.samples[59].duty_fraction[0] == 0.4);
-  CHECK(recording.samples[60].duty_fraction[0] == 0.0);
-  CHECK(recording.samples[60].temperature_degC[0] > 55.0);
-  CHECK(recording.samples[60].angle_deg == 12.5);
+  CHECK(recording.samples[9].inputs[0] == 0.0);
+  CHECK(recording.samples[10].inputs[0] == 0.4);
+  CHECK(recording.samples[59].inputs[0] == 0.4);
+  CHECK(recording.samples[60].inputs[0] == 0.0);
+  CHECK(recording.samples[60].channels[0] > 55.0);
+  CHECK(recording.samples[60].channels[2] == 12.5);
   CHECK(recording.notes.summary().empty());
 }
 
@@ -148,9 +148,9 @@ TEST_CASE("session: a sample that did not come is missing in the recording, and 
   });
   const SessionResult result = run_session(scenario(), link, {});
   CHECK(result.status == SessionStatus::finished);
-  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
   int missing = 0;
-  for (const sim::Sample& sample : recording.samples) missing += std::isnan(sample.angle_deg);
+  for (const sim::Sample& sample : recording.samples) missing += std::isnan(sample.channels[2]);
   CHECK(missing >= 2);
   CHECK(missing <= 4);
   CHECK(result.report_json.find("\"ticks_without_telemetry\":" + std::to_string(missing)) != std::string::npos);
