@@ -199,7 +199,7 @@ int hil_command(const HilArguments& arguments) {
   std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
   if (!arguments.twin.empty()) {
     settings.twin = sim::read_plant_file(arguments.twin);
-    files["twin.yaml"] = "# The plant that ran beside the limb.\n" + sim::plant_to_yaml(*settings.twin);
+    files["twin.yaml"] = "# The plant that ran beside the limb.\n" + sim::plant_file_text(*settings.twin);
   }
   std::optional<Companion> companion;
   if (!arguments.predict.empty()) {

@@ -153,7 +153,7 @@ hil::Tamper other_version() {
   return [](Bytes wire, std::int64_t) -> std::vector<Bytes> {
     hil::Bytes out;
     frame_decoder decoder;
-    frame_decoder_start(&decoder);
+    frame_decoder_start(&decoder, nullptr);
     frame in;
     for (const std::uint8_t byte : wire)
       if (frame_decoder_take(&decoder, byte, &in) == FRAME_READY) {

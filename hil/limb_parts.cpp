@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "hil/frame.h"
 #include "sim/input_error.h"
 
 namespace sinew::hil {
@@ -25,6 +26,13 @@ LimbParts parts_of(const plant::Plant& plant, const std::string& file) {
     else
       fail("plant.limb.channels", channel.column, "the board measures temperatures and angles alone");
   }
+  const auto carried = [&](const std::string& key, const char* what, std::size_t count, std::size_t least) {
+    if (count < least || count > BOARD_PARTS_MOST)
+      fail(key, std::to_string(count), "the wire to a board carries " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST) + " " + what);
+  };
+  carried("plant.limb.coils", "coils", system.inputs().size(), 1);
+  carried("plant.limb.channels", "thermocouples", parts.thermocouples.size(), 0);
+  carried("plant.limb.channels", "angles", parts.angles.size(), 0);
   for (const plant::InputId i : system.inputs().ids()) {
     const std::string& name = system.inputs()[i].name;
     Coil coil{.name = name, .input = i, .temperature = {}, .shown = {}, .thermocouple = 0};

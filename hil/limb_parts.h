@@ -25,8 +25,8 @@ struct LimbParts {
   plant::ParameterId ambient_temperature;
 };
 
-// `file`: where the plant stands, for errors. Throws sim::InputError: a plant that is no limb, a coil without a thermocouple
-// (both supervisors watch a coil by its thermocouple), a channel that no board measures.
+// `file`: where the plant stands, for errors. Throws sim::InputError: a plant that is no limb, one with more than the wire carries, a
+// coil without a thermocouple (both supervisors watch a coil by its thermocouple), a channel that no board measures.
 LimbParts parts_of(const plant::Plant& plant, const std::string& file = "");
 
 }  // namespace sinew::hil

@@ -119,12 +119,24 @@ class Session {
                           : "no answer to the hello\n  is the board powered, and is this its port? `sinew doctor --port ...` looks further");
     }
     hello_ = *hello;
+    if (const std::string misfit = misfit_of(hello_.parts); !misfit.empty())
+      throw Refused(misfit + "\n  flash the firmware that belongs to this program: docs/hardware.md");
+    std::string others;
+    const auto same = [&](const char* what, std::size_t of_plant, std::size_t of_board) {
+      if (of_plant != of_board)
+        others += (others.empty() ? "the plant has " : "; the plant has ") + std::to_string(of_plant) + " " + what + ", the board " + std::to_string(of_board);
+    };
+    same("coils", parts_.coils.size(), hello_.parts.coils);
+    same("thermocouples", parts_.thermocouples.size(), hello_.parts.thermocouples);
+    same("angles", parts_.angles.size(), hello_.parts.angles);
+    if (!others.empty()) throw Refused(others + "\n  the scenario's plant must be that of the limb at this board");
     if (hello_.firmware_hash != SINEW_FIRMWARE_HASH)
       throw Refused("the device's firmware is " + hexadecimal(hello_.firmware_hash) + ", this program's is " +
                     hexadecimal(SINEW_FIRMWARE_HASH) + "\n  flash the firmware that belongs to this program: docs/hardware.md");
-    if (hello_.limits_hash != limits_hash())
+    const std::uint32_t limits = limits_hash(hello_.parts.coils);
+    if (hello_.limits_hash != limits)
       throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" +
-                    hexadecimal(limits_hash()) + ")\n  build and flash both from the same hil/limits.h");
+                    hexadecimal(limits) + ")\n  build and flash both from the same hil/limits.h");
     if (hello_.reset_cause == RESET_WATCHDOG || hello_.reset_cause == RESET_BROWN_OUT)
       say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
   }
@@ -150,7 +162,7 @@ class Session {
   }
 
   void arm() {
-    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash()), "arming");
+    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils)), "arming");
     // Telemetry that was on its way still tells of before.
     const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
     while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
