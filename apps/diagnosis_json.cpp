@@ -12,28 +12,26 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
 using nlohmann::ordered_json;
 
 ordered_json per_channel(const diagnose::PerChannel& values) {
   ordered_json json;
-  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];  // NaN: null
+  for (const plant::ChannelId c : channels_of(d).ids()) json[channels_of(d)[c].column] = values[c];  // NaN: null
   return json;
 }
 
 template <class Value>
 ordered_json counts(const std::array<Value, channel_count>& values) {
   ordered_json json;
-  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];
+  for (const plant::ChannelId c : channels_of(d).ids()) json[channels_of(d)[c].column] = values[c];
   return json;
 }
 
-std::string name_of(std::size_t effect) { return std::string(plant::effects()[effect].name); }
+std::string name_of(std::size_t effect) { return std::string(effects_of(d)[effect].name); }
 
 ordered_json names_of(const std::vector<std::size_t>& effects) {
   ordered_json json = ordered_json::array();
-  for (const std::size_t e : effects) json.push_back(name_of(e));
+  for (const plant::EffectId e : effects) json.push_back(name_of(e));
   return json;
 }
 
@@ -44,11 +42,11 @@ ordered_json windows_json(const diagnose::WorstTime& worst) {
 }
 
 ordered_json effect_json(const diagnose::FoundEffect& found) {
-  const auto& info = plant::effects()[found.effect];
-  ordered_json json{{"name", info.name}, {"place", text_of(info.place)}, {"confidence", found.confidence}};
+  const auto& info = effects_of(d)[found.effect];
+  ordered_json json{{"name", info.name}, {"place", info.place}, {"confidence", found.confidence}};
   json["parameters"] = ordered_json::object();
   for (const auto& parameter : found.parameters) {
-    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     ordered_json value{{"value", parameter.value}, {"ci95", {parameter.lowest, parameter.highest}}};
     if (declared.kind == plant::Kind::toggle) value["value"] = parameter.value != 0.0;
     if (parameter.known) value["assumed"] = true;
@@ -106,7 +104,7 @@ ordered_json fitted_json(const diagnose::Explanation& answer) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect) continue;
+    if (unknown.parameter == std::nullopt) continue;
     const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
                  error = 1.959964 * answer.deviation(u) / unit;
     json[unknown.name] = {
@@ -143,15 +141,15 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   }
   json["ambiguous_with"] = names_of(d.ambiguous_with);
   if (d.experiment)
-    json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name},
-                          {"rival", plant::effects()[d.experiment->rival].name},
+    json["experiment"] = {{"effect", effects_of(d)[d.experiment->effect].name},
+                          {"rival", effects_of(d)[d.experiment->rival].name},
                           {"words", d.experiment->words},
                           {"duration_s", d.experiment->duration_s},
                           {"largest_duty_fraction", d.experiment->largest_duty_fraction},
                           {"hottest_degC", d.experiment->hottest_degC},
                           {"separation", d.experiment->separation}};
   json["located"] = {
-      {"channel", channels[d.located.channel].column},
+      {"channel", channels_of(d)[d.located.channel].column},
       {"place", d.located.place},
       {"windows_s", windows_json(d.located.worst)},
       {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
@@ -163,7 +161,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
       {"noise", per_channel(d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)
-    shares.push_back({{"place", diagnose::forcings[static_cast<std::size_t>(share.forcing)].name},
+    shares.push_back({{"place", groups_of(d)[share.group].name},
                       {"share", share.share},
                       {"ci95", {share.lowest, share.highest}},
                       {"log_likelihood", share.log_likelihood}});
@@ -171,8 +169,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
 
   const auto& held = d.held_out;
   ordered_json gain;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    gain[std::string(channels[c].column)] = {{"value", held.gain[c]},
+  for (const plant::ChannelId c : channels_of(d).ids())
+    gain[channels_of(d)[c].column] = {{"value", held.gain[c]},
                                              {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
   json["fit"]["heldout"] = {{"before", per_channel(held.before)},
                             {"after", per_channel(held.after)},
@@ -182,8 +180,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                             {"samples", counts(held.samples)},
                             {"kept_back", kept_back_words(d)}};
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]},
+  for (const plant::ChannelId c : channels_of(d).ids())
+    json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},
                                                                             {"after", d.correlation.after[c]}};
 
   json["explained_share"] = d.explained_share;
@@ -194,12 +192,12 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["stand_ins"] = names_of(stand_ins(d));
   json["fitted"] = fitted_json(answer_of(d));
   json["flipped_signs"] = ordered_json::array();
-  for (const std::size_t p : d.flipped_signs) json["flipped_signs"].push_back(plant::parameters()[p].key());
+  for (const plant::ParameterId p : d.flipped_signs) json["flipped_signs"].push_back(parameters_of(d)[p].key());
 
   json["would_have_been_seen"] = ordered_json::array();
   json["cannot_be_seen"] = ordered_json::array();
   for (const auto& other : not_found(d)) {
-    const auto& strength = plant::parameters()[plant::effects()[other.effect].strength].declaration;
+    const auto& strength = parameters_of(d)[effects_of(d)[other.effect].strength].declaration;
     json[other.can_be_seen ? "would_have_been_seen" : "cannot_be_seen"].push_back(
         {{"name", name_of(other.effect)},
          {"smallest_seen", !other.can_be_seen && is_imitated(other) ? ordered_json() : ordered_json(other.smallest_seen)},
@@ -212,7 +210,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   if (left.variable.empty()) {
     json["left_over"] = nullptr;
   } else {
-    const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+    const auto& forcing = groups_of(d)[left.group];
     json["left_over"] = {{"place", forcing.name},
                          {"unit", forcing.unit},
                          {"variable", left.variable},
@@ -226,7 +224,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   if (d.wandering) {
     const auto& w = *d.wandering;
     json["wandering"] = {{"what", w.of.words},
-                         {"place", plant::text_of(w.of.place)},
+                         {"place", w.of.place},
                          {"log_evidence_gain", w.gain},
                          {"explained_share", w.explained_share},
                          {"correlation_time_s", w.correlation_time_s},
@@ -237,7 +235,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                          {"others", ordered_json::array()}};
     for (const auto& [other, loss] : w.others)
       json["wandering"]["others"].push_back(
-          {{"what", other.words}, {"place", plant::text_of(other.place)}, {"loss_of_log_evidence", loss}});
+          {{"what", other.words}, {"place", other.place}, {"loss_of_log_evidence", loss}});
   } else {
     json["wandering"] = nullptr;
   }
@@ -254,7 +252,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
 
 std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> names, trained;
-  for (const std::size_t e : added_effects(d)) names.push_back(name_of(e));
+  for (const plant::EffectId e : added_effects(d)) names.push_back(name_of(e));
   for (const std::string& path : inputs.training) trained.push_back(file_name(path));
   std::string text = "# Repaired by `sinew diagnose`: " + file_name(inputs.plant) + ", fitted to " + listed(trained) +
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
@@ -262,16 +260,16 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0)
-      text += "#   " + std::string(channels[c].words) + ": " + report::significant(d.held_out.after[c], 3) + " " +
-              std::string(channels[c].unit) + " (core alone " + report::significant(d.held_out.before[c], 3) +
+      text += "#   " + channels_of(d)[c].words + ": " + report::significant(d.held_out.after[c], 3) + " " +
+              channels_of(d)[c].unit_words + " (core alone " + report::significant(d.held_out.before[c], 3) +
               ", noise " + report::significant(d.held_out.noise[c], 2) + ")\n";
   text += "# 95 % intervals of what was fitted:\n";
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    if (unknowns[u].parameter == plant::no_effect) continue;
+    if (unknowns[u].parameter == std::nullopt) continue;
     const double unit = unknowns[u].internal_per_unit;
     text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
   }
@@ -292,7 +290,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
       if (!held_out && !prediction.kept_back[k]) continue;
       sim::Sample sample = prediction.recording->samples[k];
-      for (std::size_t c = 0; c < diagnose::channel_count; ++c) diagnose::measured(sample, c) = prediction.after[c][k];
+      for (const plant::ChannelId c : channels_of(d).ids()) diagnose::measured(sample, c) = prediction.after[c][k];
       predicted.samples.push_back(sample);
     }
     if (!predicted.samples.empty()) add(predicted);

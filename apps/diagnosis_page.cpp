@@ -11,8 +11,6 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Prediction;
 using diagnose::Verdict;
@@ -22,10 +20,10 @@ namespace colors = report::okabe_ito;
 
 constexpr double two_sided_95 = 1.959964;
 
-std::string effect_name(std::size_t effect) { return std::string(plant::effects()[effect].name); }
-std::string effect_words(std::size_t effect) { return std::string(plant::effects()[effect].words); }
+std::string effect_name(std::size_t effect) { return std::string(effects_of(d)[effect].name); }
+std::string effect_words(std::size_t effect) { return std::string(effects_of(d)[effect].words); }
 std::string with_channel_unit(std::size_t c) {
-  return std::string(channels[c].words) + " / " + std::string(channels[c].unit);
+  return channels_of(d)[c].words + " / " + channels_of(d)[c].unit_words;
 }
 
 report::Section section(std::string heading, int depth = 1) {
@@ -106,7 +104,7 @@ report::Table place_table(const Diagnosis& d) {
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
-    row.cells = {std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words),
+    row.cells = {std::string(groups_of(d)[share.group].words),
                  report::fixed(share.share, 2),
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
@@ -130,7 +128,7 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
     const Prediction& prediction = d.predictions[d.located.worst_recording];
     const std::size_t c = d.located.channel;
     const auto bands = worst_bands(d.located.worst);
-    blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant",
+    blocks.push_back(time_plot(prediction, capitalised(channels_of(d)[c].words) + ": recording and calibrated plant",
                                with_channel_unit(c),
                                {line("recording", prediction.measured[c], colors::black),
                                 line("calibrated, nothing added", prediction.before[c], colors::vermillion)},
@@ -138,7 +136,7 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
     for (std::size_t i = 0; i < channel_count; ++i) {
       const std::size_t channel = (c + i) % channel_count;
       blocks.push_back(time_plot(
-          prediction, "What is left of " + channel_words(channel), "error / " + std::string(channels[channel].unit),
+          prediction, "What is left of " + channel_words(channel), "error / " + channels_of(d)[channel].unit_words,
           {noise_band(prediction, d.located.noise[channel]),
            line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
                 colors::vermillion)},
@@ -227,8 +225,8 @@ report::Table parameter_table(const Diagnosis& d) {
   std::vector<report::Row> core;
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect) continue;
-    const auto& info = plant::parameters()[unknown.parameter];
+    if (unknown.parameter == std::nullopt) continue;
+    const auto& info = parameters_of(d)[unknown.parameter];
     const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
                  error = two_sided_95 * answer.deviation(u) / unit;
     const double low = std::max(value - error, info.declaration.range.lowest),
@@ -249,9 +247,9 @@ report::Table parameter_table(const Diagnosis& d) {
       row.note = "the data says little about it: mostly what was believed before";
     (new_here ? table.rows : core).push_back(row);
   }
-  for (const std::size_t e : added)
-    for (const std::size_t p : plant::effects()[e].parameters) {
-      const auto& info = plant::parameters()[p];
+  for (const plant::EffectId e : added)
+    for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      const auto& info = parameters_of(d)[p];
       const bool fitted =
           std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
@@ -273,14 +271,14 @@ report::Table parameter_table(const Diagnosis& d) {
 void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
   add_paragraphs(blocks, words.modelled);
-  for (const std::size_t e : added_effects(d)) {
+  for (const plant::EffectId e : added_effects(d)) {
     report::Code code;
     code.caption = effect_name(e) + ": " + effect_words(e);
-    code.text = std::string(plant::effects()[e].equation);
-    for (const std::size_t p : plant::effects()[e].parameters) {
-      const auto& declared = plant::parameters()[p].declaration;
+    code.text = std::string(effects_of(d)[e].equation);
+    for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      const auto& declared = parameters_of(d)[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
-                   with_unit(report::significant(plant::get_in_file_units(d.repaired, p), 4), declared.unit.text) +
+                   with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) +
                    "   " + std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
     }
     blocks.push_back(code);
@@ -301,7 +299,7 @@ report::Table error_table(const Diagnosis& d) {
     table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
   else
     table.header.push_back("noise alone");
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
     report::Row row;
     row.cells = {with_channel_unit(c), std::to_string(held.samples[c]), report::significant(held.nominal[c], 3),
@@ -337,7 +335,7 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
       series.push_back(line("calibrated", prediction.after[c], colors::green));
     }
     blocks.push_back(
-        time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
+        time_plot(prediction, capitalised(channels_of(d)[c].words), with_channel_unit(c), std::move(series), bands, 180));
     std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
     if (repaired)
       left.push_back(
@@ -345,14 +343,14 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     left.push_back(line(repaired ? "after − recording" : "calibrated − recording",
                         difference(prediction.after[c], prediction.measured[c]), colors::green));
     blocks.push_back(time_plot(prediction, "What is left of " + channel_words(c),
-                               "error / " + std::string(channels[c].unit), std::move(left), bands, 110));
+                               "error / " + channels_of(d)[c].unit_words, std::move(left), bands, 110));
   }
   blocks.push_back(duty_plot(prediction));
 }
 
 report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool repaired) {
   report::ScatterPlot plot;
-  plot.title = capitalised(channels[c].words);
+  plot.title = capitalised(channels_of(d)[c].words);
   plot.x_label = "time between two errors / s";
   plot.y_label = "correlation";
   plot.height_px = 220;
@@ -473,7 +471,7 @@ void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
 }
 
 report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
-  const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+  const auto& forcing = groups_of(d)[left.group];
   const bool angle = forcing.unit == "rad";
   const double scale = angle ? 1.0 / plant::radians_per_degree : 1.0;
   report::ScatterPlot plot;
@@ -496,7 +494,7 @@ report::Table gate_table(const Diagnosis& d) {
   report::Table table;
   table.header = {"recording", "channel", "samples", "noise", "smallest step", "missing", "outliers"};
   for (const auto& gate : d.gate)
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : channels_of(d).ids()) {
       report::Row row;
       row.cells = {c == 0 ? file_name(gate.recording) : "",
                    with_channel_unit(c),
@@ -524,13 +522,13 @@ report::Table effect_table(const Diagnosis& d) {
   report::Table table;
   table.header = {"effect", "in words", "enters in", "answer", "would have been seen from", "a usual size"};
   const std::vector<diagnose::Visibility> others = not_found(d);
-  const std::vector<std::size_t> substitutes = stand_ins(d), before = d.search.core.effects();
+  const std::vector<plant::EffectId> substitutes = stand_ins(d), before = d.search.core.effects();
   const auto among = [](const std::vector<std::size_t>& effects, std::size_t e) {
     return std::find(effects.begin(), effects.end(), e) != effects.end();
   };
-  for (std::size_t e = 0; e < plant::effect_count; ++e) {
-    const auto& info = plant::effects()[e];
-    const auto& strength = plant::parameters()[info.strength].declaration;
+  for (const plant::EffectId e : effects_of(d).ids()) {
+    const auto& info = effects_of(d)[e];
+    const auto& strength = parameters_of(d)[info.strength].declaration;
     const bool toggle = strength.kind == plant::Kind::toggle;
     const std::string symbol = std::string(strength.symbol.empty() ? strength.name : strength.symbol) + " = ";
     // Sizes count from the null, which is 0 for all but shares.
@@ -561,7 +559,7 @@ report::Table effect_table(const Diagnosis& d) {
     }
     row.cells = {std::string(info.name),
                  std::string(info.words),
-                 place_words(text_of(info.place)),
+                 place_words(info.place),
                  answer,
                  seen,
                  toggle ? "there or not" : size(std::abs(strength.typical - *strength.null_value))};

@@ -11,8 +11,6 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Verdict;
 
@@ -20,12 +18,12 @@ constexpr double doubtful_below = 0.5;   // probability under which a name is no
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
-std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
+std::string_view effect_name(const Diagnosis& d, plant::EffectId effect) { return effects_of(d)[effect].name; }
 
 // What was found, as clauses.
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.effects) words.push_back(std::string(plant::effects()[found.effect].words));
+  for (const auto& found : d.effects) words.push_back(std::string(effects_of(d)[found.effect].words));
   return words;
 }
 
@@ -50,14 +48,14 @@ std::string change_words(const diagnose::Wandering& w) {
 
 // The place, or those that it could be.
 std::string located_words(const Diagnosis& d) {
-  std::vector<std::string> places{place_words(d.located.place)};
-  for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
+  std::vector<std::string> places{place_words(system_of(d), d.located.place)};
+  for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(system_of(d), other));
   return either_words(places);
 }
 
 std::string rivals_in_headline(const Diagnosis& d) {
   std::vector<std::string> names;
-  for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
+  for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effects_of(d)[e].words));
   return " – or that " + listed(names) + ": this recording cannot tell them apart.";
 }
 
@@ -102,14 +100,14 @@ std::string verdict_sentence(const Diagnosis& d) {
                                      ? " changed with " + variable_words(w.on)
                                      : " changed from moment to moment";
         const std::string which =
-            w.of.effect == plant::no_effect ? "" : " (" + std::string(plant::effects()[w.of.effect].words) + ")";
+            w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[w.of.effect].words) + ")";
         return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " +
                w.of.words + which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
-          named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
+          named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " +
                           probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
                     ? "What is missing looks like one that I know, but something is left that its law does not explain: "
@@ -123,22 +121,16 @@ std::string verdict_sentence(const Diagnosis& d) {
   return "";
 }
 
-diagnose::Forcing forcing_of_place(std::string_view place, bool& known) {
-  using diagnose::Forcing;
-  known = true;
-  for (std::size_t q = 0; q < diagnose::forcing_count; ++q)
-    if (diagnose::forcings[q].name == place) return static_cast<Forcing>(q);
-  if (place == text_of(plant::Place::thermal) || place == text_of(plant::Place::actuation)) return Forcing::heat;
-  if (place == text_of(plant::Place::transformation)) return Forcing::transformation;
-  if (place == text_of(plant::Place::mechanics)) return Forcing::moment;
-  if (place == text_of(plant::Place::sensor_temperature)) return Forcing::temperature_reading;
-  if (place == text_of(plant::Place::sensor_angle)) return Forcing::angle_reading;
-  known = false;
-  return Forcing::heat;
+std::optional<plant::EntryGroupId> group_of_place(const plant::System& system, std::string_view place) {
+  for (const plant::EntryGroupId g : system.entry_groups().ids()) {
+    const plant::EntryGroup& group = system.entry_groups()[g];
+    if (group.name == place || std::find(group.places.begin(), group.places.end(), place) != group.places.end()) return g;
+  }
+  return std::nullopt;
 }
 
-std::string share_of_mismatch(const diagnose::PlaceShare& share) {
-  return std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words) + " (share " +
+std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& share) {
+  return std::string(groups_of(d)[share.group].words) + " (share " +
          report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + "," + no_break +
          report::fixed(share.highest, 2) + "])";
 }
@@ -150,9 +142,9 @@ std::string shares_words(const Diagnosis& d) {
   std::vector<std::string> loud, quiet;
   for (const auto& share : shares) {
     if (share.share >= 0.03)
-      loud.push_back(share_of_mismatch(share));
+      loud.push_back(share_of_mismatch(d, share));
     else
-      quiet.push_back(std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words));
+      quiet.push_back(std::string(groups_of(d)[share.group].words));
   }
   if (loud.empty()) return "";
   std::string text = "Judged by its course alone, without any effect in mind, it enters in " + listed(loud);
@@ -161,12 +153,11 @@ std::string shares_words(const Diagnosis& d) {
 }
 
 bool leads(const Diagnosis& d, std::string_view place) {
-  bool known = false;
-  const diagnose::Forcing forcing = forcing_of_place(place, known);
+  const auto group = group_of_place(system_of(d), place);
   double largest = 0.0, mine = 0.0;
   for (const auto& share : d.located.shares) {
     largest = std::max(largest, share.share);
-    if (known && share.forcing == forcing) mine = share.share;
+    if (share.group == group) mine = share.share;
   }
   return mine == largest;
 }
@@ -175,14 +166,14 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   const auto& located = d.located;
   const diagnose::PerChannel rmse = fitted_rmse(d);
   const auto off = [&](std::size_t c) {
-    return channel_value(c, rmse[c]) + " off (noise: " + channel_value(c, located.noise[c]) + ")";
+    return channel_value(channels_of(d)[c], rmse[c]) + " off (noise: " + channel_value(channels_of(d)[c], located.noise[c]) + ")";
   };
   std::vector<std::string> others;
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (c != located.channel && std::isfinite(rmse[c]))
-      others.push_back(std::string(channels[c].words) + " is " + off(c));
+      others.push_back(channels_of(d)[c].words + " is " + off(c));
   std::string first = "With its parameters fitted and nothing added, the plant's " +
-                      std::string(channels[located.channel].words) + " is " + off(located.channel);
+                      channels_of(d)[located.channel].words + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
@@ -190,7 +181,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
 
   std::string when = percent(located.worst.share_of_error) + " of the squared error of " +
-                     channel_words(located.channel) + " happens in " + percent(located.worst.share_of_time) +
+                     channel_words(channels_of(d)[located.channel]) + " happens in " + percent(located.worst.share_of_time) +
                      " of the time";
   if (!located.while_words.empty()) when += ", " + located.while_words;
   if (d.gate.size() > 1 && located.worst_recording < d.gate.size())
@@ -201,22 +192,22 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   std::string place = shares_words(d);
   if (d.wandering) {
     place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " +
-             place_words(located.place) + ".";
+             place_words(system_of(d), located.place) + ".";
     std::vector<std::string> words;
-    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
     if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
   } else if (!d.effects.empty() && !leads(d, located.place))
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
                                                : "Of the effects that may explain it, below, the strongest") +
-             " acts in " + place_words(located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
+             " acts in " + place_words(system_of(d), located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
   if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
-    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
     place += " It could as well enter in " + listed(words) + ".";
   }
   if (d.by_paths && !located.cannot_be_told_from.empty())
-    place += " Were one thing no constant instead, it would act in " + place_words(located.cannot_be_told_from.front()) + ".";
+    place += " Were one thing no constant instead, it would act in " + place_words(system_of(d), located.cannot_be_told_from.front()) + ".";
   if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};
 }
@@ -229,7 +220,7 @@ const diagnose::Candidate* candidate_of(const Diagnosis& d, std::size_t effect) 
 }
 
 std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
-  const auto& declared = plant::parameters()[parameter.parameter].declaration;
+  const auto& declared = parameters_of(d)[parameter.parameter].declaration;
   std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
   if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
   if (parameter.known)
@@ -240,7 +231,7 @@ std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
 std::string parameters_words(const diagnose::FoundEffect& found) {
   std::vector<std::string> parts;
   for (const auto& parameter : found.parameters) {
-    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     if (declared.kind == plant::Kind::toggle) continue;  // it is on; that has been said
     parts.push_back(parameter_words(parameter));
   }
@@ -255,8 +246,8 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
   std::string text;
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
-    text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" +
-           std::string(effect_name(effect)) + "): ";
+    text = "The runner-up is that " + std::string(effects_of(d)[effect].words) + " (" +
+           std::string(effect_name(d, effect)) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
       text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
@@ -268,10 +259,10 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 }
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
-  const auto& info = plant::effects()[found.effect];
+  const auto& info = effects_of(d)[found.effect];
   std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") +
                      std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
-                     ", which acts in " + place_words(text_of(info.place)) + "; " +
+                     ", which acts in " + place_words(system_of(d), info.place) + "; " +
                      probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
@@ -318,7 +309,7 @@ std::string wandering_words(const Diagnosis& d) {
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
   if (!d.effects.empty())
-    text += " So perhaps " + std::string(plant::effects()[w.of.effect].words) + ", but not by a constant amount (" +
+    text += " So perhaps " + std::string(effects_of(d)[w.of.effect].words) + ", but not by a constant amount (" +
             probability_words(d.effects.front().confidence) + ").";
   return text;
 }
@@ -326,18 +317,18 @@ std::string wandering_words(const Diagnosis& d) {
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
-  const std::size_t tried = plant::effect_count - inputs.settings.search.without.size();
+  const std::size_t tried = effects_of(d).size() - inputs.settings.search.without.size();
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())
       tested =
-          std::to_string(tried) + " of the catalogue's " + std::to_string(plant::effect_count) + " effects were tried.";
+          std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
       const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
-      tested += " The one that would help most is that " + std::string(plant::effects()[best].words) + " (" +
-                std::string(effect_name(best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
+      tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" +
+                std::string(effect_name(d, best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
     text.push_back(tested);
     if (d.by_chance) text.push_back(chance_of_the_rest(d));
@@ -364,7 +355,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     } else if (!left.variable.empty())
       start +=
           " What the plant would need in " +
-          std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+          std::string(groups_of(d)[left.group].words) +
           (left.explained_share >= goes_with_share
                ? " goes with " + variable_words(left) + ", which accounts for " + percent(left.explained_share) + " of it."
                : " follows no single quantity: the nearest, " + variable_words(left) + ", accounts for only " +
@@ -374,7 +365,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     if (!d.search.rounds.empty())
       for (const auto& candidate : d.search.rounds.front().candidates) {
         if (!candidate.explanation.usable || near.size() == 3) continue;
-        near.push_back(std::string(effect_name(candidate.effect)) + " explains " +
+        near.push_back(std::string(effect_name(d, candidate.effect)) + " explains " +
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
@@ -384,7 +375,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
       std::vector<std::string> names;
-      for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+      for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
       text.push_back("It cannot be told from " + listed(names) + ".");
     }
     return text;
@@ -397,8 +388,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       text.back() += " Nothing else in the catalogue does as well.";
     } else {
       std::vector<std::string> names;
-      for (const std::size_t e : d.ambiguous_with)
-        names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
+      for (const plant::EffectId e : d.ambiguous_with)
+        names.push_back(std::string(effects_of(d)[e].words) + " (" + std::string(effect_name(d, e)) + ")");
       std::string why = "Either explains the recording about as well.";
       if (!d.parsimony.as_good.empty())
         why =
@@ -428,7 +419,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect || plant::parameters()[unknown.parameter].effect != plant::no_effect)
+    if (unknown.parameter == std::nullopt || parameters_of(d)[unknown.parameter].effect)
       continue;
     if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
   }
@@ -437,7 +428,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
 
 bool predicts_better(const Diagnosis& d) {
   double gain = 0.0;
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0) gain += std::log(d.held_out.before[c] / d.held_out.after[c]);
   return gain > 0.0;
 }
@@ -445,7 +436,7 @@ bool predicts_better(const Diagnosis& d) {
 std::vector<std::string> modelled_words(const Diagnosis& d) {
   std::string text;
   std::vector<std::string> substitutes;
-  for (const std::size_t e : stand_ins(d)) substitutes.push_back(std::string(effect_name(e)));
+  for (const plant::EffectId e : stand_ins(d)) substitutes.push_back(std::string(effect_name(d, e)));
   if (added_effects(d).empty())
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
@@ -460,8 +451,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            " switched on and all parameters fitted again." +
            (d.verdict == Verdict::unexplained ? " That the limb does this is not certain." : "");
   text += " `sinew run` and `sinew compare` accept it.";
-  for (const std::size_t p : d.flipped_signs)
-    text += " The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(d.repaired, p) +
+  for (const plant::ParameterId p : d.flipped_signs)
+    text += " The recording says that " + parameters_of(d)[p].key() + " is " + sim::parameter_text(d.repaired, p) +
             ", the other way than in the given plant, and that was used.";
   if (const auto moved = moved_parameters(d); !moved.empty())
     text += " Fitted far from what was believed before, by more than two standard deviations: " + listed(moved) +
@@ -478,14 +469,14 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
                            : " but for the first 5 s, which tell how it begins:");
   text.push_back(intro);
   std::vector<std::string> rough;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
-    std::string line = std::string(channels[c].words) + ": " + channel_value(c, held.before[c]) + " off before, " +
-                       channel_value(c, held.after[c]) + " after; noise alone would give " +
-                       channel_value(c, held.noise[c]) + ".";
+    std::string line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.before[c]) + " off before, " +
+                       channel_value(channels_of(d)[c], held.after[c]) + " after; noise alone would give " +
+                       channel_value(channels_of(d)[c], held.noise[c]) + ".";
     if (added_effects(d).empty())
-      line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " +
-             channel_value(c, held.after[c]) + " fitted; noise alone would give " + channel_value(c, held.noise[c]) +
+      line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.nominal[c]) + " off as given, " +
+             channel_value(channels_of(d)[c], held.after[c]) + " fitted; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) +
              ".";
     else if (!(std::abs(held.gain[c]) > 0.01))
       line += " Nothing changes.";
@@ -498,7 +489,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
     if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c])
-      rough.push_back(channel_words(c));
+      rough.push_back(channel_words(channels_of(d)[c]));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
@@ -506,7 +497,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   const auto before = correlation_after_1_s(d.correlation.before[c]),
              after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
-    closing = "Errors of " + channel_words(c) + " one second apart are alike by " + report::fixed(*before, 2) +
+    closing = "Errors of " + channel_words(channels_of(d)[c]) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
   if (!rough.empty() && d.verdict == Verdict::consistent)
     closing = "The prediction of " + listed(rough) +
@@ -521,8 +512,8 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
 
 // "thermocouple_lag from 0.31 s".
 std::string smallest_words(const diagnose::Visibility& visibility) {
-  const auto& info = plant::effects()[visibility.effect];
-  const auto& declared = plant::parameters()[info.strength].declaration;
+  const auto& info = effects_of(d)[visibility.effect];
+  const auto& declared = parameters_of(d)[info.strength].declaration;
   if (declared.kind == plant::Kind::toggle) return std::string(info.name);
   return std::string(info.name) + " from " +
          with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
@@ -535,14 +526,14 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     if (other.can_be_seen)
       seen.push_back(smallest_words(other));
     else
-      (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(other.effect)));
+      (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(d, other.effect)));
   if (!d.ambiguous_with.empty()) {
-    std::vector<std::string> names{std::string(effect_name(d.effects.front().effect))};
-    for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+    std::vector<std::string> names{std::string(effect_name(d, d.effects.front().effect))};
+    for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
       text.push_back(
-          "To tell " + std::string(effect_name(e.effect)) + " from " + std::string(effect_name(e.rival)) +
+          "To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
           ", run experiment.yaml on the limb: " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
           " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) + ", wires up to " +
           report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
@@ -566,7 +557,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     else if (!left.variable.empty() && left.explained_share >= goes_with_share)
       text.push_back("Look at the curve of what is left against " + variable_words(left) +
                      " in the report: which assumption of the plant's equation for " +
-                     std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+                     std::string(groups_of(d)[left.group].words) +
                      " could break like this?");
     else
       text.push_back(
@@ -579,7 +570,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       const auto& round = d.search.rounds.back();
       const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
-      more += " The next best effect, " + std::string(effect_name(best)) + ", gains what chance alone brings " +
+      more += " The next best effect, " + std::string(effect_name(d, best)) + ", gains what chance alone brings " +
               chance_words(round.chance) + ".";
     }
     text.push_back(more);
@@ -617,7 +608,7 @@ std::vector<std::string> objection_words(const diagnose::Objections& against) {
   if (!against.channels.empty()) {
     std::vector<std::string> names;
     for (const std::size_t c : against.channels)
-      names.push_back("the prediction of " + std::string(channels[c].words));
+      names.push_back("the prediction of " + channels_of(d)[c].words);
     words.push_back("leaves " + listed(names) + " far off");
   }
   if (against.pushes_parameters)
@@ -635,11 +626,11 @@ std::string capitalised(std::string_view text) {
 }
 
 std::string channel_words(std::size_t channel) {
-  return (channel < 2 ? "" : "the ") + std::string(channels[channel].words);
+  return (channel < 2 ? "" : "the ") + channels_of(d)[channel].words;
 }
 
 std::string channel_value(std::size_t channel, double value, int digits) {
-  return report::significant(value, digits) + (channel < 2 ? no_break : "") + std::string(channels[channel].unit);
+  return report::significant(value, digits) + (channel < 2 ? no_break : "") + channels_of(d)[channel].unit_words;
 }
 
 std::string unit_words(std::string_view unit) {
@@ -739,7 +730,7 @@ std::string place_words(std::string_view place) {
 }
 
 std::string name_and_words(std::size_t effect) {
-  return std::string(plant::effects()[effect].name) + ": " + std::string(plant::effects()[effect].words);
+  return std::string(effects_of(d)[effect].name) + ": " + std::string(effects_of(d)[effect].words);
 }
 
 std::string file_name(const std::string& path) {
@@ -773,7 +764,7 @@ bool is_imitated(const diagnose::Visibility& visibility) {
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   diagnose::PerChannel rmse{};
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     double squares = 0.0, count = 0.0;
     for (const auto& prediction : d.predictions)
       for (std::size_t k = 0; prediction.training && k < prediction.time_s.size(); ++k) {
@@ -788,15 +779,15 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
 
 const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) { return d.answer; }
 
-std::vector<std::size_t> added_effects(const diagnose::Diagnosis& d) {
-  const std::vector<std::size_t> before = d.search.core.effects();
+std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
+  const std::vector<plant::EffectId> before = d.search.core.effects();
   std::vector<std::size_t> added;
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
+  for (const plant::EffectId e : effects_of(d).ids())
     if (d.repaired.on[e] && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
   return added;
 }
 
-std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
+std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<std::size_t> all = added_effects(d);
   if (d.wandering) return all;  // what wanders is not what was added, even if by the same name
   std::erase_if(all, [&](std::size_t e) {
@@ -855,15 +846,15 @@ std::string summary_sentence(const Diagnosis& d) {
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())
-    return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) +
-           "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    return "On data kept back, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
+           "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
   return "With " +
          std::string(d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1          ? "it"
                                              : "them") +
-         " put in, the error of " + channel_words(c) + " on data kept back goes from " +
-         channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) + "; noise alone would give " +
-         channel_value(c, held.noise[c]) + ".";
+         " put in, the error of " + channel_words(channels_of(d)[c]) + " on data kept back goes from " +
+         channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) + "; noise alone would give " +
+         channel_value(channels_of(d)[c], held.noise[c]) + ".";
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {

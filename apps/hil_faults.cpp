@@ -71,7 +71,7 @@ struct Outcome {
 // Rows of the emulator's trace.
 struct Trace {
   std::vector<double> time_s;
-  std::vector<plant::PerCoil<double>> gate, coil_degC;
+  std::vector<std::vector<double>> gate, coil_degC;  // [rows][coils]
 };
 
 Trace read_trace(const std::filesystem::path& file) {
@@ -80,16 +80,15 @@ Trace read_trace(const std::filesystem::path& file) {
   std::string line;
   std::getline(lines, line);
   while (std::getline(lines, line)) {
-    std::array<double, 5> value{};
+    // The time, then a gate of each coil, then a temperature of each.
+    std::vector<double> value;
     std::istringstream fields(line);
     std::string field;
-    for (double& one : value) {
-      std::getline(fields, field, ',');
-      one = sim::parse_number(field).value();
-    }
-    trace.time_s.push_back(value[0]);
-    trace.gate.push_back({value[1], value[2]});
-    trace.coil_degC.push_back({value[3], value[4]});
+    while (std::getline(fields, field, ',')) value.push_back(sim::parse_number(field).value());
+    const auto first = value.begin() + 1, half = first + (value.end() - first) / 2;
+    trace.time_s.push_back(value.front());
+    trace.gate.emplace_back(first, half);
+    trace.coil_degC.emplace_back(half, value.end());
   }
   return trace;
 }
@@ -155,7 +154,7 @@ hil::Tamper other_version() {
   return [](Bytes wire, std::int64_t) -> std::vector<Bytes> {
     hil::Bytes out;
     frame_decoder decoder;
-    frame_decoder_start(&decoder);
+    frame_decoder_start(&decoder, nullptr);
     frame in;
     for (const std::uint8_t byte : wire)
       if (frame_decoder_take(&decoder, byte, &in) == FRAME_READY) {
@@ -275,8 +274,8 @@ Outcome run_once(const Row& row, double from_s, const std::filesystem::path& sce
   const Trace trace = read_trace(trace_file);
   std::optional<double> zero_s;
   for (std::size_t k = 0; k < trace.time_s.size(); ++k) {
-    for (const std::size_t j : plant::coils) outcome.peak_degC = std::max(outcome.peak_degC, trace.coil_degC[k][j]);
-    const bool off = trace.gate[k][0] == 0.0 && trace.gate[k][1] == 0.0;
+    for (const double coil_degC : trace.coil_degC[k]) outcome.peak_degC = std::max(outcome.peak_degC, coil_degC);
+    const bool off = std::all_of(trace.gate[k].begin(), trace.gate[k].end(), [](double gate) { return gate == 0.0; });
     if (!off) zero_s.reset();
     if (off && !zero_s) zero_s = trace.time_s[k];
   }
