@@ -35,22 +35,6 @@ std::string capitalised(std::string words) {
   return words;
 }
 
-// A colour for each of a list, the same at every place.
-std::string colour(std::size_t i) {
-  const std::array all{report::okabe_ito::blue, report::okabe_ito::orange, report::okabe_ito::green, report::okabe_ito::vermillion,
-                       report::okabe_ito::sky_blue};
-  return std::string(all[i % all.size()]);
-}
-
-// What a reader looks for first: channels that lie last in the chain of causes, then what drives them.
-std::vector<ChannelId> in_reading_order(const plant::System& system) {
-  std::vector<ChannelId> order;
-  for (const bool upstream : {false, true})
-    for (const ChannelId c : system.channels().ids())
-      if ((system.channels()[c].kind == system.upstream_kind()) == upstream) order.push_back(c);
-  return order;
-}
-
 report::TimePlot time_plot(const diagnose::Comparison& comparison, std::string title, std::string label,
                            std::vector<report::Series> series) {
   report::TimePlot plot;
@@ -85,16 +69,8 @@ report::TimePlot residual_plot(const diagnose::Comparison& comparison, ChannelId
 }
 
 report::TimePlot input_plot(const diagnose::Comparison& comparison, const sim::Recording& recording) {
-  std::vector<report::Series> series;
-  const auto& inputs = comparison.system->inputs();
-  for (const plant::InputId i : inputs.ids()) {
-    std::vector<double> values;
-    for (const auto& sample : recording.samples) values.push_back(sample.inputs[i.index]);
-    series.push_back(line(inputs[i].part, values, colour(i.index),
-                          inputs[i].between == plant::Between::held ? report::Series::Style::steps : report::Series::Style::line));
-  }
   const std::string what = input_words(*comparison.system);
-  report::TimePlot plot = time_plot(comparison, capitalised(what), what, std::move(series));
+  report::TimePlot plot = time_plot(comparison, capitalised(what), what, input_lines(*comparison.system, recording));
   plot.height_px = 110;
   return plot;
 }
@@ -139,7 +115,7 @@ report::Table error_table(const diagnose::Comparison& comparison) {
   table.header = {"channel", "samples", "noise", "RMSE", "bias", "largest", "more than noise"};
   const auto add = [&](ChannelId c, const std::string& part, const diagnose::ChannelError& error) {
     report::Row row;
-    row.cells = {with_unit(c) + part,
+    row.cells = {with_unit(comparison.system->channels()[c]) + part,
                  std::to_string(error.samples),
                  report::significant(comparison.noise[c], 2),
                  report::significant(error.rmse, 3),
@@ -183,7 +159,7 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
     if (comparison.fitted[c].samples + comparison.unfitted[c].samples == 0) continue;
     const std::string& unit = comparison.system->channels()[c].unit_words;
     const diagnose::ChannelError& error = comparison.fitted[c].samples ? comparison.fitted[c] : comparison.unfitted[c];
-    std::string text = "The " + name_of(c) + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
+    std::string text = "The " + comparison.system->channels()[c].words + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
                        report::significant(comparison.noise[c], 2) + " " + unit + ")";
     if (comparison.fitted[c].samples && comparison.unfitted[c].samples)
       text += " where it was fitted and " + report::significant(comparison.unfitted[c].rmse, 3) + " " + unit + " where it was not";
@@ -196,6 +172,31 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
     lines.push_back(text + ".");
   }
   return lines;
+}
+
+std::string colour(std::size_t i) {
+  const std::array all{report::okabe_ito::blue, report::okabe_ito::orange, report::okabe_ito::green, report::okabe_ito::vermillion,
+                       report::okabe_ito::sky_blue};
+  return std::string(all[i % all.size()]);
+}
+
+std::vector<ChannelId> in_reading_order(const plant::System& system) {
+  std::vector<ChannelId> order;
+  for (const bool upstream : {false, true})
+    for (const ChannelId c : system.channels().ids())
+      if ((system.channels()[c].kind == system.upstream_kind()) == upstream) order.push_back(c);
+  return order;
+}
+
+std::vector<report::Series> input_lines(const plant::System& system, const sim::Recording& recording) {
+  std::vector<report::Series> series;
+  for (const plant::InputId i : system.inputs().ids()) {
+    std::vector<double> values;
+    for (const auto& sample : recording.samples) values.push_back(sample.inputs[i.index]);
+    series.push_back(line(system.inputs()[i].part, values, colour(i.index),
+                          system.inputs()[i].between == plant::Between::held ? report::Series::Style::steps : report::Series::Style::line));
+  }
+  return series;
 }
 
 std::vector<report::Block> comparison_blocks(const diagnose::Comparison& comparison, const sim::Recording& recording) {

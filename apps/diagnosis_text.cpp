@@ -100,7 +100,7 @@ std::string verdict_sentence(const Diagnosis& d) {
                                      ? " changed with " + variable_words(w.on)
                                      : " changed from moment to moment";
         const std::string which =
-            w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[w.of.effect].words) + ")";
+            w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[*w.of.effect].words) + ")";
         return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " +
                w.of.words + which + " were no constant but" + with + ".";
       }
@@ -165,7 +165,7 @@ bool leads(const Diagnosis& d, std::string_view place) {
 std::vector<std::string> where_words(const Diagnosis& d) {
   const auto& located = d.located;
   const diagnose::PerChannel rmse = fitted_rmse(d);
-  const auto off = [&](std::size_t c) {
+  const auto off = [&](plant::ChannelId c) {
     return channel_value(channels_of(d)[c], rmse[c]) + " off (noise: " + channel_value(channels_of(d)[c], located.noise[c]) + ")";
   };
   std::vector<std::string> others;
@@ -212,14 +212,14 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   return {first + " " + when, place};
 }
 
-const diagnose::Candidate* candidate_of(const Diagnosis& d, std::size_t effect) {
+const diagnose::Candidate* candidate_of(const Diagnosis& d, plant::EffectId effect) {
   if (d.search.rounds.empty()) return nullptr;
   for (const auto& candidate : d.search.rounds.front().candidates)
     if (candidate.effect == effect) return &candidate;
   return nullptr;
 }
 
-std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
+std::string parameter_words(const Diagnosis& d, const diagnose::FoundEffect::Parameter& parameter) {
   const auto& declared = parameters_of(d)[parameter.parameter].declaration;
   std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
   if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
@@ -228,18 +228,18 @@ std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
   return text + interval_words(parameter.value, parameter.lowest, parameter.highest, declared.unit.text);
 }
 
-std::string parameters_words(const diagnose::FoundEffect& found) {
+std::string parameters_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
   std::vector<std::string> parts;
   for (const auto& parameter : found.parameters) {
     const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     if (declared.kind == plant::Kind::toggle) continue;  // it is on; that has been said
-    parts.push_back(parameter_words(parameter));
+    parts.push_back(parameter_words(d, parameter));
   }
   return listed(parts);
 }
 
 std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
-  std::vector<std::pair<std::size_t, double>> rivals = found.rivals;
+  std::vector<std::pair<plant::EffectId, double>> rivals = found.rivals;
   std::erase_if(rivals, [&](const auto& rival) {
     return std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), rival.first) != d.ambiguous_with.end();
   });
@@ -264,7 +264,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                      std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
                      ", which acts in " + place_words(system_of(d), info.place) + "; " +
                      probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
-  const std::string sizes = parameters_words(found);
+  const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
     text += "Why: it explains " + percent(d.explained_share) +
@@ -278,7 +278,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
 
 // Why what was found is not given as the answer.
 std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
-  const std::vector<std::string> reasons = objection_words(d.objections);
+  const std::vector<std::string> reasons = objection_words(system_of(d), d.objections);
   const std::string rule =
       "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
@@ -290,7 +290,7 @@ std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings&
 std::string chance_of_the_rest(const Diagnosis& d) {
   const diagnose::UnrestByChance& chance = *d.by_chance;
   const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that wanders by " +
-                                report::fixed(chance.air_K, 2) + " K, ";
+                                report::fixed(chance.nuisance, 2) + " K, ";
   return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
                                    std::to_string(chance.as_large) + " left as much: it may be chance."
                              : "What is left is not much: none of " + simulated + "left as much, but one left " +
@@ -309,7 +309,7 @@ std::string wandering_words(const Diagnosis& d) {
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
   if (!d.effects.empty())
-    text += " So perhaps " + std::string(effects_of(d)[w.of.effect].words) + ", but not by a constant amount (" +
+    text += " So perhaps " + std::string(effects_of(d)[*w.of.effect].words) + ", but not by a constant amount (" +
             probability_words(d.effects.front().confidence) + ").";
   return text;
 }
@@ -325,7 +325,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
           std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
       tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" +
                 std::string(effect_name(d, best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
@@ -419,7 +419,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt || parameters_of(d)[unknown.parameter].effect)
+    if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect)
       continue;
     if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
   }
@@ -493,7 +493,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
-  const std::size_t c = d.located.channel;
+  const plant::ChannelId c = d.located.channel;
   const auto before = correlation_after_1_s(d.correlation.before[c]),
              after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
@@ -511,7 +511,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
 }
 
 // "thermocouple_lag from 0.31 s".
-std::string smallest_words(const diagnose::Visibility& visibility) {
+std::string smallest_words(const Diagnosis& d, const diagnose::Visibility& visibility) {
   const auto& info = effects_of(d)[visibility.effect];
   const auto& declared = parameters_of(d)[info.strength].declaration;
   if (declared.kind == plant::Kind::toggle) return std::string(info.name);
@@ -524,7 +524,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   std::vector<std::string> seen, imitated, too_small;
   for (const auto& other : not_found(d))
     if (other.can_be_seen)
-      seen.push_back(smallest_words(other));
+      seen.push_back(smallest_words(d, other));
     else
       (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(d, other.effect)));
   if (!d.ambiguous_with.empty()) {
@@ -535,8 +535,8 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       text.push_back(
           "To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
           ", run experiment.yaml on the limb: " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
-          " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) + ", wires up to " +
-          report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
+          " minutes, duty up to " + report::fixed(e.largest_share, 2) + ", wires up to " +
+          report::fixed(e.highest, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
           " standard deviations, whatever the other parameters are" +
           (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
           " Give both recordings to --train.");
@@ -568,7 +568,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     std::string more = "Nothing further is found.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
       more += " The next best effect, " + std::string(effect_name(d, best)) + ", gains what chance alone brings " +
               chance_words(round.chance) + ".";
@@ -603,12 +603,12 @@ std::vector<std::string> odd_words(const Diagnosis& d) {
 
 }  // namespace
 
-std::vector<std::string> objection_words(const diagnose::Objections& against) {
+std::vector<std::string> objection_words(const plant::System& system, const diagnose::Objections& against) {
   std::vector<std::string> words;
   if (!against.channels.empty()) {
     std::vector<std::string> names;
-    for (const std::size_t c : against.channels)
-      names.push_back("the prediction of " + channels_of(d)[c].words);
+    for (const plant::ChannelId c : against.channels)
+      names.push_back("the prediction of " + system.channels()[c].words);
     words.push_back("leaves " + listed(names) + " far off");
   }
   if (against.pushes_parameters)
@@ -625,12 +625,10 @@ std::string capitalised(std::string_view text) {
   return copy;
 }
 
-std::string channel_words(std::size_t channel) {
-  return (channel < 2 ? "" : "the ") + channels_of(d)[channel].words;
-}
+std::string channel_words(const plant::ChannelInfo& channel) { return (channel.part.empty() ? "the " : "") + channel.words; }
 
-std::string channel_value(std::size_t channel, double value, int digits) {
-  return report::significant(value, digits) + (channel < 2 ? no_break : "") + channels_of(d)[channel].unit_words;
+std::string channel_value(const plant::ChannelInfo& channel, double value, int digits) {
+  return report::significant(value, digits) + (channel.unit_words == "°" ? "" : no_break) + channel.unit_words;
 }
 
 std::string unit_words(std::string_view unit) {
@@ -720,17 +718,16 @@ std::string odds_words(double loss) {
   return report::fixed(std::round(factor / power) * power, 0) + " times less likely";
 }
 
-std::string place_words(std::string_view place) {
-  if (place == text_of(plant::Place::actuation)) return "the heating of the wires by their current";
-  bool known = false;
-  const diagnose::Forcing forcing = forcing_of_place(place, known);
-  return known           ? std::string(diagnose::forcings[static_cast<std::size_t>(forcing)].words)
-         : place.empty() ? "no single equation"
-                         : std::string(place);
+std::string place_words(const plant::System& system, std::string_view place) {
+  const auto found = group_of_place(system, place);
+  if (!found) return place.empty() ? "no single equation" : std::string(place);
+  const plant::EntryGroup& group = system.entry_groups()[*found];
+  const bool of_input = group.places.size() > 1 && group.places[1] == place && !group.input_words.empty();
+  return std::string(of_input ? group.input_words : group.words);
 }
 
-std::string name_and_words(std::size_t effect) {
-  return std::string(effects_of(d)[effect].name) + ": " + std::string(effects_of(d)[effect].words);
+std::string name_and_words(const plant::EffectInfo& effect) {
+  return std::string(effect.name) + ": " + std::string(effect.words);
 }
 
 std::string file_name(const std::string& path) {
@@ -781,16 +778,16 @@ const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) { return d.
 
 std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
   const std::vector<plant::EffectId> before = d.search.core.effects();
-  std::vector<std::size_t> added;
+  std::vector<plant::EffectId> added;
   for (const plant::EffectId e : effects_of(d).ids())
-    if (d.repaired.on[e] && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
+    if (d.repaired.is_on(e) && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
   return added;
 }
 
 std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
-  std::vector<std::size_t> all = added_effects(d);
+  std::vector<plant::EffectId> all = added_effects(d);
   if (d.wandering) return all;  // what wanders is not what was added, even if by the same name
-  std::erase_if(all, [&](std::size_t e) {
+  std::erase_if(all, [&](plant::EffectId e) {
     return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });
   return all;
@@ -798,7 +795,7 @@ std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
 
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
-  const std::vector<std::size_t> added = added_effects(d);
+  const std::vector<plant::EffectId> added = added_effects(d);
   std::erase_if(all, [&](const auto& other) {
     return std::find(added.begin(), added.end(), other.effect) != added.end() ||
            std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == other.effect; });
@@ -842,7 +839,7 @@ std::optional<double> correlation_after_1_s(const std::vector<double>& correlati
 }
 
 std::string summary_sentence(const Diagnosis& d) {
-  std::size_t c = d.located.channel;
+  plant::ChannelId c = d.located.channel;
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/app.h"
-#include "plant/limb.h"
+#include "sim/plant_file.h"
 #include "sim/text.h"
 
 namespace sinew::apps {
@@ -32,7 +32,7 @@ std::string markdown_row(std::string_view name, const Declaration& d) {
          std::string(d.meaning) + " | " + std::string(d.source) + " |\n";
 }
 
-std::string markdown() {
+std::string markdown(const plant::System& system) {
   constexpr std::string_view head =
       "| name | symbol | unit | range | typical | null | prior σ | meaning | source |\n|---|---|---|---|---|---|---|---|---|\n";
   std::string text =
@@ -42,7 +42,7 @@ std::string markdown() {
   for (const auto& info : system.parameters())
     if (!info.effect) text += markdown_row(info.declaration.name, info.declaration);
   for (const auto& effect : system.effects()) {
-    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(text_of(effect.place)) + ". " +
+    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " +
             std::string(effect.words) + ".\n\n    " + std::string(effect.equation) + "\n\n";
     text += head;
     for (const plant::ParameterId p : effect.parameters)
@@ -61,12 +61,12 @@ nlohmann::ordered_json json_of(const Declaration& d) {
   return json;
 }
 
-std::string json() {
+std::string json(const plant::System& system) {
   nlohmann::ordered_json all;
   for (const auto& info : system.parameters())
     if (!info.effect) all["core"].push_back(json_of(info.declaration));
   for (const auto& effect : system.effects()) {
-    nlohmann::ordered_json one{{"name", effect.name}, {"place", text_of(effect.place)}, {"equation", effect.equation}, {"words", effect.words}};
+    nlohmann::ordered_json one{{"name", effect.name}, {"place", effect.place}, {"equation", effect.equation}, {"words", effect.words}};
     for (const plant::ParameterId p : effect.parameters) one["parameters"].push_back(json_of(system.parameters()[p].declaration));
     all["effects"].push_back(one);
   }
@@ -80,7 +80,7 @@ void print_parameter(const Declaration& d) {
   if (!d.source.empty()) std::printf("    %-24s source: %s\n", "", std::string(d.source).c_str());
 }
 
-void print_text(bool core) {
+void print_text(const plant::System& system, bool core) {
   if (core) {
     std::printf("core\n");
     for (const auto& info : system.parameters())
@@ -88,7 +88,7 @@ void print_text(bool core) {
     return;
   }
   for (const auto& effect : system.effects()) {
-    std::printf("%s  (%s)\n    %s\n    %s\n", std::string(effect.name).c_str(), std::string(text_of(effect.place)).c_str(),
+    std::printf("%s  (%s)\n    %s\n    %s\n", std::string(effect.name).c_str(), std::string(effect.place).c_str(),
                 std::string(effect.words).c_str(), std::string(effect.equation).c_str());
     for (const plant::ParameterId p : effect.parameters) print_parameter(system.parameters()[p].declaration);
     std::printf("\n");
@@ -99,21 +99,24 @@ void print_text(bool core) {
 
 void add_effects(CLI::App& program, int& exit_code) {
   struct Arguments {
+    std::string plant;
     bool core = false, markdown = false, json = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("effects", "The catalogue: name, place, equation, parameters, unit, null, source.");
+  command->add_option("--plant", arguments->plant, "of this plant; otherwise the paper's limb");
   command->add_flag("--core", arguments->core, "the parameters of the core instead");
   command->add_flag("--markdown", arguments->markdown, "core and effects as the tables of docs/parameters.md");
   command->add_flag("--json", arguments->json, "core and effects for programs");
   command->footer("Examples:\n  sinew effects\n  sinew effects --markdown > docs/parameters.md");
   command->callback([arguments, &exit_code] {
+    const plant::Plant plant = arguments->plant.empty() ? plant::default_plant() : sim::read_plant_file(arguments->plant);
     if (arguments->markdown)
-      std::fputs(markdown().c_str(), stdout);
+      std::fputs(markdown(plant.system()).c_str(), stdout);
     else if (arguments->json)
-      std::fputs(json().c_str(), stdout);
+      std::fputs(json(plant.system()).c_str(), stdout);
     else
-      print_text(arguments->core);
+      print_text(plant.system(), arguments->core);
     exit_code = 0;
   });
 }

@@ -122,6 +122,7 @@ struct EntryGroup {
   double typical;               // a size that matters, in internal units
   double correlation_time_s;
   std::vector<std::string_view> places = {};  // of the effects that enter here; where there are two, the second is the inputs' side
+  std::string_view input_words = "";  // of the second: "the heating of the wires by their current"
   double begin = 0.0;  // the size that a fit begins with
   // The surroundings: what moves around every plant, and is no sign of missing physics, up to `most`.
   bool is_nuisance = false;
@@ -135,6 +136,7 @@ struct EntryGroup {
 // `parameter` does, as the air around a limb.
 struct Entry {
   EntryGroupId group;
+  std::string part = "";  // whose it is, where a group has several: "A"
   std::optional<StateId> state = std::nullopt;
   std::optional<ParameterId> divided_by = std::nullopt;
   std::optional<ChannelId> channel = std::nullopt;

@@ -139,7 +139,8 @@ void LimbSystem::list_entries() {
       {.name = "air", .words = "the air around the limb", .unit = "K", .typical = 0.3, .correlation_time_s = 30.0,
        .begin = 0.3, .is_nuisance = true, .least = 0.05, .most = 0.6},
       {.name = "heat", .words = "the wires' heat balances", .unit = "W", .typical = 0.2, .correlation_time_s = 4.0,
-       .places = {text(Place::thermal), text(Place::actuation)}, .begin = 0.2},
+       .places = {text(Place::thermal), text(Place::actuation)}, .input_words = "the heating of the wires by their current",
+       .begin = 0.2},
       {.name = "transformation", .words = "the transformation's rate", .unit = "1/s", .typical = 0.05,
        .correlation_time_s = 2.0, .places = {text(Place::transformation)}, .begin = 0.02, .alike = "angle"},
       {.name = "moment", .words = "the beam's moment balance", .unit = "Nm", .typical = 5e-4, .correlation_time_s = 2.0,
@@ -179,16 +180,18 @@ void LimbSystem::list_entries() {
   entries_.push_back({.group = {Groups::air}, .parameter = parameter("ambient_temperature_degC")});
   all_coils([&](std::size_t j) {
     entries_.push_back({.group = {Groups::heat},
+                        .part = coil_names[j],
                         .state = StateId{at.temperature + j},
                         .divided_by = parameter("heat_capacity_" + coil_names[j] + "_J_K"),
                         .may_depend_on = on_a_wire(j)});
   });
   all_coils([&](std::size_t j) {
-    entries_.push_back({.group = {Groups::transformation}, .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
+    entries_.push_back({.group = {Groups::transformation}, .part = coil_names[j], .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
   });
   all_bends([&](std::size_t b) {
     const std::string& segment = segment_names[shape_.bends[b].segment];
     entries_.push_back({.group = {Groups::moment},
+                        .part = shape_.bends[b].name,
                         .state = StateId{at.angular_velocity + b},
                         .divided_by = parameter("beam_inertia" + (segment.empty() ? "" : "_" + segment) + "_kgm2"),
                         .may_depend_on = on_a_beam(b)});
@@ -199,6 +202,7 @@ void LimbSystem::list_entries() {
       if ((sensor.kind == Sensing::thermocouple) != (kind == Sensing::thermocouple)) continue;
       const bool wire = kind == Sensing::thermocouple;
       entries_.push_back({.group = {wire ? Groups::temperature_reading : Groups::angle_reading},
+                          .part = wire ? coil_names[sensor.part] : shape_.bends[sensor.part].name,
                           .channel = c,
                           .may_depend_on = wire ? on_a_wire(sensor.part) : on_a_beam(sensor.part)});
     }
