@@ -26,7 +26,7 @@ using namespace sinew::sim;
 
 namespace {
 
-plant::Limb<double> read(const std::string& text, const fs::path& folder = ".") {
+plant::Plant read(const std::string& text, const fs::path& folder = ".") {
   return read_plant(parse_yaml(text, "p.yaml"), folder);
 }
 
@@ -43,14 +43,13 @@ std::string reading_error(const std::string& text) {
   return error_of([&] { read(text); });
 }
 
-double value(const plant::Limb<double>& limb, std::string_view key) { return plant::get(limb, plant::parameter_index(key)); }
-bool is_on(const plant::Limb<double>& limb, std::string_view effect) { return limb.on[plant::effect_index(effect)]; }
+double value(const plant::Plant& limb, std::string_view key) { return limb.get(limb.system().parameter(key)); }
+bool is_on(const plant::Plant& limb, std::string_view effect) { return limb.is_on(limb.system().effect(effect)); }
 
 // Parameters and what is on, bit by bit.
-bool same_bits(const plant::Limb<double>& left, const plant::Limb<double>& right) {
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p)
-    if (std::bit_cast<std::uint64_t>(plant::get(left, p)) != std::bit_cast<std::uint64_t>(plant::get(right, p))) return false;
-  return left.on == right.on;
+bool same_bits(const plant::Plant& left, const plant::Plant& right) {
+  const auto same = [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); };
+  return std::ranges::equal(left.values(), right.values(), same) && left.on() == right.on();
 }
 
 // Bits of std::mt19937_64 are the same everywhere; the standard's distributions are not.
@@ -72,22 +71,23 @@ class Chance {
 };
 
 // As if read from a file with any value for every parameter of the core and of any set of effects.
-plant::Limb<double> any_limb(Chance& chance) {
-  plant::Limb<double> limb;
-  const auto give = [&](std::size_t p) {
-    const plant::Declaration& declared = plant::parameters()[p].declaration;
+plant::Plant any_limb(Chance& chance) {
+  plant::Plant limb = plant::default_plant();
+  const auto& parameters = limb.system().parameters();
+  const auto give = [&](plant::ParameterId p) {
+    const plant::Declaration& declared = parameters[p].declaration;
     double given = chance.in(declared.range);
     if (declared.kind == plant::Kind::sign) given = chance.unit() < 0.5 ? -1.0 : 1.0;
     if (declared.kind == plant::Kind::toggle) given = 1.0;
     if (declared.null_value && given == *declared.null_value) given = declared.typical;
-    plant::set_in_file_units(limb, p, given);
+    limb.set_in_file_units(p, given);
   };
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p)
-    if (plant::parameters()[p].effect == plant::no_effect) give(p);
-  for (const auto& effect : plant::effects())
+  for (const plant::ParameterId p : parameters.ids())
+    if (!parameters[p].effect) give(p);
+  for (const auto& effect : limb.system().effects())
     if (chance.unit() < 0.4)
-      for (const std::size_t p : effect.parameters) give(p);
-  plant::turn_on_by_strength(limb);
+      for (const plant::ParameterId p : effect.parameters) give(p);
+  limb.turn_on_by_strength();
   return limb;
 }
 
@@ -115,10 +115,10 @@ TEST_CASE("plant file: any limb that is written reads back bit for bit") {
   Chance chance(20221);
   std::size_t effects_on = 0;
   for (int i = 0; i < 1000; ++i) {
-    const plant::Limb<double> limb = any_limb(chance);
-    for (const bool on : limb.on) effects_on += on;
+    const plant::Plant limb = any_limb(chance);
+    for (const bool on : limb.on()) effects_on += on;
     const std::string text = plant_to_yaml(limb);
-    const plant::Limb<double> back = read(text);
+    const plant::Plant back = read(text);
     if (!same_bits(back, limb)) FAIL(text);
     CHECK(plant_to_yaml(back) == text);
   }
@@ -128,14 +128,14 @@ TEST_CASE("plant file: any limb that is written reads back bit for bit") {
 TEST_CASE("plant file: written with a margin it reads back inside another map") {
   Chance chance(7);
   for (int i = 0; i < 20; ++i) {
-    const plant::Limb<double> limb = any_limb(chance);
+    const plant::Plant limb = any_limb(chance);
     const YamlValue root = parse_yaml("plant:\n" + plant_to_yaml(limb, 2), "s.yaml");
     CHECK(same_bits(read_plant(*YamlMap(root).find("plant"), "."), limb));
   }
 }
 
 TEST_CASE("plant file: angles are degrees in the file and radians inside") {
-  const plant::Limb<double> limb =
+  const plant::Plant limb =
       read("parameters: { angle_offset_deg: 90 }\neffects: { angle_sensor_drift: { rate_deg_s: -0.5 } }\n");
   // pi/2, and -0.5 * pi/180; one rounding each.
   CHECK(value(limb, "angle_offset_deg") == doctest::Approx(1.5707963267948966).epsilon(3e-16));
@@ -143,17 +143,17 @@ TEST_CASE("plant file: angles are degrees in the file and radians inside") {
 }
 
 TEST_CASE("plant file: whole degrees are written as whole degrees") {
-  const std::size_t tilt = plant::parameter_index("gravity_load.tilt_deg");
-  plant::Limb<double> limb;
+  plant::Plant limb = plant::default_plant();
+  const plant::ParameterId tilt = limb.system().parameter("gravity_load.tilt_deg");
   for (int degrees = -180; degrees <= 180; ++degrees) {
-    plant::set_in_file_units(limb, tilt, degrees);
+    limb.set_in_file_units(tilt, degrees);
     CHECK(parameter_text(limb, tilt) == std::to_string(degrees));
   }
 }
 
 TEST_CASE("plant file: a number has its shortest form, a toggle is a word") {
-  plant::Limb<double> limb = read("parameters: { heat_loss_A_W_K: 0.0375, beam_inertia_kgm2: 2.5e-5, bend_sign: -1 }");
-  const auto text = [&](std::string_view key) { return parameter_text(limb, plant::parameter_index(key)); };
+  plant::Plant limb = read("parameters: { heat_loss_A_W_K: 0.0375, beam_inertia_kgm2: 2.5e-5, bend_sign: -1 }");
+  const auto text = [&](std::string_view key) { return parameter_text(limb, limb.system().parameter(key)); };
   CHECK(text("heat_loss_A_W_K") == "0.0375");
   CHECK(text("beam_inertia_kgm2") == "2.5e-05");
   CHECK(text("bend_sign") == "-1");
@@ -163,24 +163,24 @@ TEST_CASE("plant file: a number has its shortest form, a toggle is a word") {
 }
 
 TEST_CASE("plant file: what is left out has the default of the paper's limb") {
-  CHECK(read("") == plant::Limb<double>{});
-  CHECK(read("base: paper_limb\nparameters: {}\neffects: {}\n") == plant::Limb<double>{});
-  const plant::Limb<double> limb = read("parameters: { ambient_temperature_degC: 22.5 }");
+  CHECK(read("") == plant::default_plant());
+  CHECK(read("base: paper_limb\nparameters: {}\neffects: {}\n") == plant::default_plant());
+  const plant::Plant limb = read("parameters: { ambient_temperature_degC: 22.5 }");
   CHECK(value(limb, "ambient_temperature_degC") == 22.5);
   CHECK(value(limb, "heat_loss_A_W_K") == 0.040);
   CHECK(value(limb, "supply_voltage_V") == 7.0);
 }
 
 TEST_CASE("plant file: the shipped paper_limb is the default") {
-  CHECK(read_plant_file(fs::path(SINEW_SOURCE_DIR) / "plant/limbs/paper_limb.yaml") == plant::Limb<double>{});
+  CHECK(read_plant_file(fs::path(SINEW_SOURCE_DIR) / "plant/limbs/paper_limb.yaml") == plant::default_plant());
 }
 
 TEST_CASE("plant file: an effect that is named is on with its values, the others are off") {
-  const plant::Limb<double> limb = read("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25.0 }\n");
+  const plant::Plant limb = read("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25.0 }\n");
   CHECK(value(limb, "viscoelastic_creep.stiffness_Nm_rad") == 0.02);
   CHECK(value(limb, "viscoelastic_creep.time_constant_s") == 25.0);
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    CHECK(limb.on[e] == (plant::effects()[e].name == "viscoelastic_creep"));
+  for (const plant::EffectId e : limb.system().effects().ids())
+    CHECK(limb.is_on(e) == (limb.system().effects()[e].name == "viscoelastic_creep"));
 }
 
 TEST_CASE("plant file: a null value turns an effect off") {
@@ -189,7 +189,7 @@ TEST_CASE("plant file: a null value turns an effect off") {
   CHECK_FALSE(is_on(read("effects: { thermocouple_heat_sink: { gain: 1.0 } }"), "thermocouple_heat_sink"));
   CHECK(is_on(read("effects: { thermocouple_heat_sink: { gain: 0.99 } }"), "thermocouple_heat_sink"));
   CHECK_FALSE(is_on(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }"), "airflow_change"));
-  CHECK(plant_to_yaml(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }")) == plant_to_yaml({}));
+  CHECK(plant_to_yaml(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }")) == plant_to_yaml(plant::default_plant()));
 }
 
 TEST_CASE("plant file: a toggle is true or false") {
@@ -245,8 +245,9 @@ TEST_CASE("plant file: a value out of its range is an error with the range, the 
 }
 
 TEST_CASE("plant file: both ends of every range can be read, and nothing beyond") {
-  for (const auto& info : plant::parameters()) {
-    if (info.effect != plant::no_effect || info.declaration.kind != plant::Kind::real) continue;
+  const plant::Plant limb = plant::default_plant();
+  for (const auto& info : limb.system().parameters()) {
+    if (info.effect || info.declaration.kind != plant::Kind::real) continue;
     const plant::Declaration& declared = info.declaration;
     const auto text = [&](double v) { return "parameters: { " + std::string(declared.name) + ": " + shortest(v) + " }"; };
     CAPTURE(declared.name);
@@ -268,8 +269,10 @@ TEST_CASE("plant file: maps where lists or words stand are errors") {
 }
 
 TEST_CASE("plant file: a file of another format is refused") {
-  CHECK(read("format: 1\n") == plant::Limb<double>{});
-  CHECK(reading_error("format: 2\nparameters: {}\n") == "p.yaml:1:9: format = 2\n  must be 1, the format that this version reads");
+  CHECK(read("format: 1\n") == plant::default_plant());
+  CHECK(read("format: 2\n") == plant::default_plant());
+  CHECK(reading_error("format: 3\nparameters: {}\n") ==
+        "p.yaml:1:9: format = 3\n  must be 1 or 2, the formats that this version reads");
 }
 
 TEST_CASE("plant file: a base gives what the file leaves out, and the file has the last word") {
@@ -281,7 +284,7 @@ TEST_CASE("plant file: a base gives what the file leaves out, and the file has t
                                      "base: limbs/warm.yaml\nparameters: { heat_loss_A_W_K: 0.06 }\n"
                                      "effects:\n  thermocouple_lag: { time_constant_s: 3 }\n"
                                      "  latent_heat: { latent_heat_J: 9 }\n");
-  const plant::Limb<double> limb = read_plant_file(file);
+  const plant::Plant limb = read_plant_file(file);
   CHECK(value(limb, "ambient_temperature_degC") == 30.0);
   CHECK(value(limb, "heat_loss_A_W_K") == 0.06);
   CHECK(value(limb, "heat_loss_B_W_K") == 0.040);
@@ -324,7 +327,7 @@ TEST_CASE("plant file: an empty file is an error, a format alone is the paper's 
   const Folder folder;
   const fs::path file = folder.write("empty.yaml", "# nothing yet\n");
   CHECK(error_of([&] { read_plant_file(file); }).find("holds no plant") != std::string::npos);
-  CHECK(read_plant_file(folder.write("least.yaml", "format: 1\n")) == plant::Limb<double>{});
+  CHECK(read_plant_file(folder.write("least.yaml", "format: 1\n")) == plant::default_plant());
 }
 
 TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/coil.h"
+#include "plant/limb/coil.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;

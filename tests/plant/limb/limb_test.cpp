@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/limb.h"
+#include "plant/limb/limb.h"
 
 #include <numbers>
 #include <stdexcept>
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -20,13 +20,13 @@ TEST_CASE("limb: the core's parameters and their values are those of docs/plant.
       {"transformation_stretch_m", 0.028}, {"moment_arm_A_m", 0.006}, {"moment_arm_B_m", 0.006},
       {"beam_stiffness_Nm_rad", 0.050}, {"beam_damping_Nms_rad", 0.004}, {"beam_inertia_kgm2", 2.0e-5},
       {"angle_offset_deg", 0.0}, {"bend_sign", 1.0}};
-  const Limb<double> limb;
+  const Plant limb = default_plant();
   std::size_t of_core = 0;
-  for (const ParameterInfo& parameter : parameters()) of_core += parameter.effect == no_effect;
+  for (const ParameterInfo& parameter : parameters()) of_core += !parameter.effect;
   CHECK(of_core == table.size());
   for (const auto& [key, value] : table) {
     INFO(key);
-    CHECK(get_in_file_units(limb, parameter_index(key)) == value);
+    CHECK(limb.get_in_file_units(parameter_id(key)) == value);
   }
 }
 
@@ -65,8 +65,8 @@ TEST_CASE("limb: the catalogue of docs/plant.md is there, effect by effect, para
   CHECK(effects().size() >= table.size());  // the catalogue is open
   for (const Row& row : table) {
     INFO(row.effect);
-    const EffectInfo& effect = effects()[effect_index(row.effect)];
-    CHECK(text_of(effect.place) == row.place);
+    const EffectInfo& effect = effects()[effect_id(row.effect)];
+    CHECK(effect.place == row.place);
     REQUIRE(effect.parameters.size() == row.parameters.size());
     for (std::size_t k = 0; k < row.parameters.size(); ++k)
       CHECK(parameters()[effect.parameters[k]].declaration.name == row.parameters[k]);
@@ -76,84 +76,94 @@ TEST_CASE("limb: the catalogue of docs/plant.md is there, effect by effect, para
 }
 
 TEST_CASE("limb: what is set in the units of files is read back, and degrees are radians inside") {
-  Limb<double> limb;
-  set_in_file_units(limb, parameter_index("angle_offset_deg"), 30.0);
-  CHECK(limb.core.angle_offset_rad == by_hand(std::numbers::pi / 6.0));
-  set_in_file_units(limb, parameter_index("angle_sensor_drift.rate_deg_s"), -0.18);
-  CHECK(std::get<AngleSensorDrift<double>>(limb.effects).rate_rad_s == by_hand(-std::numbers::pi / 1000.0));
-  set_in_file_units(limb, parameter_index("hard_stop.angle_deg"), 90.0);
-  CHECK(std::get<HardStop<double>>(limb.effects).angle_rad == by_hand(std::numbers::pi / 2.0));
-  for (std::size_t p = 0; p < parameters().size(); ++p) {
+  Plant limb = default_plant();
+  set_in_file_units(limb, "angle_offset_deg", 30.0);
+  CHECK(get(limb, "angle_offset_deg") == by_hand(std::numbers::pi / 6.0));
+  set_in_file_units(limb, "angle_sensor_drift.rate_deg_s", -0.18);
+  CHECK(get(limb, "angle_sensor_drift.rate_deg_s") == by_hand(-std::numbers::pi / 1000.0));
+  set_in_file_units(limb, "hard_stop.angle_deg", 90.0);
+  CHECK(get(limb, "hard_stop.angle_deg") == by_hand(std::numbers::pi / 2.0));
+  for (const ParameterId p : parameters().ids()) {
     INFO(parameters()[p].key());
     const Range range = parameters()[p].declaration.range;
     for (const double share : {0.0, 0.37, 1.0}) {
       const double value = range.lowest + share * (range.highest - range.lowest);
-      set_in_file_units(limb, p, value);
+      limb.set_in_file_units(p, value);
       // Degrees to radians and back rounds twice.
-      CHECK(get_in_file_units(limb, p) == doctest::Approx(value).epsilon(4e-16).scale(std::abs(value) + 1e-300));
+      CHECK(limb.get_in_file_units(p) == doctest::Approx(value).epsilon(4e-16).scale(std::abs(value) + 1e-300));
       // What is written and read again is the same limb, to the bit.
-      const double inside = get(limb, p);
-      set_in_file_units(limb, p, get_in_file_units(limb, p));
-      CHECK(get(limb, p) == inside);
+      const double inside = limb.get(p);
+      limb.set_in_file_units(p, limb.get_in_file_units(p));
+      CHECK(limb.get(p) == inside);
     }
   }
 }
 
 TEST_CASE("limb: a parameter is known by its key, and an unknown key is an error that names it") {
-  CHECK(parameters()[parameter_index("heat_loss_B_W_K")].key() == "heat_loss_B_W_K");
-  CHECK(parameters()[parameter_index("thermocouple_lag.time_constant_s")].key() == "thermocouple_lag.time_constant_s");
-  CHECK(parameter_index("thermocouple_lag.time_constant_s") != parameter_index("angle_sensor_lag.time_constant_s"));
-  CHECK_THROWS_WITH_AS(parameter_index("time_constant_s"), "no such parameter: time_constant_s", std::out_of_range);
-  CHECK_THROWS_WITH_AS(effect_index("thermocuple_lag"), "no such effect: thermocuple_lag", std::out_of_range);
+  CHECK(parameters()[parameter_id("heat_loss_B_W_K")].key() == "heat_loss_B_W_K");
+  CHECK(parameters()[parameter_id("thermocouple_lag.time_constant_s")].key() == "thermocouple_lag.time_constant_s");
+  CHECK(parameter_id("thermocouple_lag.time_constant_s") != parameter_id("angle_sensor_lag.time_constant_s"));
+  CHECK_THROWS_WITH_AS(parameter_id("time_constant_s"), "no such parameter: time_constant_s", std::out_of_range);
+  CHECK_THROWS_WITH_AS(effect_id("thermocuple_lag"), "no such effect: thermocuple_lag", std::out_of_range);
 }
 
 TEST_CASE("limb: setting one parameter moves that one alone") {
-  for (std::size_t p = 0; p < parameters().size(); ++p) {
-    Limb<double> limb;
-    set(limb, p, 1234.5);
-    for (std::size_t other = 0; other < parameters().size(); ++other)
-      CHECK(get(limb, other) == (other == p ? 1234.5 : get(Limb<double>{}, other)));
+  for (const ParameterId p : parameters().ids()) {
+    Plant limb = default_plant();
+    limb.set(p, 1234.5);
+    for (const ParameterId other : parameters().ids())
+      CHECK(limb.get(other) == (other == p ? 1234.5 : default_plant().get(other)));
   }
 }
 
 TEST_CASE("limb: two limbs are equal when every value and every switch is") {
-  Limb<double> left, right;
+  Plant left = default_plant(), right = default_plant();
   CHECK(left == right);
-  for (std::size_t p = 0; p < parameters().size(); ++p) {
+  for (const ParameterId p : parameters().ids()) {
     right = left;
-    set(right, p, get(right, p) + 0.5);
+    right.set(p, right.get(p) + 0.5);
     CHECK_FALSE(left == right);
   }
   right = left;
-  right.on[effect_index("coil_slack")] = true;
+  right.turn(effect_id("coil_slack"), true);
   CHECK_FALSE(left == right);
 }
 
 TEST_CASE("limb: an effect is on when its strength is not at its null") {
-  Limb<double> limb;
-  set_in_file_units(limb, parameter_index("thermocouple_heat_sink.gain"), 0.9);
-  set_in_file_units(limb, parameter_index("angle_sensor_drift.rate_deg_s"), -0.01);
-  set_in_file_units(limb, parameter_index("coil_slack.enabled"), 1.0);
-  set_in_file_units(limb, parameter_index("r_phase.width_K"), 9.0);  // no strength
-  limb.on[effect_index("r_phase")] = true;
-  turn_on_by_strength(limb);
-  for (std::size_t e = 0; e < effect_count; ++e) {
+  Plant limb = default_plant();
+  set_in_file_units(limb, "thermocouple_heat_sink.gain", 0.9);
+  set_in_file_units(limb, "angle_sensor_drift.rate_deg_s", -0.01);
+  set_in_file_units(limb, "coil_slack.enabled", 1.0);
+  set_in_file_units(limb, "r_phase.width_K", 9.0);  // no strength
+  turn_on(limb, "r_phase");
+  limb.turn_on_by_strength();
+  for (const EffectId e : effects().ids()) {
     INFO(effects()[e].name);
     const auto name = effects()[e].name;
-    CHECK(limb.on[e] == (name == "thermocouple_heat_sink" || name == "angle_sensor_drift" || name == "coil_slack"));
+    CHECK(limb.is_on(e) == (name == "thermocouple_heat_sink" || name == "angle_sensor_drift" || name == "coil_slack"));
   }
 }
 
-TEST_CASE("limb: lifted into Jets it has the same values and no derivatives") {
-  Limb<double> limb;
-  for (std::size_t p = 0; p < parameters().size(); ++p) set(limb, p, 0.1 * static_cast<double>(p + 1));
-  limb.on[3] = true;
-  Limb<Jet<8>> lifted = lift<Jet<8>>(limb);
-  const auto all = fields(lifted);
-  REQUIRE(all.size() == parameters().size());
-  for (std::size_t p = 0; p < all.size(); ++p) {
-    CHECK(all[p]->a == get(limb, p));
-    CHECK(all[p]->v.isZero(0.0));
+TEST_CASE("limb: lifted into Jets, equations give the same rates and readings, and derivatives only where they were asked for") {
+  Plant limb = default_plant();
+  turn_on_typical(limb, effect_id("cross_heating"));
+  const std::vector<double> y{80.0, 30.0, 0.2, 0.9, 0.4, 1.5};
+  const std::vector<Jet> lifted(y.begin(), y.end());
+  const Situation given{.inputs = {0.5, 0.1}};
+  const auto equations = limb.equations_with_derivatives({{parameter_id("cross_heating.conductance_W_K"), 2}});
+  std::vector<Jet> rates(6), readings(3);
+  equations->rates(given, lifted.data(), rates.data());
+  equations->readings(lifted.data(), readings.data());
+  const auto plain = at_one_instant(limb, given, y);
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    CHECK(rates[i].a == plain.rates[i]);
+    for (int lane = 0; lane < jet_width; ++lane)
+      if (lane != 2) CHECK(rates[i].v[lane] == 0.0);
   }
-  CHECK(lifted.on == limb.on);
+  CHECK(rates[0].v[2] == by_hand(-50.0 / 0.85));  // by hand: 50 K between the wires
+  CHECK(rates[1].v[2] == by_hand(50.0 / 0.85));
+  for (std::size_t c = 0; c < readings.size(); ++c) {
+    CHECK(readings[c].a == plain.reading[c]);
+    CHECK(readings[c].v.isZero(0.0));
+  }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/wire.h"
+#include "plant/limb/wire.h"
 
-#include "plant/equations.h"
-#include "tests/plant/one_instant.h"
+#include "plant/limb/equations.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -26,7 +26,7 @@ TEST_CASE("wire: cold is martensite, hot is austenite, and no temperature overfl
   }
   CHECK(envelopes(-1e6, 75.0, 7.0, 60.0, 7.0).cooling == 1.0);
   CHECK(envelopes(1e6, 75.0, 7.0, 60.0, 7.0).heating == 0.0);
-  using J = Jet<8>;
+  using J = Jet;
   for (const double x : {-1e6, -800.0, 0.0, 800.0, 1e6}) CHECK(std::isfinite(falling_logistic(J(x, 0)).v[0]));
   CHECK(falling_logistic(J(0.0, 0)).v[0] == -0.25);  // by hand: -y (1 - y)
 }
@@ -54,18 +54,21 @@ TEST_CASE("wire: between the envelopes the fraction is held, outside it is pulle
 
 TEST_CASE("joule heating: duty times voltage squared over resistance, and twice the duty is twice the heat") {
   const std::vector<double> y{25.0, 25.0, 1.0, 1.0, 0.0, 0.0};
-  const auto at = at_one_instant(Limb<double>{}, {.duty_fraction = {0.3, 0.6}}, y);
+  const auto at = at_one_instant(default_plant(), {.inputs = {0.3, 0.6}}, y);
   CHECK(at.now.joule_heat_W[A] == by_hand(5.88));  // by hand: 0.3 * 49 V^2 / 2.5 Ohm
   CHECK(at.now.joule_heat_W[B] == by_hand(11.76));
   CHECK(at.rates[1] == by_hand(11.76 / 0.85));
 }
 
 TEST_CASE("heat balance: each wire has its own resistance, capacity and loss") {
-  Limb<double> limb;
-  limb.core.resistance_Ohm = {2.0, 4.0};
-  limb.core.heat_capacity_J_K = {0.5, 1.0};
-  limb.core.heat_loss_W_K = {0.1, 0.2};
-  const auto at = at_one_instant(limb, {.duty_fraction = {0.4, 0.4}}, {35.0, 45.0, 1.0, 1.0, 0.0, 0.0});
+  Plant limb = default_plant();
+  set(limb, "resistance_A_Ohm", 2.0);
+  set(limb, "resistance_B_Ohm", 4.0);
+  set(limb, "heat_capacity_A_J_K", 0.5);
+  set(limb, "heat_capacity_B_J_K", 1.0);
+  set(limb, "heat_loss_A_W_K", 0.1);
+  set(limb, "heat_loss_B_W_K", 0.2);
+  const auto at = at_one_instant(limb, {.inputs = {0.4, 0.4}}, {35.0, 45.0, 1.0, 1.0, 0.0, 0.0});
   // By hand: 0.4 * 49 / 2 - 0.1 * 10 = 8.8 W into 0.5 J/K; 0.4 * 49 / 4 - 0.2 * 20 = 0.9 W into 1 J/K.
   CHECK(at.rates[0] == by_hand(17.6));
   CHECK(at.rates[1] == by_hand(0.9));

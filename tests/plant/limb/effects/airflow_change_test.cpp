@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/airflow_change.h"
+#include "plant/limb/effects/airflow_change.h"
 
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
 
 namespace {
 
-const Limb<double> draught = limb_with("airflow_change", {{"relative_change", 0.25}, {"onset_s", 12.0}});
+const Plant draught = limb_with("airflow_change", {{"relative_change", 0.25}, {"onset_s", 12.0}});
 
 }  // namespace
 
@@ -24,7 +24,7 @@ TEST_CASE("airflow change: from its onset on, both wires lose a quarter more") {
 TEST_CASE("airflow change: before its onset there is none, up to the very end of the segment that ends there") {
   const std::vector<double> y{75.0, 45.0, 0.5, 1.0, 0.0, 0.0};
   const auto before = at_one_instant(draught, {.time_s = 12.0, .segment_start_s = 3.0}, y);
-  CHECK(before.rates == at_one_instant(Limb<double>{}, {}, y).rates);
+  CHECK(before.rates == at_one_instant(default_plant(), {}, y).rates);
 }
 
 TEST_CASE("airflow change: the integrator stops at the onset and cools by the other law from there") {
@@ -41,6 +41,7 @@ TEST_CASE("airflow change: the integrator stops at the onset and cools by the ot
 }
 
 TEST_CASE("airflow change: an onset at the start acts from the start") {
-  Integrator run(limb_with("airflow_change", {{"relative_change", 0.25}, {"onset_s", 0.0}}), Start{}, {});
-  CHECK(run.instant().heat_loss_W_K[A] == by_hand(0.05));
+  const Plant limb = limb_with("airflow_change", {{"relative_change", 0.25}, {"onset_s", 0.0}});
+  const Integrator run(limb, Start{}, {});
+  CHECK(at_one_instant(limb, run).now.heat_loss_W_K[A] == by_hand(0.05));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/ambient_drift.h"
+#include "plant/limb/effects/ambient_drift.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -24,9 +24,9 @@ TEST_CASE("ambient drift: nothing has drifted at the start, and a negative rate 
 }
 
 TEST_CASE("ambient drift: the thermocouples' heat sink follows the room") {
-  Limb<double> limb = limb_with("ambient_drift", {{"rate_K_s", 0.01}});
+  Plant limb = limb_with("ambient_drift", {{"rate_K_s", 0.01}});
   turn_on(limb, "thermocouple_heat_sink", {{"gain", 0.5}});
   const auto at = at_one_instant(limb, {.time_s = 500.0}, {50.0, 30.0, 1.0, 1.0, 0.0, 0.0});
-  CHECK(at.reading.temperature_degC[A] == by_hand(40.0));  // half-way from 50 to 30
-  CHECK(at.reading.temperature_degC[B] == by_hand(30.0));
+  CHECK(at.reading[A] == by_hand(40.0));  // half-way from 50 to 30
+  CHECK(at.reading[B] == by_hand(30.0));
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/body_heat_storage.h"
+#include "plant/limb/effects/body_heat_storage.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
 
 namespace {
 
-Limb<double> limb_with_body() {
+Plant limb_with_body() {
   return limb_with("body_heat_storage", {{"conductance_W_K", 0.01}, {"heat_capacity_J_K", 8.0}, {"heat_loss_W_K", 0.05}});
 }
 
@@ -28,7 +28,7 @@ TEST_CASE("body heat storage: a wire loses what the body gains, and a warm body 
 }
 
 TEST_CASE("body heat storage: heat is neither made nor lost between wires and body") {
-  const Situation heating{.duty_fraction = {0.5, 0.2}};
+  const Situation heating{.inputs = {0.5, 0.2}};
   const auto at = at_one_instant(limb_with_body(), heating, {85.0, 55.0, 0.2, 0.8, 0.0, 0.0, 41.0});
   const double stored_rate_W = 0.85 * at.rates[0] + 0.85 * at.rates[1] + 8.0 * at.rates[6];
   // By hand: in 0.7 * 49 / 2.5 = 13.72 W; out 0.04 * (60 + 30) + 0.05 * 16 = 4.4 W.
@@ -40,8 +40,8 @@ TEST_CASE("body heat storage: heat is neither made nor lost between wires and bo
 }
 
 TEST_CASE("body heat storage: at rest the body is as warm as the room") {
-  Limb<double> limb = limb_with_body();
-  limb.core.ambient_temperature_degC = 18.0;
-  const auto y = Equations<double>(limb).rest({}, std::vector<std::optional<double>>(7));
+  Plant limb = limb_with_body();
+  set(limb, "ambient_temperature_degC", 18.0);
+  const auto y = at_rest(limb);
   CHECK(y[6] == 18.0);
 }

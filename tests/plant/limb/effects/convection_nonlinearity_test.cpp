@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/convection_nonlinearity.h"
+#include "plant/limb/effects/convection_nonlinearity.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -24,7 +24,7 @@ TEST_CASE("convection nonlinearity: what it adds grows with the square of the ri
   const auto added_W = [](double temperature_degC) {
     const std::vector<double> y{temperature_degC, 25.0, 0.5, 1.0, 0.0, 0.0};
     return at_one_instant(limb_with("convection_nonlinearity", {{"slope_1_K", 0.004}}), {}, y).now.heat_to_surroundings_W -
-           at_one_instant(Limb<double>{}, {}, y).now.heat_to_surroundings_W;
+           at_one_instant(default_plant(), {}, y).now.heat_to_surroundings_W;
   };
   // By hand: 0.04 * 0.004 * 20^2 = 0.064 W; twice the rise, four times as much. Differences of watts round at 1e-15.
   CHECK(added_W(45.0) == doctest::Approx(0.064).epsilon(1e-13));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/cubic_stiffening.h"
+#include "plant/limb/effects/cubic_stiffening.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -10,8 +10,8 @@ namespace {
 
 double stiffening_Nm(double angle_rad) {
   const std::vector<double> y{25.0, 25.0, 1.0, 1.0, angle_rad, 0.0};
-  return at_one_instant(limb_with("cubic_stiffening", {{"stiffness_Nm_rad3", 0.05}}), {}, y).now.moment_Nm -
-         at_one_instant(Limb<double>{}, {}, y).now.moment_Nm;
+  return at_one_instant(limb_with("cubic_stiffening", {{"stiffness_Nm_rad3", 0.05}}), {}, y).now.moment_Nm[0] -
+         at_one_instant(default_plant(), {}, y).now.moment_Nm[0];
 }
 
 }  // namespace

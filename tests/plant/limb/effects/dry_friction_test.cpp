@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/dry_friction.h"
+#include "plant/limb/effects/dry_friction.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -11,7 +11,7 @@ namespace {
 double friction_Nm(double angular_velocity_rad_s) {
   const std::vector<double> y{25.0, 25.0, 1.0, 1.0, 0.0, angular_velocity_rad_s};
   const auto limb = limb_with("dry_friction", {{"moment_Nm", 0.003}, {"smoothing_rad_s", 0.05}});
-  return at_one_instant(limb, {}, y).now.moment_Nm - at_one_instant(Limb<double>{}, {}, y).now.moment_Nm;
+  return at_one_instant(limb, {}, y).now.moment_Nm[0] - at_one_instant(default_plant(), {}, y).now.moment_Nm[0];
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/fatigue.h"
+#include "plant/limb/effects/fatigue.h"
 
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/gravity_load.h"
+#include "plant/limb/effects/gravity_load.h"
 
 #include <numbers>
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -12,8 +12,8 @@ namespace {
 
 double weight_Nm(double angle_deg, double tilt_deg) {
   const std::vector<double> y{25.0, 25.0, 1.0, 1.0, angle_deg * std::numbers::pi / 180.0, 0.0};
-  return at_one_instant(limb_with("gravity_load", {{"moment_Nm", 0.01}, {"tilt_deg", tilt_deg}}), {}, y).now.moment_Nm -
-         at_one_instant(Limb<double>{}, {}, y).now.moment_Nm;
+  return at_one_instant(limb_with("gravity_load", {{"moment_Nm", 0.01}, {"tilt_deg", tilt_deg}}), {}, y).now.moment_Nm[0] -
+         at_one_instant(default_plant(), {}, y).now.moment_Nm[0];
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/hard_stop.h"
+#include "plant/limb/effects/hard_stop.h"
 
 #include <numbers>
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -12,8 +12,8 @@ namespace {
 
 double contact_Nm(double angle_deg) {
   const std::vector<double> y{25.0, 25.0, 1.0, 1.0, angle_deg * std::numbers::pi / 180.0, 0.0};
-  return at_one_instant(limb_with("hard_stop", {{"stiffness_Nm_rad", 0.2}, {"angle_deg", 25.0}}), {}, y).now.moment_Nm -
-         at_one_instant(Limb<double>{}, {}, y).now.moment_Nm;
+  return at_one_instant(limb_with("hard_stop", {{"stiffness_Nm_rad", 0.2}, {"angle_deg", 25.0}}), {}, y).now.moment_Nm[0] -
+         at_one_instant(default_plant(), {}, y).now.moment_Nm[0];
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/input_delay.h"
+#include "plant/limb/effects/input_delay.h"
 
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -18,9 +18,10 @@ double heated_degC(double seconds) {
 
 TEST_CASE("input delay: a wire begins to warm only when the command has arrived") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(limb_with("input_delay", {{"delay_s", 0.3}}), Start{}, {.method = method, .relative_tolerance = 1e-9});
+    const Plant limb = limb_with("input_delay", {{"delay_s", 0.3}});
+    Integrator run(limb, Start{}, {.method = method, .relative_tolerance = 1e-9});
     run.hold({0.6, 0.0});
-    CHECK(run.instant().joule_heat_W[A] == 0.0);
+    CHECK(at_one_instant(limb, run).now.joule_heat_W[A] == 0.0);
     REQUIRE_FALSE(run.advance_to(0.29));
     CHECK(run.state()[0] == 25.0);
     REQUIRE_FALSE(run.advance_to(2.0));
@@ -29,7 +30,8 @@ TEST_CASE("input delay: a wire begins to warm only when the command has arrived"
 }
 
 TEST_CASE("input delay: commands under way arrive one by one, each as late as the other") {
-  Integrator run(limb_with("input_delay", {{"delay_s", 0.3}}), Start{}, {.relative_tolerance = 1e-9});
+  const Plant limb = limb_with("input_delay", {{"delay_s", 0.3}});
+  Integrator run(limb, Start{}, {.relative_tolerance = 1e-9});
   run.hold({0.6, 0.0});
   REQUIRE_FALSE(run.advance_to(0.1));
   run.hold({0.0, 0.4});
@@ -37,18 +39,19 @@ TEST_CASE("input delay: commands under way arrive one by one, each as late as th
   run.hold({0.2, 0.0});
   const auto duty_at = [&](double time_s) {
     REQUIRE_FALSE(run.advance_to(time_s));
-    return run.instant().duty_fraction;
+    return at_one_instant(limb, run).now.duty_fraction;
   };
-  CHECK(duty_at(0.25) == PerCoil<double>{0.0, 0.0});
-  CHECK(duty_at(0.35) == PerCoil<double>{0.6, 0.0});
-  CHECK(duty_at(0.45) == PerCoil<double>{0.0, 0.4});
-  CHECK(duty_at(0.55) == PerCoil<double>{0.2, 0.0});
+  CHECK(duty_at(0.25) == std::vector<double>{0.0, 0.0});
+  CHECK(duty_at(0.35) == std::vector<double>{0.6, 0.0});
+  CHECK(duty_at(0.45) == std::vector<double>{0.0, 0.4});
+  CHECK(duty_at(0.55) == std::vector<double>{0.2, 0.0});
 }
 
 TEST_CASE("input delay: what was held at the start acts until the first command arrives") {
-  Integrator run(limb_with("input_delay", {{"delay_s", 0.3}}), Start{{}, {0.6, 0.0}}, {.relative_tolerance = 1e-9});
+  const Plant limb = limb_with("input_delay", {{"delay_s", 0.3}});
+  Integrator run(limb, Start{{}, {0.6, 0.0}}, {.relative_tolerance = 1e-9});
   run.hold({0.0, 0.0});
   REQUIRE_FALSE(run.advance_to(0.3));
   CHECK(run.state()[0] == doctest::Approx(heated_degC(0.3)).epsilon(1e-7));
-  CHECK(run.instant().duty_fraction[A] == 0.0);
+  CHECK(at_one_instant(limb, run).now.duty_fraction[A] == 0.0);
 }

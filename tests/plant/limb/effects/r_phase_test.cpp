@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/r_phase.h"
+#include "plant/limb/effects/r_phase.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;

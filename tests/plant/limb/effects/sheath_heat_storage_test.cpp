@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/sheath_heat_storage.h"
+#include "plant/limb/effects/sheath_heat_storage.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
 
 namespace {
 
-Limb<double> limb_with_sheaths() {
+Plant limb_with_sheaths() {
   return limb_with("sheath_heat_storage", {{"conductance_W_K", 0.04}, {"heat_capacity_J_K", 2.0}, {"heat_loss_W_K", 0.03}});
 }
 
@@ -29,7 +29,7 @@ TEST_CASE("sheath heat storage: a warm sheath holds its wire up and leaves the o
 }
 
 TEST_CASE("sheath heat storage: heat is neither made nor lost between wires and sheaths") {
-  const Situation heating{.duty_fraction = {0.5, 0.2}};
+  const Situation heating{.inputs = {0.5, 0.2}};
   const auto at = at_one_instant(limb_with_sheaths(), heating, {85.0, 55.0, 0.2, 0.8, 0.0, 0.0, 45.0, 35.0});
   const double stored_rate_W = 0.85 * (at.rates[0] + at.rates[1]) + 2.0 * (at.rates[6] + at.rates[7]);
   // By hand: in 13.72 W; out 0.04 * (60 + 30) + 0.03 * (20 + 10) = 4.5 W.
@@ -40,9 +40,9 @@ TEST_CASE("sheath heat storage: heat is neither made nor lost between wires and 
 }
 
 TEST_CASE("sheath heat storage: at rest both sheaths are as warm as the room") {
-  Limb<double> limb = limb_with_sheaths();
-  limb.core.ambient_temperature_degC = 18.0;
-  const auto y = Equations<double>(limb).rest({}, std::vector<std::optional<double>>(8));
+  Plant limb = limb_with_sheaths();
+  set(limb, "ambient_temperature_degC", 18.0);
+  const auto y = at_rest(limb);
   CHECK(y[6] == 18.0);
   CHECK(y[7] == 18.0);
 }

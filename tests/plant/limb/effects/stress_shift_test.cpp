@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plant/effects/stress_shift.h"
+#include "plant/limb/effects/stress_shift.h"
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -20,11 +20,11 @@ TEST_CASE("stress shift: a tight coil is still martensite at a temperature where
   const std::vector<double> y{82.512, 25.0, 0.0, 1.0, 0.0, 0.0};
   CHECK(at_one_instant(limb_with("stress_shift", {{"shift_K_N", 0.8}}), {}, y).now.heating_envelope[A] ==
         doctest::Approx(0.5).epsilon(1e-13));
-  CHECK(at_one_instant(Limb<double>{}, {}, y).now.heating_envelope[A] == by_hand(1.0 / (1.0 + std::exp(7.512 / 7.0))));
+  CHECK(at_one_instant(default_plant(), {}, y).now.heating_envelope[A] == by_hand(1.0 / (1.0 + std::exp(7.512 / 7.0))));
 }
 
 TEST_CASE("stress shift: a slack coil has its own midpoints") {
-  Limb<double> limb = limb_with("stress_shift", {{"shift_K_N", 0.8}});
+  Plant limb = limb_with("stress_shift", {{"shift_K_N", 0.8}});
   turn_on(limb, "coil_slack", {{"enabled", 1.0}});
   const auto at = at_one_instant(limb, {}, {25.0, 25.0, 1.0, 1.0, 1.0, 0.0});
   CHECK(at.now.tension_N[A] == 0.0);
