@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -35,7 +36,7 @@ static_assert(!ReadBy<ListOf<ChannelId, double>, ParameterId>);
 static_assert(!ReadBy<ListOf<ChannelId, double>, std::size_t> && !ReadBy<ListOf<ChannelId, double>, int>);
 
 TEST_CASE("ids: a list is walked by its own indices, in order, and read by them alone") {
-  ListOf<ChannelId, double> list({1.5, 2.5});
+  ListOf<ChannelId, double> list(std::vector<double>{1.5, 2.5});
   list.push_back(3.5);
   std::size_t next = 0;
   for (const ChannelId c : list.ids()) {

@@ -47,7 +47,7 @@ class Sum final : public System {
       channels_.push_back(info);
     }
     parameters_.push_back(
-        {std::nullopt, "", Declaration{.name = "gain", .symbol = "g", .unit = units::none, .range = {0.0, 10.0}, .typical = 2.0}});
+        {std::nullopt, "", Declaration{.name = "gain", .symbol = "g", .unit = units::none, .range = {0.0, 10.0}, .typical = 2.0, .meaning = ""}});
   }
   States states(const EffectsOn&) const override { return States({{"x", units::none, 1.0}}); }
   std::unique_ptr<Equations<double>> equations(const std::vector<double>& values, const EffectsOn&) const override {

@@ -2,6 +2,8 @@
 #include "sim/input.h"
 
 #include "plant/limb/limb.h"
+#include "sim/plant_file.h"
+#include "sim/simulation.h"
 
 #include <doctest/doctest.h>
 
@@ -332,4 +334,103 @@ TEST_CASE("replay: a sample that is due at a tick acts at that tick, whatever th
   const Input input = replay;
   Driver driver(system_of_two_coils(), input, 1, 0.1);
   for (int k = 0; k < 1000; ++k) CHECK(command_at(driver, k).inputs[A] == k / 1000.0);
+}
+
+namespace {
+
+sinew::plant::Plant plant_of(const std::string& structure) { return read_plant(parse_yaml("limb:\n" + structure, "p.yaml"), "."); }
+
+// One axis, coils at 0, 120 and 240 degrees around it.
+const std::string three_coils_one_axis =
+    "  segments: [{name: arm}]\n"
+    "  coils: [{name: A, direction_deg: 0}, {name: B, direction_deg: 120}, {name: C, direction_deg: 240}]\n"
+    "  channels: [{column: temperature_B_degC, thermocouple: B}, {column: angle_deg, bend: arm}]\n";
+const std::string three_coils_two_axes =
+    "  segments: [{name: arm, axes: 2}]\n"
+    "  coils: [{name: A, direction_deg: 0}, {name: B, direction_deg: 120}, {name: C, direction_deg: 240}]\n"
+    "  channels: [{column: angle_x_deg, bend: arm, axis: x}, {column: angle_y_deg, bend: arm, axis: y}]\n";
+
+}  // namespace
+
+TEST_CASE("babble: of three coils around one axis, those drive that bend it the way it should go, each by its share") {
+  const sinew::plant::Plant limb = plant_of(three_coils_one_axis);
+  const Input input = towards(0.0);
+  Driver driver(limb.system(), input, 1, 0.1);
+  // u = 0.06 * 5 and 1e-5 * 0.5 more; then back: u = -0.06 * 4 + 1e-5 * 0.1.
+  CHECK(driver.command({0, {25.0, -5.0}}, 0.0).inputs == std::vector<double>{0.06 * 5.0 + 1e-5 * 0.5, 0.0, 0.0});
+  const Command back = driver.command({1, {25.0, 4.0}}, 0.1);
+  CHECK(back.inputs[0] == 0.0);
+  CHECK(back.inputs[1] == by_hand(0.5 * (0.24 - 1e-5 * 0.1)));
+  CHECK(back.inputs[2] == back.inputs[1]);
+  // The limit is each coil's.
+  CHECK(driver.command({2, {25.0, -50.0}}, 0.2).inputs == std::vector<double>{0.6, 0.0, 0.0});
+  CHECK(driver.command({3, {25.0, 50.0}}, 0.3).inputs == std::vector<double>{0.0, 0.5, 0.5});
+}
+
+TEST_CASE("babble: a coil that is said to drive upwards takes those that work with it along") {
+  const sinew::plant::Plant limb = plant_of(three_coils_one_axis);
+  BabbleInput turned = towards(0.0);
+  turned.positive_drives = "C";
+  const Input input = turned;
+  Driver driver(limb.system(), input, 1, 0.1);
+  CHECK(driver.command({0, {25.0, -50.0}}, 0.0).inputs == std::vector<double>{0.0, 0.5, 0.5});
+  CHECK(driver.command({1, {25.0, 50.0}}, 0.1).inputs == std::vector<double>{0.6, 0.0, 0.0});
+  turned.positive_drives = "A";
+  turned.both_coils = false;
+  const Input one_sided = turned;
+  Driver half(limb.system(), one_sided, 1, 0.1);
+  CHECK(half.command({0, {25.0, -50.0}}, 0.0).inputs == std::vector<double>{0.6, 0.0, 0.0});
+  CHECK(half.command({1, {25.0, 50.0}}, 0.1).inputs == std::vector<double>{0.0, 0.0, 0.0});
+}
+
+TEST_CASE("babble: about two axes, each has setpoints of its own and a coil gets the sum of its shares") {
+  const sinew::plant::Plant limb = plant_of(three_coils_two_axes);
+  const Input input = towards(0.0);
+  Driver driver(limb.system(), input, 1, 0.1);
+  // u_x = 0.06 * 2, u_y = 0.06 * 3, and 1e-5 of the sums 0.2 and 0.3.
+  const double u_x = 0.120002, u_y = 0.180003, s = std::sqrt(0.75);
+  const Command command = driver.command({0, {-2.0, -3.0}}, 0.0);
+  CHECK(command.inputs[0] == by_hand(u_x));
+  CHECK(command.inputs[1] == by_hand(-0.5 * u_x + s * u_y));
+  CHECK(command.inputs[2] == 0.0);  // -0.5 u_x - s u_y
+  CHECK(driver.state().following.size() == 2);
+  const Input random = BabbleInput{};
+  Driver babbling(limb.system(), random, 5, 0.1);
+  int different = 0;
+  for (std::int64_t tick = 0; tick < 5000; ++tick) {
+    babbling.command({tick, {0.0, 0.0}}, static_cast<double>(tick) / 10.0);
+    different += babbling.state().following[0].setpoint != babbling.state().following[1].setpoint;
+  }
+  CHECK(different == 5000);
+  CHECK(babbling.state().following[0].setpoints_drawn > 10);
+  CHECK(babbling.state().following[1].setpoints_drawn > 10);
+}
+
+TEST_CASE("babble: the setpoints of the first channel are those of a limb that has no other") {
+  const sinew::plant::Plant one = plant_of(three_coils_one_axis), two = plant_of(three_coils_two_axes);
+  const Input input = BabbleInput{};
+  Driver alone(one.system(), input, 5, 0.1), both(two.system(), input, 5, 0.1);
+  bool same = true;
+  for (std::int64_t tick = 0; tick < 2000; ++tick) {
+    alone.command({tick, {25.0, 0.0}}, static_cast<double>(tick) / 10.0);
+    both.command({tick, {0.0, 0.0}}, static_cast<double>(tick) / 10.0);
+    same = same && alone.state().following[0].setpoint == both.state().following[0].setpoint;
+  }
+  CHECK(same);
+}
+
+TEST_CASE("babble: towards a setpoint, a simulated limb of three coils about two axes goes there") {
+  const sinew::plant::Plant limb = plant_of(three_coils_two_axes);
+  BabbleInput aim = towards(10.0);
+  aim.proportional_gain_1_deg = 0.1;
+  Scenario scenario;
+  scenario.plant = limb;
+  scenario.duration_s = 60.0;
+  scenario.input = aim;
+  scenario.sensors = usual_sensors(limb.system());
+  const RunResult result = run(scenario);
+  REQUIRE(result.status == RunStatus::finished);
+  const Recording recording = parse_recording(result.recording_csv, "r", columns_of(limb.system()));
+  CHECK(recording.columns.inputs.size() == 3);
+  for (const double angle_deg : recording.samples.back().channels) CHECK(std::abs(angle_deg - 10.0) < 5.0);
 }

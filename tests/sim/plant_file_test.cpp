@@ -346,3 +346,174 @@ TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {
   CHECK(value(read("base: left.yaml", folder.path()), "heat_loss_A_W_K") == 0.05);
   CHECK(value(read("base: root.yaml", folder.path()), "heat_loss_A_W_K") == 0.05);
 }
+
+namespace {
+
+// Two segments in series, four coils; names the file's own way.
+const std::string robot =
+    "format: 2\n"
+    "limb:\n"
+    "  segments:\n"
+    "    - {name: base, axes: 2}\n"
+    "    - {name: tip, axes: 1}\n"
+    "  coils:\n"
+    "    - {name: A, segment: base, direction_deg: 0}\n"
+    "    - {name: B, segment: base, direction_deg: 122.5}\n"
+    "    - {name: C, segment: tip, direction_deg: 0}\n"
+    "    - {name: D, segment: tip, direction_deg: 180}\n"
+    "  channels:\n"
+    "    - {column: angle_x_deg, camera: base, axis: x}\n"
+    "    - {column: angle_y_deg, bend: base, axis: y}\n"
+    "    - {column: angle_tip_deg, camera: tip}\n"
+    "    - {column: temperature_C_degC, thermocouple: C}\n";
+
+const std::string two_coils_written =
+    "limb:\n  segments: [{name: limb, axes: 1}]\n"
+    "  coils: [{name: A, segment: limb, direction_deg: 0}, {name: B, segment: limb, direction_deg: 180}]\n"
+    "  channels: [{column: temperature_A_degC, thermocouple: A}, {column: angle_deg, bend: limb}]\n";
+
+}  // namespace
+
+TEST_CASE("plant file, format 2: a structure is read, written and read back the same") {
+  const plant::Plant limb = read(robot + "parameters: { heat_loss_D_W_K: 0.05, bend_sign_tip: -1, angle_offset_base_y_deg: 2.5 }\n"
+                                         "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                         "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  CHECK(limb.system().inputs().size() == 4);
+  CHECK(limb.system().channels().size() == 4);
+  CHECK(value(limb, "heat_loss_D_W_K") == 0.05);
+  CHECK(value(limb, "bend_sign_tip") == -1.0);
+  CHECK(value(limb, "angle_offset_base_y_deg") == doctest::Approx(2.5 * 0.017453292519943295).epsilon(1e-15));
+  CHECK(value(limb, "latent_heat.latent_heat_J") == 12.0);
+  CHECK(value(limb, "latent_heat.B.latent_heat_J") == 15.0);
+  const std::string text = plant_file_text(limb);
+  CHECK(text.starts_with(robot + "parameters:\n"));
+  CHECK(text.find("  latent_heat:\n    latent_heat_J: 12\n    B:\n      latent_heat_J: 15\n") != std::string::npos);
+  const plant::Plant back = read(text);
+  CHECK(back == limb);
+  CHECK(same_bits(back, limb));
+  CHECK(plant_file_text(back) == text);
+}
+
+TEST_CASE("plant file, format 2: any values of any structure that are written read back bit for bit") {
+  Chance chance(81);
+  const std::string own = "effects:\n  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n"
+                          "  cubic_stiffening: { stiffness_Nm_rad3: 0.1, tip: { stiffness_Nm_rad3: 0.2 }, base_x: { stiffness_Nm_rad3: 0.3 } }\n";
+  const plant::Plant shaped = read(robot + own);
+  for (int i = 0; i < 200; ++i) {
+    plant::Plant limb = shaped;
+    const auto& all = limb.system().parameters();
+    for (const plant::ParameterId p : all.ids())
+      if (all[p].declaration.kind == plant::Kind::real && (!all[p].effect || limb.is_on(*all[p].effect)))
+        limb.set_in_file_units(p, std::nextafter(chance.in(all[p].declaration.range), 1.0));
+    const std::string text = plant_file_text(limb);
+    const plant::Plant back = read(text);
+    if (!same_bits(back, limb)) FAIL(text);
+    CHECK(plant_file_text(back) == text);
+  }
+}
+
+TEST_CASE("plant file, format 2: a file says so where it needs it, and only there") {
+  CHECK(plant_file_text(plant::default_plant()).starts_with("format: 1\nparameters:\n"));
+  CHECK(plant_file_text(read("effects: { latent_heat: { latent_heat_J: 12 } }")).starts_with("format: 1\n"));
+  CHECK(plant_file_text(read("format: 2\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }")).starts_with("format: 2\nparameters:"));
+  CHECK(plant_file_text(read("format: 2\n" + two_coils_written)).starts_with("format: 2\nlimb:\n"));
+  // What is off is not written, and needs nothing.
+  const plant::Plant off = read("format: 2\neffects: { latent_heat: { latent_heat_J: 0, B: { latent_heat_J: 0 } } }");
+  CHECK(plant_file_text(off).starts_with("format: 1\n"));
+}
+
+TEST_CASE("plant file, format 2: the two-coil limb written out is another plant than that of format 1, with the same values") {
+  const plant::Plant written = read("format: 2\n" + two_coils_written);
+  CHECK_FALSE(written == plant::default_plant());
+  CHECK(written.values() == plant::default_plant().values());
+  CHECK(read("format: 2\nparameters: {}") == plant::default_plant());
+}
+
+TEST_CASE("plant file, format 1: a structure, and values of a part's own, need format 2") {
+  CHECK(reading_error("format: 1\n" + two_coils_written).starts_with("p.yaml:3:3: limb = { a map }\n  needs `format: 2`"));
+  CHECK(reading_error("format: 1\neffects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n") ==
+        "p.yaml:3:40: effects.latent_heat.B = { a map }\n  needs `format: 2`");
+}
+
+TEST_CASE("plant file, format 2: an error of the structure points at the word that is wrong") {
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils:\n    - {name: A, direction_deg: 0}\n"
+                      "    - {name: B, segment: leg, direction_deg: 180}\n  channels: [{column: angle_deg, bend: arm}]\n") ==
+        "p.yaml:6:26: limb.coils[1].segment = leg\n  no such segment; there are arm");
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm, axis: 2}]\n  coils: [{name: A, direction_deg: 0}]\n"
+                      "  channels: [{column: angle_deg, bend: arm}]\n") ==
+        "p.yaml:3:32: limb.segments[0].axis = 2\n  unknown key; may stand here: axes, name");
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils: [{name: A, direction_deg: 0}]\n"
+                      "  channels: [{column: angle_deg, bend: arm}, {column: angle_deg, camera: arm}]\n") ==
+        "p.yaml:5:55: limb.channels[1].column = angle_deg\n  this name stands twice");
+  CHECK(reading_error("format: 2\nlimb: {}\n") ==
+        "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
+  // Inside a scenario the path begins with the plant.
+  const YamlValue root = parse_yaml("plant:\n  limb: { segments: 1, coils: 2, channels: 3 }\n", "s.yaml");
+  CHECK(error_of([&] { read_plant(*YamlMap(root).find("plant"), "."); }).starts_with("s.yaml:2:21: plant.limb.segments = 1\n  must be a list"));
+}
+
+TEST_CASE("plant file, format 2: parameters go by the names of the parts that are there") {
+  CHECK(reading_error(robot + "parameters: { beam_stiffness_Nm_rad: 0.05 }\n").find("no such key here; did you mean beam_stiffness_") != std::string::npos);
+  CHECK(reading_error(robot + "parameters: { heat_loss_E_W_K: 0.05 }\n").find("no such key here; did you mean heat_loss_") != std::string::npos);
+  CHECK(reading_error("format: 2\n" + two_coils_written + "parameters: { heat_loss_B_W_K: 7 }\n") ==
+        "p.yaml:5:32: parameters.heat_loss_B_W_K = 7\n  must lie in [0.002, 1] W/K");
+}
+
+TEST_CASE("plant file: values of a part's own need a part that the effect acts on") {
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, C: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:49: effects.latent_heat.C = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B");
+  CHECK(reading_error("effects: { cross_heating: { conductance_W_K: 0.01, B_A: { conductance_W_K: 0.02 } } }") ==
+        "p.yaml:1:57: effects.cross_heating.B_A = { a map }\n  no such parameter, and no part that this effect acts on; these are A_B");
+  CHECK(reading_error("effects: { latent_heet: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:49: effects.latent_heet.B = { a map }\n  no such effect");
+}
+
+TEST_CASE("plant file: values of a part's own are complete, known and in their range, beside complete shared ones") {
+  CHECK(reading_error("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25 }\n"
+                      "  sheath_heat_storage:\n    { conductance_W_K: 0.04, heat_capacity_J_K: 2, heat_loss_W_K: 0.03, A: { conductance_W_K: 0.02 } }\n") ==
+        "p.yaml:4:76: effects.sheath_heat_storage.A.heat_capacity_J_K\n"
+        "  is missing: an effect that is named gives all its parameters; heat that warms one sheath by one kelvin");
+  CHECK(reading_error("effects: { latent_heat: { B: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:25: effects.latent_heat.latent_heat_J\n"
+        "  is missing: an effect that is named gives all its parameters; latent heat of one whole wire");
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, B: { latent_heet_J: 15 } } }") ==
+        "p.yaml:1:51: effects.latent_heat.B.latent_heet_J\n  no such key here; did you mean latent_heat_J?");
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: -1 } } }") ==
+        "p.yaml:1:66: effects.latent_heat.B.latent_heat_J = -1\n  must lie in [0, 100] J; 0 turns latent_heat off");
+}
+
+TEST_CASE("plant file: a file may give a part of its base values of its own, and keeps those that the base gives") {
+  const Folder folder;
+  folder.write("base.yaml", robot + "parameters: { heat_loss_C_W_K: 0.055, angle_offset_tip_deg: 7.7 }\n"
+                                    "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                    "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  const plant::Plant base = read("base: base.yaml", folder.path());
+  const plant::Plant limb = read("format: 2\nbase: base.yaml\nparameters: { heat_loss_D_W_K: 0.06 }\n"
+                                 "effects:\n  latent_heat: { latent_heat_J: 10, C: { latent_heat_J: 18 } }\n"
+                                 "  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n",
+                                 folder.path());
+  CHECK(limb.system().structure_yaml() == base.system().structure_yaml());
+  CHECK(value(limb, "heat_loss_C_W_K") == 0.055);
+  CHECK(value(limb, "heat_loss_D_W_K") == 0.06);
+  CHECK(value(limb, "angle_offset_tip_deg") == value(base, "angle_offset_tip_deg"));
+  CHECK(value(limb, "gravity_load.tilt_deg") == value(base, "gravity_load.tilt_deg"));
+  CHECK(is_on(limb, "gravity_load"));
+  CHECK(value(limb, "latent_heat.latent_heat_J") == 10.0);
+  CHECK(value(limb, "latent_heat.B.latent_heat_J") == 15.0);
+  CHECK(value(limb, "latent_heat.C.latent_heat_J") == 18.0);
+  CHECK(value(limb, "thermocouple_lag.C.time_constant_s") == 2.0);
+  // A part that has values of its own already is given others.
+  const plant::Plant again = read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 16 } } }", folder.path());
+  CHECK(value(again, "latent_heat.B.latent_heat_J") == 16.0);
+  CHECK(plant_file_text(read(plant_file_text(limb))) == plant_file_text(limb));
+}
+
+TEST_CASE("plant file: a structure stands in one place, the file or its base") {
+  const Folder folder;
+  folder.write("base.yaml", robot);
+  CHECK(error_of([&] { read("format: 2\nbase: base.yaml\n" + two_coils_written, folder.path()); }) ==
+        "p.yaml:4:3: limb = { a map }\n  a plant has its structure from its base; leave out one of the two");
+  // An error in values of a base's part points into the file that gives them.
+  CHECK(error_of([&] { read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 1, E: { latent_heat_J: 2 } } }", folder.path()); }) ==
+        "p.yaml:2:48: effects.latent_heat.E = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B, C, D");
+}
