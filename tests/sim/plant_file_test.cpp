@@ -404,7 +404,7 @@ TEST_CASE("plant file, format 2: any values of any structure that are written re
     const auto& all = limb.system().parameters();
     for (const plant::ParameterId p : all.ids())
       if (all[p].declaration.kind == plant::Kind::real && (!all[p].effect || limb.is_on(*all[p].effect)))
-        limb.set_in_file_units(p, std::nextafter(chance.in(all[p].declaration.range), 1.0));
+        limb.set_in_file_units(p, std::nextafter(chance.in(all[p].declaration.range), all[p].declaration.typical));
     const std::string text = plant_file_text(limb);
     const plant::Plant back = read(text);
     if (!same_bits(back, limb)) FAIL(text);
@@ -456,7 +456,7 @@ TEST_CASE("plant file, format 2: parameters go by the names of the parts that ar
   CHECK(reading_error(robot + "parameters: { beam_stiffness_Nm_rad: 0.05 }\n").find("no such key here; did you mean beam_stiffness_") != std::string::npos);
   CHECK(reading_error(robot + "parameters: { heat_loss_E_W_K: 0.05 }\n").find("no such key here; did you mean heat_loss_") != std::string::npos);
   CHECK(reading_error("format: 2\n" + two_coils_written + "parameters: { heat_loss_B_W_K: 7 }\n") ==
-        "p.yaml:5:32: parameters.heat_loss_B_W_K = 7\n  must lie in [0.002, 1] W/K");
+        "p.yaml:6:32: parameters.heat_loss_B_W_K = 7\n  must lie in [0.002, 1] W/K");
 }
 
 TEST_CASE("plant file: values of a part's own need a part that the effect acts on") {

@@ -220,14 +220,17 @@ TEST_CASE("recording: what is no number is an error that points at it") {
 }
 
 TEST_CASE("recording: a duty outside [0, 1] is an error, with a hint") {
-  CHECK(
-      error_of(header + "0,60,0,20,21,3\n") ==
-      "r.csv:2:3: duty_A = 60\n  must lie in [0, 1]\n  if it is in percent, divide it by 100");
+  CHECK(error_of(header + "0,60,0,20,21,3\n") ==
+        "r.csv:2:3: duty_A = 60\n  must lie in [0, 1]\n  if it is in percent, divide it by 100\n"
+        "  if it counts to 255, divide it by 255");
+  CHECK(error_of(header + "0,60.5,0,20,21,3\n") ==
+        "r.csv:2:3: duty_A = 60.5\n  must lie in [0, 1]\n  if it is in percent, divide it by 100");
   CHECK(error_of(header + "0,0,-0.25,20,21,3\n") ==
         "r.csv:2:5: duty_B = -0.25\n  must lie in [0, 1]\n"
         "  it has no direction: each part that is driven has a column of its own");
   CHECK(error_of(header + "0,0,255,20,21,3\n") ==
-        "r.csv:2:5: duty_B = 255\n  must lie in [0, 1]");
+        "r.csv:2:5: duty_B = 255\n  must lie in [0, 1]\n  if it counts to 255, divide it by 255");
+  CHECK(error_of(header + "0,0,256,20,21,3\n") == "r.csv:2:5: duty_B = 256\n  must lie in [0, 1]");
   CHECK(parse(header + "0,0,1,20,21,3\n1,-0,1,20,21,3\n").samples.size() == 2);
 }
 

@@ -98,7 +98,7 @@ start:
   martensite_B_fraction: 0.3
   angle_deg: 7.7
   angular_velocity_deg_s: -29
-  viscoelastic_creep.channels[angle]: 3.3
+  viscoelastic_creep.angle_deg: 3.3
 input:
   duty_A:
     - constant: { value_fraction: 0.05 }
@@ -223,7 +223,7 @@ TEST_CASE("scenario: babbling has the paper's law unless told otherwise") {
   CHECK(babble.proportional_gain_1_deg == 0.06);
   CHECK(babble.integral_gain_1_deg_s == 1e-5);
   CHECK(babble.duty_limit_fraction == 0.6);
-  CHECK(babble.positive_drives.empty());  // as the limb says: A
+  CHECK(babble.positive_drives == "A");
   CHECK(babble.both_coils);
   const Scenario other = parse(head + "input: { babble: { lowest_deg: 0, highest_deg: 45, positive_drives: B, both_coils: false } }\n");
   CHECK(std::get<BabbleInput>(other.input).positive_drives == "B");
@@ -287,7 +287,7 @@ TEST_CASE("scenario: an unknown key is an error with the nearest, before what is
 
 TEST_CASE("scenario: a signal gives all its values") {
   CHECK(parsing_error(head + "input: { duty_A: { ramp: { first_fraction: 0 } } }\n") ==
-        "s.yaml:3:26: input.duty_A.ramp.last_fraction\n  is missing: duty at the end");
+        "s.yaml:3:26: input.duty_A.ramp.last_fraction\n  is missing: value at the end");
   CHECK(parsing_error(head + "input: { babble: { lowest_deg: 0 } }\n") == "s.yaml:3:18: input.babble.highest_deg\n  is missing: to here");
   CHECK(parsing_error(head + "input: { replay: {} }\n") ==
         "s.yaml:3:18: input.replay.recording\n  is missing: a recording's file, looked for beside this one");
@@ -362,8 +362,8 @@ TEST_CASE("scenario: a start names states that the limb has") {
         "s.yaml:3:10: start.temperatur_A_degC\n  no such key here; did you mean temperature_A_degC?\n"
         "  a state that is left out is at rest");
   // Creep has a state only where creep is on.
-  const std::string creep = "start: { viscoelastic_creep.channels[angle]: 2 }\n";
-  CHECK(parsing_error(head + creep).starts_with("s.yaml:3:10: start.viscoelastic_creep.channels[angle]\n  no such key here"));
+  const std::string creep = "start: { viscoelastic_creep.angle_deg: 2 }\n";
+  CHECK(parsing_error(head + creep).starts_with("s.yaml:3:10: start.viscoelastic_creep.angle_deg\n  no such key here"));
   CHECK(parsing_error(head + "plant: { effects: { viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25 } } }\n" + creep) ==
         "nothing was thrown");
 }
