@@ -6,6 +6,7 @@
 
 #include "apps/app.h"
 #include "apps/outputs.h"
+#include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/log_map.h"
 #include "sim/log_suggest.h"

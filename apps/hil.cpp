@@ -126,44 +126,53 @@ class View {
   std::chrono::steady_clock::time_point shown_{};
 };
 
-// A predictor beside the session, open loop from the first angle that is measured. It sees what the case sees, and holds a
-// temperature that is missing.
+// A predictor beside the session, open loop from the first value that is measured. It sees what its task sees, and holds what is
+// missing.
 class Companion {
  public:
-  Companion(const model::Model& model, const plant::Plant& limb) : parts_(hil::parts_of(limb)), channels_(model::channels_of(model.paper_case)), predictor_(model), v_(static_cast<Eigen::Index>(channels_.size())) {
+  Companion(const model::Model& model, const plant::Plant& plant)
+      : places_(model::places_in(sim::columns_of(plant.system()), model.task, "--predict")), predictor_(model),
+        v_(static_cast<Eigen::Index>(places_.features.size())),
+        csv_("# open loop from the first measured value, beside the session\ntime_s," + model.task.predicted.name + "," +
+             predicted_name(model.task.predicted) + "\n") {
     v_.setConstant(std::nan(""));
   }
-  // The angle at this tick, in degrees; nothing before it and all else that the case needs was measured once.
+  // What is predicted at this tick; nothing before it and all else that the task needs was measured once.
   std::optional<double> at(const hil::SessionView& view) {
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-      const std::size_t coil = channels_[c].coil;
-      const double value = channels_[c].temperature ? view.measured.channels[parts_.coils.at(coil).shown.index] : view.duty_fraction.at(coil);
+    for (std::size_t c = 0; c < places_.features.size(); ++c) {
+      const auto& place = places_.features[c];
+      const double value = place.measured ? view.measured.channels[place.index] : view.duty_fraction.at(place.index);
       if (!std::isnan(value)) v_(static_cast<Eigen::Index>(c)) = value;
     }
-    const double angle_deg = view.measured.channels[parts_.angles.at(0).index];
-    if (!predicted_deg_) {
-      if (std::isnan(angle_deg) || v_.hasNaN()) return std::nullopt;
-      predictor_.begin(angle_deg, v_);
-      predicted_deg_ = angle_deg;
+    const double measured = view.measured.channels[places_.predicted];
+    if (!predicted_) {
+      if (std::isnan(measured) || v_.hasNaN()) return std::nullopt;
+      predictor_.begin(measured, v_);
+      predicted_ = measured;
     } else {
-      predicted_deg_ = predictor_.open_loop(v_);
+      predicted_ = predictor_.open_loop(v_);
     }
-    for (const double value : {view.time_s, angle_deg, *predicted_deg_}) {
+    for (const double value : {view.time_s, measured, *predicted_}) {
       if (csv_.back() != '\n') csv_ += ',';
       if (!std::isnan(value)) sim::append_shortest(csv_, value);
     }
     csv_ += '\n';
-    return predicted_deg_;
+    return predicted_;
   }
   const std::string& csv() const { return csv_; }
 
  private:
-  hil::LimbParts parts_;
-  std::vector<model::Channel> channels_;
+  // "angle_deg" -> "angle_predicted_deg".
+  static std::string predicted_name(const sim::Column& column) {
+    std::string name = column.name;
+    const std::size_t unit = column.unit.empty() ? name.size() : name.rfind("_" + column.unit);
+    return name.insert(unit, "_predicted");
+  }
+  model::Places places_;
   model::Predictor predictor_;
   model::Vector<double> v_;
-  std::optional<double> predicted_deg_;
-  std::string csv_ = "# open loop from the first measured angle, beside the session\ntime_s,angle_deg,angle_predicted_deg\n";
+  std::optional<double> predicted_;
+  std::string csv_;
 };
 
 // The first of results/session_001, _002, ... that is not there.

@@ -14,8 +14,8 @@
 #include "apps/app.h"
 #include "apps/diagnosis_json.h"
 #include "apps/outputs.h"
-#include "apps/proof.h"
-#include "apps/proof_baselines.h"
+#include "proof/cases.h"
+#include "proof/baselines.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
 #include "report/number.h"
@@ -26,6 +26,8 @@
 
 namespace sinew::apps {
 namespace {
+
+using namespace proof;
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
@@ -42,60 +44,64 @@ struct ProveArguments {
 };
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
-  sim::Recording recording{name, {}, {}, {}};
-  for (const prove::Sample& s : samples)
-    recording.samples.push_back({s.time_s, s.duty, s.temperature_degC, s.angle_deg});
+  sim::Recording recording{.name = name, .columns = sim::columns_of(plant::default_plant().system())};
+  for (const prove::Sample& s : samples) {
+    sim::Sample sample{.time_s = s.time_s, .inputs = {s.duty.begin(), s.duty.end()}, .channels = {s.temperature_degC.begin(), s.temperature_degC.end()}};
+    sample.channels.push_back(s.angle_deg);
+    recording.samples.push_back(std::move(sample));
+  }
   return recording;
 }
 
 Json result_of(const diagnose::Diagnosis& diagnosis) {
+  const plant::System& system = diagnosis.repaired.system();
   Json result;
   result["verdict"] = diagnose::text_of(diagnosis.verdict);
   result["effects"] = Json::array();
   for (const auto& found : diagnosis.effects) {
-    const auto& info = plant::effects()[found.effect];
-    const auto& strength = plant::parameters()[info.strength].declaration;
+    const auto& info = system.effects()[found.effect];
+    const auto& strength = system.parameters()[info.strength].declaration;
     Json effect{
-        {"name", info.name},  {"place", plant::text_of(info.place)}, {"confidence", found.confidence},
+        {"name", info.name},  {"place", info.place}, {"confidence", found.confidence},
         {"gain", found.gain}, {"strength", strength.name},           {"null", strength.null_value.value_or(0.0)}};
     effect["parameters"] = Json::object();  // none where the strength is no constant
     for (const auto& p : found.parameters)
-      effect["parameters"][std::string(plant::parameters()[p.parameter].declaration.name)] = {
+      effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {
           {"value", p.value}, {"ci95", {p.lowest, p.highest}}, {"known", p.known}};
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();
-  for (const std::size_t e : diagnosis.ambiguous_with) result["ambiguous_with"].push_back(plant::effects()[e].name);
+  for (const plant::EffectId e : diagnosis.ambiguous_with) result["ambiguous_with"].push_back(system.effects()[e].name);
   result["cannot_be_seen"] = Json::array();
   for (const auto& other : diagnosis.others)
-    if (!other.can_be_seen) result["cannot_be_seen"].push_back(plant::effects()[other.effect].name);
+    if (!other.can_be_seen) result["cannot_be_seen"].push_back(system.effects()[other.effect].name);
   result["located"] = {{"place", diagnosis.located.place},
                        {"or", diagnosis.located.cannot_be_told_from},
-                       {"channel", diagnose::channels[diagnosis.located.channel].column}};
+                       {"channel", system.channels()[diagnosis.located.channel].column}};
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
   result["objections"] = Json::array();
   if (diagnosis.objections.leaves_too_much) result["objections"].push_back("it leaves too much");
-  for (const std::string& words : objection_words(diagnosis.objections)) result["objections"].push_back("it " + words);
+  for (const std::string& words : objection_words(system, diagnosis.objections)) result["objections"].push_back("it " + words);
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
   if (diagnosis.by_chance) result["by_chance"] = chance_json(*diagnosis.by_chance);
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back(
-        {{"best", round.candidates.empty() ? Json() : Json(plant::effects()[round.candidates.front().effect].name)},
+        {{"best", round.candidates.empty() ? Json() : Json(system.effects()[round.candidates.front().effect].name)},
          {"gain", round.gain},
          {"chance", round.chance},
          {"accepted", round.accepted}});
   for (std::size_t r = 0; r < diagnosis.search.rounds.size(); ++r)
     for (const auto& candidate : diagnosis.search.rounds[r].candidates)
       if (candidate.explanation.usable)
-        result["rounds"][r]["candidates"].push_back({plant::effects()[candidate.effect].name,
+        result["rounds"][r]["candidates"].push_back({system.effects()[candidate.effect].name,
                                                      candidate.explanation.log_evidence, candidate.explanation.misfit,
                                                      candidate.explanation.unrest});
   for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
     result["explanations"].push_back({{"evidence", one->log_evidence},
                                       {"misfit", one->misfit},
                                       {"unrest", one->unrest},
-                                      {"forcing", one->forcing},
+                                      {"forcing", one->forcing.values()},
                                       {"effects", one->effects()}});
   for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
     result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}});
@@ -107,29 +113,30 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   return result;
 }
 
-std::vector<std::size_t> all_effects() {
-  std::vector<std::size_t> all(plant::effect_count);
-  std::iota(all.begin(), all.end(), std::size_t{0});
+std::vector<plant::EffectId> all_effects(const plant::System& system) {
+  std::vector<plant::EffectId> all;
+  for (const plant::EffectId e : system.effects().ids()) all.push_back(e);
   return all;
 }
 
 // What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
-double oracle(const plant::Limb<double>& nominal, const prove::Concealed& concealed,
+double oracle(const plant::Plant& nominal, const prove::Concealed& concealed,
               const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
               diagnose::DiagnosisSettings settings) {
-  plant::Limb<double> limb = nominal;
+  const plant::System& system = nominal.system();
+  plant::Plant with_truth = nominal;
   diagnose::Guess guess;
   for (const prove::TruthEffect& effect : concealed.effects) {
-    limb = diagnose::with_effect(limb, plant::effect_index(effect.name));
+    with_truth = diagnose::with_effect(with_truth, system.effect(effect.name));
     for (const auto& [name, value] : effect.parameters) {
       const std::string key = effect.name + "." + name;
-      guess.values[key] = value * plant::parameters()[plant::parameter_index(key)].declaration.unit.internal_per_unit;
+      guess.values[key] = value * system.parameters()[system.parameter(key)].declaration.unit.internal_per_unit;
     }
   }
-  settings.search.without = all_effects();
+  settings.search.without = all_effects(system);
   settings.certain_unrest = 0.0;  // only the fit is wanted
   settings.search.guess = guess;
-  const diagnose::Diagnosis known = diagnose::diagnose(limb, training, held_out, settings);
+  const diagnose::Diagnosis known = diagnose::diagnose(with_truth, training, held_out, settings);
   return normalised(known.held_out.after, known.held_out.noise);
 }
 
@@ -146,11 +153,11 @@ struct Given {
     settings.search.threads = 1;
     settings.search.fit.should_stop = interrupted;
     if (one.removed)
-      for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::effect_index(effect.name));
+      for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::default_plant().system().effect(effect.name));
   }
 };
 
-Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
+Json diagnose_case(const ProofCase& one, const plant::Plant& nominal) {
   const Given given(one);
   const diagnose::Diagnosis diagnosis =
       diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
@@ -162,10 +169,10 @@ Json diagnose_case(const ProofCase& one, const plant::Limb<double>& nominal) {
 }
 
 // The simpler methods alone, from the core.
-Json baselines_of(const ProofCase& one, const plant::Limb<double>& nominal) {
+Json baselines_of(const ProofCase& one, const plant::Plant& nominal) {
   const Given given(one);
   diagnose::DiagnosisSettings core_alone = given.settings;
-  core_alone.search.without = all_effects();
+  core_alone.search.without = all_effects(nominal.system());
   core_alone.certain_unrest = 0.0;  // only the fit is wanted
   return baselines(diagnose::diagnose(nominal, given.training, given.held_out, core_alone), given.settings);
 }
@@ -281,7 +288,7 @@ class Proof {
 
   // False where it was interrupted.
   bool run() {
-    const plant::Limb<double> nominal = arguments_.plant.empty() ? plant::Limb<double>{} : sim::read_plant_file(arguments_.plant);
+    const plant::Plant nominal = arguments_.plant.empty() ? plant::default_plant() : sim::read_plant_file(arguments_.plant);
     make_answers();
     check_that_it_goes_on();
     fs::create_directories(out_ / "cases");
@@ -379,7 +386,7 @@ class Proof {
   }
 
   // What an open case comes to; nothing where only the simpler methods were wanted, and they failed. Throws Stopped.
-  std::optional<Json> result_of_open(std::size_t i, const plant::Limb<double>& nominal) const {
+  std::optional<Json> result_of_open(std::size_t i, const plant::Plant& nominal) const {
     const ProofCase& one = cases_[i];
     if (const auto kept = diagnosed_before_.find(i); kept != diagnosed_before_.end()) {
       try {
@@ -415,7 +422,7 @@ class Proof {
     return result;
   }
 
-  void diagnose_open(const plant::Limb<double>& nominal) {
+  void diagnose_open(const plant::Plant& nominal) {
     Progress progress("proving");
     std::atomic<std::size_t> next{0}, done{0};
     std::mutex keeping;

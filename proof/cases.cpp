@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "apps/proof.h"
+#include "proof/cases.h"
 
-namespace sinew::apps {
+namespace sinew::proof {
 namespace {
 
 struct Variant {
@@ -111,4 +111,4 @@ nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& c
   return answer;
 }
 
-}  // namespace sinew::apps
+}  // namespace sinew::proof

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <map>
 
-#include "apps/proof.h"
-#include "plant/limb.h"
+#include "proof/cases.h"
+#include "plant/systems.h"
 #include "report/number.h"
 
-namespace sinew::apps {
+namespace sinew::proof {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -529,7 +529,8 @@ std::pair<int, std::size_t> order_of(const std::string& label) {
       name = label.substr(prefixes[p].size());
     }
   std::size_t place = 0;
-  while (place < plant::effect_count && plant::effects()[place].name != name) ++place;
+  const auto& catalogue = plant::default_plant().system().effects().values();
+  while (place < catalogue.size() && catalogue[place].name != name) ++place;
   return {group, place};
 }
 
@@ -581,4 +582,4 @@ std::string confusion_svg(const Json& score) {
   return svg + "</svg>\n";
 }
 
-}  // namespace sinew::apps
+}  // namespace sinew::proof

@@ -15,7 +15,7 @@
 
 #include "diagnose/diagnosis.h"
 
-namespace sinew::apps {
+namespace sinew::proof {
 
 // RMSE of three channels in units of their noise, as one number.
 double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& noise);
@@ -24,4 +24,4 @@ double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& 
 //  "gaussian_process": {"normalised_after"}}, of a diagnosis of one training and one held-out recording.
 nlohmann::ordered_json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings);
 
-}  // namespace sinew::apps
+}  // namespace sinew::proof

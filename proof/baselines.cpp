@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "apps/proof_baselines.h"
+#include "proof/baselines.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -9,33 +9,34 @@
 #include "diagnose/open_loop.h"
 #include "diagnose/score.h"
 
-namespace sinew::apps {
+namespace sinew::proof {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using diagnose::channel_count;
 using diagnose::Prediction;
 
-constexpr Eigen::Index feature_count = 5;
 
 // What the core says at every sample, and what it leaves: [samples x 5] features in units of their spread, [samples]
 // residuals.
 struct Residual {
   Eigen::MatrixXd features;
-  std::array<Eigen::VectorXd, channel_count> left;  // measured - core; NaN where it is not to be used
+  plant::ListOf<plant::ChannelId, Eigen::VectorXd> left;  // measured - core; NaN where it is not to be used
 };
 
-Residual residual_of(const Prediction& prediction, bool held_out) {
+Residual residual_of(const Prediction& prediction, const diagnose::PerChannel& spreads, bool held_out) {
   const auto& samples = prediction.recording->samples;
   const auto n = static_cast<Eigen::Index>(samples.size());
-  Residual result{Eigen::MatrixXd(n, feature_count), {}};
-  for (auto& left : result.left) left = Eigen::VectorXd::Constant(n, std::nan(""));
+  const auto& channels = prediction.measured;
+  const std::size_t inputs = samples.front().inputs.size();
+  Residual result{Eigen::MatrixXd(n, static_cast<Eigen::Index>(inputs + channels.size())),
+                  {channels.size(), Eigen::VectorXd::Constant(n, std::nan(""))}};
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const auto& core = prediction.before;
-    result.features.row(k) << samples[i].duty_fraction[0], samples[i].duty_fraction[1], core[0][i] / 50.0,
-        core[1][i] / 50.0, core[2][i] / 20.0;
-    for (std::size_t c = 0; c < channel_count; ++c)
+    for (std::size_t u = 0; u < inputs; ++u) result.features(k, static_cast<Eigen::Index>(u)) = samples[i].inputs[u];
+    for (const plant::ChannelId c : channels.ids())
+      result.features(k, static_cast<Eigen::Index>(inputs + c.index)) = core[c][i] / spreads[c];
+    for (const plant::ChannelId c : channels.ids())
       if (prediction.kept_back[i] == held_out) result.left[c](k) = prediction.measured[c][i] - core[c][i];
   }
   return result;
@@ -48,7 +49,7 @@ std::vector<Eigen::Index> present(const Eigen::VectorXd& left) {
   return rows;
 }
 
-double rms_after(const Residual& held_out, std::size_t channel, const Eigen::VectorXd& correction) {
+double rms_after(const Residual& held_out, plant::ChannelId channel, const Eigen::VectorXd& correction) {
   double sum = 0.0;
   const std::vector<Eigen::Index> rows = present(held_out.left[channel]);
   for (const Eigen::Index k : rows) sum += std::pow(held_out.left[channel](k) - correction(k), 2);
@@ -57,6 +58,7 @@ double rms_after(const Residual& held_out, std::size_t channel, const Eigen::Vec
 
 // 1, the features, and their products two by two.
 Eigen::MatrixXd library(const Eigen::MatrixXd& features) {
+  const Eigen::Index feature_count = features.cols();
   Eigen::MatrixXd terms(features.rows(), 1 + feature_count + feature_count * (feature_count + 1) / 2);
   terms.col(0).setOnes();
   terms.middleCols(1, feature_count) = features;
@@ -141,14 +143,15 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
                                                  diagnosis.search.core.as_guess(), least_squares);
   std::vector<std::string_view> names;
   while (best.usable && names.size() < settings.search.most_effects) {
-    std::vector<std::size_t> candidates;
-    for (std::size_t e = 0; e < plant::effect_count; ++e)
-      if (!best.limb().on[e] &&
+    std::vector<plant::EffectId> candidates;
+    for (const plant::EffectId e : best.system().effects().ids())
+      if (!best.problem->centres().is_on(e) &&
           std::find(settings.search.without.begin(), settings.search.without.end(), e) == settings.search.without.end())
         candidates.push_back(e);
     const diagnose::Scores scores = diagnose::score(best, candidates, 1);
     diagnose::Explanation better;
-    std::size_t tried = 0, added = 0;
+    std::size_t tried = 0;
+    plant::EffectId added;
     for (const std::size_t s : scores.best) {
       const diagnose::Score& score = scores.all[s];
       if (!score.blind && tried++ >= 3) continue;
@@ -160,17 +163,17 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     }
     if (!better.usable || bic(better) >= bic(best)) break;
     best = better;
-    names.push_back(plant::effects()[added].name);
+    names.push_back(best.system().effects()[added].name);
   }
   Json result{{"effects", names}};
   for (const Prediction& prediction : diagnosis.predictions) {
     if (prediction.training || !best.usable) continue;
     const auto& numerics = settings.search.fit.numerics;
     const diagnose::Series model = diagnose::predict(
-        best.limb(), diagnose::start_of(best.limb(), *prediction.recording, data.front().deviation, least_squares),
+        best.model(), diagnose::start_of(best.model(), *prediction.recording, data.front().deviation, least_squares),
         *prediction.recording, numerics);
-    diagnose::PerChannel rmse{};
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    diagnose::PerChannel rmse = diagnose::per_channel(best.system());
+    for (const plant::ChannelId c : rmse.ids()) {
       double sum = 0.0, count = 0.0;
       for (std::size_t k = 0; k < model[c].size(); ++k)
         if (prediction.kept_back[k] && !std::isnan(prediction.measured[c][k]))
@@ -186,22 +189,25 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
 
 double normalised(const diagnose::PerChannel& rmse, const diagnose::PerChannel& noise) {
   double sum = 0.0;
-  for (std::size_t c = 0; c < channel_count; ++c) sum += std::pow(rmse[c] / noise[c], 2);
-  return std::sqrt(sum / static_cast<double>(channel_count));
+  for (const plant::ChannelId c : rmse.ids()) sum += std::pow(rmse[c] / noise[c], 2);
+  return std::sqrt(sum / static_cast<double>(rmse.size()));
 }
 
 Json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings) {
   Json result;
   result["bic"] = select_by_bic(diagnosis, settings);
-  const Residual training = residual_of(diagnosis.predictions.front(), false),
-                 held_out = residual_of(diagnosis.predictions.back(), true);
+  const plant::System& system = diagnosis.repaired.system();
+  diagnose::PerChannel spreads;
+  for (const plant::ChannelInfo& channel : system.channels()) spreads.push_back(channel.kind == system.upstream_kind() ? 50.0 : 20.0);
+  const Residual training = residual_of(diagnosis.predictions.front(), spreads, false),
+                 held_out = residual_of(diagnosis.predictions.back(), spreads, true);
   const Eigen::MatrixXd terms = library(training.features), terms_there = library(held_out.features);
-  diagnose::PerChannel by_terms{}, by_process{};
+  diagnose::PerChannel by_terms = diagnose::per_channel(system), by_process = by_terms;
   constexpr std::size_t points = 300;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : by_terms.ids()) {
     const std::vector<Eigen::Index> rows = present(training.left[c]);
     const Sparse found = sparse_fit(terms(rows, Eigen::all), training.left[c](rows));
-    result["sindy"]["terms"][std::string(diagnose::channels[c].column)] = found.terms;
+    result["sindy"]["terms"][system.channels()[c].column] = found.terms;
     by_terms[c] = rms_after(held_out, c, terms_there * found.coefficients);
     std::vector<Eigen::Index> some;
     for (std::size_t i = 0; i < points; ++i) some.push_back(rows[i * rows.size() / points]);
@@ -213,4 +219,4 @@ Json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSe
   return result;
 }
 
-}  // namespace sinew::apps
+}  // namespace sinew::proof

@@ -8,7 +8,7 @@
 
 #include "prove/generator.h"
 
-namespace sinew::apps {
+namespace sinew::proof {
 
 // One concealed case. Seeds of development, on which thresholds were chosen, and reported seeds are apart.
 struct ProofCase {
@@ -46,4 +46,4 @@ nlohmann::ordered_json score_proof(const nlohmann::ordered_json& answers, const 
 std::string proof_markdown(const nlohmann::ordered_json& score, const std::string& command);
 std::string confusion_svg(const nlohmann::ordered_json& score);
 
-}  // namespace sinew::apps
+}  // namespace sinew::proof
