@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// An electronic circuit that moves like a mass on a spring: the Silverbox.
+//
+//   m d2y/dt2 + d dy/dt + k y = u        u: drive, y: displacement, both in volts
+//
+// Source: T. Wigren, J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system identification",
+// European Control Conference, 2013; nonlinearbenchmark.org. The drive changes steadily between samples.
+#include "plant/small_system.h"
+#include "plant/systems.h"
+
+namespace sinew::plant {
+namespace silverbox {
+
+using Text = std::string_view;
+constexpr double slow_V_s = 0.1;          // dry friction is full above this speed
+constexpr double shortest_lag_s = 1e-5;
+
+template <class S>
+struct Core {
+  S mass_s2{5e-6}, damping_s{2e-4}, stiffness_V_V{1.0};
+
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.mass_s2, Declaration{.name = "mass_s2", .symbol = "m", .unit = units::s2, .range = {1e-7, 1e-3}, .typical = 5e-6,
+                                    .prior_deviation = 3e-6, .meaning = "drive for each V/s^2", .source = "resonance near 70 Hz"});
+    visit(self.damping_s, Declaration{.name = "damping_s", .symbol = "d", .unit = units::s, .range = {1e-6, 0.1}, .typical = 2e-4,
+                                      .prior_deviation = 2e-4, .meaning = "drive for each V/s", .source = "a few per cent of critical"});
+    visit(self.stiffness_V_V, Declaration{.name = "stiffness_V_V", .symbol = "k", .unit = units::V_V, .range = {0.01, 100.0},
+                                          .typical = 1.0, .prior_deviation = 0.5, .meaning = "drive for each volt of displacement"});
+  }
+};
+
+template <class S>
+struct Now : AtAnInstant<Core<S>> {
+  S displacement_V, velocity_V_s, drive_V, force_V;
+
+  void input(const S* y) {
+    displacement_V = y[0];
+    velocity_V_s = y[1];
+    drive_V = AtAnInstant<Core<S>>::input(0);
+  }
+  void balance() { force_V = drive_V - this->core->damping_s * velocity_V_s - this->core->stiffness_V_V * displacement_V; }
+  void rates(S* rate) const {
+    rate[0] = velocity_V_s;
+    rate[1] = force_V / this->core->mass_s2;
+  }
+  void reading() { this->shown[0] = displacement_V; }
+  void rest(const Known<S>&, S* y) const { y[0] = this->given->input(0) / this->core->stiffness_V_V; }
+};
+
+// A number that is any sign, and whose null is 0.
+inline Declaration strength(const char* name, const char* symbol, Unit unit, double typical, double deviation, Range range,
+                            Text meaning) {
+  return {.name = name, .symbol = symbol, .unit = unit, .range = range, .typical = typical, .null_value = 0.0,
+          .prior_deviation = deviation, .meaning = meaning};
+}
+
+template <class S>
+struct CubicStiffness : WholePlant {
+  static constexpr Text name = "cubic_stiffness", place = "mechanics", equation = "force -> force - k_3 y^3",
+                        words = "the spring stiffens with displacement, to both sides alike";
+  S stiffness_1_V2{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.stiffness_1_V2, strength("stiffness_1_V2", "k_3", units::per_V2, 1.0, 5.0, {-100.0, 100.0}, "drive for each V^3"));
+  }
+  void balance(Now<S>& now) const {
+    now.force_V -= stiffness_1_V2 * now.displacement_V * now.displacement_V * now.displacement_V;
+  }
+};
+
+template <class S>
+struct QuadraticStiffness : WholePlant {
+  static constexpr Text name = "quadratic_stiffness", place = "mechanics", equation = "force -> force - k_2 y^2",
+                        words = "the spring stiffens to one side and softens to the other";
+  S stiffness_1_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.stiffness_1_V, strength("stiffness_1_V", "k_2", units::per_V, 0.1, 1.0, {-20.0, 20.0}, "drive for each V^2"));
+  }
+  void balance(Now<S>& now) const { now.force_V -= stiffness_1_V * now.displacement_V * now.displacement_V; }
+};
+
+template <class S>
+struct DryFriction : WholePlant {
+  static constexpr Text name = "dry_friction", place = "mechanics", equation = "force -> force - F_c tanh(v / v_s)",
+                        words = "dry friction";
+  S force_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.force_V, strength("force_V", "F_c", units::V, 0.001, 0.005, {0.0, 0.5}, "drive that it takes up"));
+  }
+  void balance(Now<S>& now) const { now.force_V -= force_V * tanh(now.velocity_V_s / slow_V_s); }
+};
+
+template <class S>
+struct QuadraticDamping : WholePlant {
+  static constexpr Text name = "quadratic_damping", place = "mechanics", equation = "force -> force - d_2 |v| v",
+                        words = "damping rises with the square of the velocity";
+  S damping_s2_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.damping_s2_V, strength("damping_s2_V", "d_2", units::s2_V, 2e-6, 5e-6, {-1e-3, 1e-3}, "drive for each (V/s)^2"));
+  }
+  void balance(Now<S>& now) const {
+    now.force_V -= damping_s2_V * (value_of(now.velocity_V_s) < 0.0 ? -1.0 : 1.0) * now.velocity_V_s * now.velocity_V_s;
+  }
+};
+
+template <class S>
+struct DriveOffset : WholePlant {
+  static constexpr Text name = "drive_offset", place = "actuation", equation = "u -> u + u_0", words = "the drive has an offset";
+  S offset_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.offset_V, strength("offset_V", "u_0", units::V, 0.002, 0.005, {-0.5, 0.5}, "what is added to the drive"));
+  }
+  void input(Now<S>& now) const { now.drive_V += offset_V; }
+};
+
+template <class S>
+struct SensorLag : WholePlant {
+  static constexpr Text name = "sensor_lag", place = "sensor", equation = "tau dy_m/dt = y - y_m",
+                        words = "the displacement is shown late";
+  static constexpr std::array states{StateDeclaration{"displacement_V", units::V, 0.1}};
+  S time_constant_s{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.time_constant_s, strength("time_constant_s", "tau", units::s, 1e-4, 3e-4, {0.0, 0.1}, "time constant of the filter"));
+  }
+  void rest(const Now<S>& now, S* own) const { own[0] = now.displacement_V; }
+  void rates(const Now<S>& now, const S* own, S* rate) const {
+    rate[0] = lagged_rate(now.displacement_V, now.velocity_V_s, own[0], time_constant_s, shortest_lag_s);
+  }
+  void reading(Now<S>& now, const S* own) const {
+    now.shown[0] = lagged_reading(now.displacement_V, now.velocity_V_s, own[0], time_constant_s, shortest_lag_s);
+  }
+};
+
+template <class S>
+using Effects = std::tuple<CubicStiffness<S>, QuadraticStiffness<S>, DryFriction<S>, QuadraticDamping<S>, DriveOffset<S>, SensorLag<S>>;
+
+}  // namespace silverbox
+
+std::shared_ptr<const System> make_silverbox(const Description& structure, const std::vector<OwnValues>& own) {
+  const SmallLists lists{
+      .name = "silverbox",
+      .words = "the oscillator",
+      .states = {{"displacement_V", units::V, 0.1}, {"velocity_V_s", units::V_s, 50.0}},
+      .inputs = {{.column = "drive_V", .name = "drive", .words = "drive", .unit = units::V, .range = {-10.0, 10.0},
+                  .between = Between::linear}},
+      .channels = {{{.column = "displacement_V", .words = "displacement", .unit_words = "V", .unit = units::V,
+                     .range = {-10.0, 10.0}, .noise = 2e-4, .step = 0.0, .short_name = "displacement", .kind = "displacement"},
+                    "displacement_V"}},
+      .entries = {{{"force", "the balance of forces", "V", 1e-3, 0.01, {"mechanics", "actuation"}}, "velocity_V_s", "mass_s2"},
+                  {.group = {"displacement_reading", "the displacement's reading", "V", 1e-3, 0.01, {"sensor"}},
+                   .channel = "displacement_V"}},
+      .drives = {{ChannelId{0}, InputId{0}, 1.0}}};
+  return std::make_shared<SmallSystem<silverbox::Core, silverbox::Now, silverbox::Effects>>(lists, structure, own);
+}
+
+}  // namespace sinew::plant

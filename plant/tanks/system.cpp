@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two tanks, one above the other: a pump fills the upper one, which runs out into the lower one, which runs out.
+//
+//   dh_1/dt = g u - a_1 sqrt(h_1)        dh_2/dt = a_1 sqrt(h_1) - a_2 sqrt(h_2)        u: pump voltage
+//
+// Levels are in volts of the lower tank's sensor; that of the upper tank is what its water would make in the lower one.
+// Source: M. Schoukens, P. Mattsson, T. Wigren, J.-P. Noel, "Cascaded tanks benchmark combining soft and hard nonlinearities",
+// Workshop on Nonlinear System Identification Benchmarks, 2016. Outflow: Bernoulli, Torricelli.
+#include "plant/small_system.h"
+#include "plant/systems.h"
+
+namespace sinew::plant {
+namespace tanks {
+
+using Text = std::string_view;
+constexpr double nearly_empty_V = 1e-3;  // below this level an outflow is linear in it
+constexpr double shortest_lag_s = 1e-2;
+
+template <class S>
+struct Core {
+  S pump_gain_1_s{0.05}, upper_outflow_sqrtV_s{0.07}, lower_outflow_sqrtV_s{0.07};
+
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    constexpr Text source = "a tank of this kind empties within minutes";
+    const auto declared = [&](const char* name, const char* symbol, Unit unit, double typical, Text meaning) {
+      return Declaration{.name = name, .symbol = symbol, .unit = unit, .range = {0.001, 5.0}, .typical = typical,
+                         .prior_deviation = 0.05, .meaning = meaning, .source = source};
+    };
+    visit(self.pump_gain_1_s, declared("pump_gain_1_s", "g", units::per_s, 0.05, "rise of the upper level for each volt"));
+    visit(self.upper_outflow_sqrtV_s, declared("upper_outflow_sqrtV_s", "a_1", units::sqrtV_s, 0.07, "outflow of the upper tank"));
+    visit(self.lower_outflow_sqrtV_s, declared("lower_outflow_sqrtV_s", "a_2", units::sqrtV_s, 0.07, "outflow of the lower tank"));
+  }
+};
+
+template <class S>
+struct Now : AtAnInstant<Core<S>> {
+  S upper_V, lower_V, pump_V;            // levels; voltage that acts on the pump
+  S upper_rate_V_s, lower_rate_V_s;
+
+  void input(const S* y) {
+    upper_V = y[0];
+    lower_V = y[1];
+    pump_V = AtAnInstant<Core<S>>::input(0);
+  }
+  void balance() {
+    const S between = this->core->upper_outflow_sqrtV_s * signed_root(upper_V, nearly_empty_V);
+    upper_rate_V_s = this->core->pump_gain_1_s * pump_V - between;
+    lower_rate_V_s = between - this->core->lower_outflow_sqrtV_s * signed_root(lower_V, nearly_empty_V);
+  }
+  void rates(S* rate) const {
+    rate[0] = upper_rate_V_s;
+    rate[1] = lower_rate_V_s;
+  }
+  void reading() { this->shown[0] = lower_V; }
+  // Of two levels that are not known, the one that keeps the other where it is; with neither, those that the pump keeps.
+  void rest(const Known<S>& known, S* y) const {
+    const Core<S>& c = *this->core;
+    const auto level = [](const S& root) { return S(root * root); };
+    y[0] = known[1] ? S(level(c.lower_outflow_sqrtV_s / c.upper_outflow_sqrtV_s) * *known[1])
+                    : level(c.pump_gain_1_s * this->given->input(0) / c.upper_outflow_sqrtV_s);
+    y[1] = level(c.upper_outflow_sqrtV_s / c.lower_outflow_sqrtV_s) * (known[0] ? *known[0] : y[0]);
+  }
+};
+
+template <class S>
+struct UpperOverflow : WholePlant {
+  static constexpr Text name = "upper_overflow", place = "flow",
+                        equation = "dh_1/dt -> dh_1/dt - q,  dh_2/dt -> dh_2/dt + s q,  q = r (h_1 - h_o)_+",
+                        words = "the upper tank overflows, partly into the lower one";
+  S rate_1_s{0.0}, height_V{10.0}, share_fraction{0.5};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.rate_1_s, Declaration{.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 0.2,
+                                     .null_value = 0.0, .prior_deviation = 0.5, .meaning = "spilt in a second, of what stands over"});
+    visit(self.height_V, Declaration{.name = "height_V", .symbol = "h_o", .unit = units::V, .range = {1.0, 50.0}, .typical = 10.0,
+                                     .prior_deviation = 4.0, .meaning = "level at which it overflows"});
+    visit(self.share_fraction, Declaration{.name = "share_fraction", .symbol = "s", .unit = units::none, .range = {0.0, 1.0},
+                                           .typical = 0.5, .prior_deviation = 0.3, .meaning = "share that falls into the lower tank"});
+  }
+  void balance(Now<S>& now) const {
+    const S spilt_V_s = rate_1_s * positive_part(S(now.upper_V - height_V));
+    now.upper_rate_V_s -= spilt_V_s;
+    now.lower_rate_V_s += share_fraction * spilt_V_s;
+  }
+};
+
+template <class S>
+struct SensorSaturation : WholePlant {
+  static constexpr Text name = "sensor_saturation", place = "sensor", equation = "y -> y - s (y - y_max)_+",
+                        words = "the level sensor saturates";
+  S share_fraction{0.0}, highest_V{10.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.share_fraction, Declaration{.name = "share_fraction", .symbol = "s", .unit = units::none, .range = {0.0, 1.0},
+                                           .typical = 1.0, .null_value = 0.0, .prior_deviation = 1.0,
+                                           .meaning = "share of what is above that is not shown"});
+    visit(self.highest_V, Declaration{.name = "highest_V", .symbol = "y_max", .unit = units::V, .range = {1.0, 20.0},
+                                      .typical = 10.0, .prior_deviation = 0.2, .meaning = "reading at which it saturates"});
+  }
+  void reading(Now<S>& now) const { now.shown[0] -= share_fraction * positive_part(S(now.shown[0] - highest_V)); }
+};
+
+template <class S>
+struct UpperLeak : WholePlant {
+  static constexpr Text name = "upper_leak", place = "flow", equation = "dh_1/dt -> dh_1/dt - l h_1",
+                        words = "the upper tank leaks";
+  S leak_1_s{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.leak_1_s, Declaration{.name = "leak_1_s", .symbol = "l", .unit = units::per_s, .range = {0.0, 0.5}, .typical = 0.002,
+                                     .null_value = 0.0, .prior_deviation = 0.005, .meaning = "share of the level lost in a second"});
+  }
+  void balance(Now<S>& now) const { now.upper_rate_V_s -= leak_1_s * now.upper_V; }
+};
+
+template <class S>
+struct PumpDeadBand : WholePlant {
+  static constexpr Text name = "pump_dead_band", place = "actuation", equation = "u -> (u - u_0)_+",
+                        words = "the pump does not turn at low voltage";
+  S voltage_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.voltage_V, Declaration{.name = "voltage_V", .symbol = "u_0", .unit = units::V, .range = {0.0, 5.0}, .typical = 0.3,
+                                      .null_value = 0.0, .prior_deviation = 0.5, .meaning = "voltage at which it begins to turn"});
+  }
+  void input(Now<S>& now) const {
+    if (value_of(voltage_V) > 0.0) now.pump_V = positive_part(S(now.pump_V - voltage_V));
+    else now.pump_V -= voltage_V;
+  }
+};
+
+template <class S>
+struct PumpNonlinearity : WholePlant {
+  static constexpr Text name = "pump_nonlinearity", place = "actuation", equation = "u -> u (1 + b u)",
+                        words = "the pump delivers more (or less) than in proportion";
+  S slope_1_V{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.slope_1_V, Declaration{.name = "slope_1_V", .symbol = "b", .unit = units::per_V, .range = {-0.5, 0.5}, .typical = 0.02,
+                                      .null_value = 0.0, .prior_deviation = 0.05, .meaning = "change of its gain for each volt"});
+  }
+  void input(Now<S>& now) const { now.pump_V *= 1.0 + slope_1_V * now.pump_V; }
+};
+
+template <class S>
+struct SensorLag : WholePlant {
+  static constexpr Text name = "sensor_lag", place = "sensor", equation = "tau dy/dt = h_2 - y",
+                        words = "the level sensor follows late";
+  static constexpr std::array states{StateDeclaration{"level_V", units::V, 5.0}};
+  S time_constant_s{0.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.time_constant_s, Declaration{.name = "time_constant_s", .symbol = "tau", .unit = units::s, .range = {0.0, 120.0},
+                                            .typical = 3.0, .null_value = 0.0, .prior_deviation = 10.0, .meaning = "its damping"});
+  }
+  void rest(const Now<S>& now, S* own) const { own[0] = now.lower_V; }
+  void rates(const Now<S>& now, const S* own, S* rate) const {
+    rate[0] = lagged_rate(now.lower_V, now.lower_rate_V_s, own[0], time_constant_s, shortest_lag_s);
+  }
+  void reading(Now<S>& now, const S* own) const {
+    now.shown[0] = lagged_reading(now.lower_V, now.lower_rate_V_s, own[0], time_constant_s, shortest_lag_s);
+  }
+};
+
+// Saturation after lag: the electronics saturate, the float follows late.
+template <class S>
+using Effects = std::tuple<UpperOverflow<S>, UpperLeak<S>, PumpDeadBand<S>, PumpNonlinearity<S>, SensorLag<S>, SensorSaturation<S>>;
+
+}  // namespace tanks
+
+std::shared_ptr<const System> make_tanks(const Description& structure, const std::vector<OwnValues>& own) {
+  const SmallLists lists{
+      .name = "tanks",
+      .words = "the pair of tanks",
+      .states = {{"upper_level_V", units::V, 5.0, {0.0, 30.0}}, {"lower_level_V", units::V, 5.0, {0.0, 30.0}}},
+      .inputs = {{.column = "pump_voltage_V", .name = "pump", .words = "pump voltage", .unit = units::V, .range = {0.0, 100.0}}},
+      .channels = {{{.column = "level_V", .words = "level", .unit_words = "V", .unit = units::V, .range = {-1.0, 20.0},
+                     .noise = 0.02, .step = 0.0, .short_name = "level", .kind = "level"}, "lower_level_V"}},
+      .entries = {{{"upper_flow", "the upper tank's balance of flows", "V/s", 0.01, 40.0, {"flow", "actuation"}}, "upper_level_V"},
+                  {{"lower_flow", "the lower tank's balance of flows", "V/s", 0.01, 40.0, {"flow"}}, "lower_level_V"},
+                  {.group = {"level_reading", "the level sensor's reading", "V", 0.1, 40.0, {"sensor"}}, .channel = "level_V"}},
+      .drives = {{ChannelId{0}, InputId{0}, 1.0}}};
+  return std::make_shared<SmallSystem<tanks::Core, tanks::Now, tanks::Effects>>(lists, structure, own);
+}
+
+}  // namespace sinew::plant
