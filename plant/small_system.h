@@ -259,20 +259,32 @@ class SmallSystem final : public System {
     return equations_in<Jet>(values, on);
   }
 
-  // States that a channel shows begin near what it shows first, all others within their scale of rest.
+  // Within their scale of rest, given what the channels show first.
   std::vector<StartBelief> start_beliefs(const Plant& plant, std::span<const double> first_measured) const override {
-    constexpr double measured_within = 0.1, rest_within = 0.5;  // of the state's scale
     const States list = states(plant.on());
+    const auto equations = plant.equations();
     Known<double> known(list.size());
-    for (const ChannelId c : channels_.ids())
-      if (!lists_.channels[c.index].shows.empty() && !std::isnan(first_measured[c.index]))
-        known[state_of(lists_.channels[c.index].shows).index] = first_measured[c.index];
     Situation given;
     given.inputs.assign(inputs_.size(), 0.0);
-    const std::vector<double> rest = plant.equations()->rest(given, known);
+    std::vector<double> shown(channels_.size(), 0.0), rest, rates(list.size());
+    // First as if each channel showed its state itself; then by as much more as it shows less, for an offset.
+    for (const int pass : {0, 1, 2}) {
+      rest = equations->rest(given, known);
+      if (pass == 2) break;
+      if (pass == 1) {
+        equations->rates(given, rest.data(), rates.data());
+        equations->readings(rest.data(), shown.data());
+      }
+      for (const ChannelId c : channels_.ids()) {
+        const std::string_view shows = lists_.channels[c.index].shows;
+        if (shows.empty() || std::isnan(first_measured[c.index])) continue;
+        std::optional<double>& first = known[state_of(shows).index];
+        first = first.value_or(0.0) + first_measured[c.index] - shown[c.index];
+      }
+    }
     std::vector<StartBelief> beliefs;
     for (const StateId i : list.ids()) {
-      beliefs.push_back({rest[i.index], (known[i.index] ? measured_within : rest_within) * list[i].scale});
+      beliefs.push_back({rest[i.index], 0.5 * list[i].scale});
       if (i.index >= lists_.states.size()) continue;
       beliefs.back().lowest = lists_.states[i.index].range.lowest;
       beliefs.back().highest = lists_.states[i.index].range.highest;

@@ -64,15 +64,15 @@ struct DryFriction : WholePlant {
 
 template <class S>
 struct ForceOffset : WholePlant {
-  static constexpr Text name = "force_offset", place = "actuation", equation = "force -> force + F_0",
+  static constexpr Text name = "force_offset", place = "actuation", equation = "force -> force - F_0",
                         words = "a constant force acts (an offset of the amplifier, or a slope)";
   S force_N{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
     visit(self.force_N, Declaration{.name = "force_N", .symbol = "F_0", .unit = units::N, .range = {-200.0, 200.0}, .typical = 2.0,
-                                    .null_value = 0.0, .prior_deviation = 10.0, .meaning = "constant force, towards positive x"});
+                                    .null_value = 0.0, .prior_deviation = 10.0, .meaning = "constant force towards negative x"});
   }
-  void balance(Now<S>& now) const { now.force_N += force_N; }
+  void balance(Now<S>& now) const { now.force_N -= force_N; }
 };
 
 template <class S>

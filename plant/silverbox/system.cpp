@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An electronic circuit that moves like a mass on a spring: the Silverbox.
 //
-//   m d2y/dt2 + d dy/dt + k y = u        u: drive, y: displacement, both in volts
+//   m d2y/dt2 + d dy/dt + k y = u + u_0        u: drive, u_0: its offset, y: displacement, all in volts
 //
 // Source: T. Wigren, J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system identification",
 // European Control Conference, 2013; nonlinearbenchmark.org. The drive changes steadily between samples.
@@ -12,12 +12,12 @@ namespace sinew::plant {
 namespace silverbox {
 
 using Text = std::string_view;
-constexpr double slow_V_s = 0.1;          // dry friction is full above this speed
+constexpr double slow_V_s = 0.5;          // dry friction is full above this speed
 constexpr double shortest_lag_s = 1e-5;
 
 template <class S>
 struct Core {
-  S mass_s2{5e-6}, damping_s{2e-4}, stiffness_V_V{1.0};
+  S mass_s2{5e-6}, damping_s{2e-4}, stiffness_V_V{1.0}, drive_offset_V{0.0};
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -27,6 +27,9 @@ struct Core {
                                       .prior_deviation = 2e-4, .meaning = "drive for each V/s", .source = "a few per cent of critical"});
     visit(self.stiffness_V_V, Declaration{.name = "stiffness_V_V", .symbol = "k", .unit = units::V_V, .range = {0.01, 100.0},
                                           .typical = 1.0, .prior_deviation = 0.5, .meaning = "drive for each volt of displacement"});
+    visit(self.drive_offset_V, Declaration{.name = "drive_offset_V", .symbol = "u_0", .unit = units::V, .range = {-0.5, 0.5},
+                                           .typical = 0.0, .prior_deviation = 0.01, .meaning = "what is added to the drive",
+                                           .source = "offset of an amplifier"});
   }
 };
 
@@ -37,7 +40,7 @@ struct Now : AtAnInstant<Core<S>> {
   void input(const S* y) {
     displacement_V = y[0];
     velocity_V_s = y[1];
-    drive_V = AtAnInstant<Core<S>>::input(0);
+    drive_V = AtAnInstant<Core<S>>::input(0) + this->core->drive_offset_V;
   }
   void balance() { force_V = drive_V - this->core->damping_s * velocity_V_s - this->core->stiffness_V_V * displacement_V; }
   void rates(S* rate) const {
@@ -45,7 +48,7 @@ struct Now : AtAnInstant<Core<S>> {
     rate[1] = force_V / this->core->mass_s2;
   }
   void reading() { this->shown[0] = displacement_V; }
-  void rest(const Known<S>&, S* y) const { y[0] = this->given->input(0) / this->core->stiffness_V_V; }
+  void rest(const Known<S>&, S* y) const { y[0] = (this->given->input(0) + this->core->drive_offset_V) / this->core->stiffness_V_V; }
 };
 
 // A number that is any sign, and whose null is 0.
@@ -108,14 +111,20 @@ struct QuadraticDamping : WholePlant {
 };
 
 template <class S>
-struct DriveOffset : WholePlant {
-  static constexpr Text name = "drive_offset", place = "actuation", equation = "u -> u + u_0", words = "the drive has an offset";
-  S offset_V{0.0};
+struct HardStop : WholePlant {
+  static constexpr Text name = "hard_stop", place = "mechanics", equation = "force -> force - k_c (|y| - y_c)_+ sgn y",
+                        words = "it runs against stops on both sides";
+  S stiffness_V_V{0.0}, distance_V{0.1};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.offset_V, strength("offset_V", "u_0", units::V, 0.002, 0.005, {-0.5, 0.5}, "what is added to the drive"));
+    visit(self.stiffness_V_V, strength("stiffness_V_V", "k_c", units::V_V, 0.5, 2.0, {0.0, 100.0}, "stiffness of the contact"));
+    visit(self.distance_V, Declaration{.name = "distance_V", .symbol = "y_c", .unit = units::V, .range = {0.005, 5.0}, .typical = 0.1,
+                                       .prior_deviation = 0.1, .meaning = "displacement at which it touches"});
   }
-  void input(Now<S>& now) const { now.drive_V += offset_V; }
+  void balance(Now<S>& now) const {
+    const double side = value_of(now.displacement_V) < 0.0 ? -1.0 : 1.0;
+    now.force_V -= stiffness_V_V * side * positive_part(S(side * now.displacement_V - distance_V));
+  }
 };
 
 template <class S>
@@ -138,7 +147,7 @@ struct SensorLag : WholePlant {
 };
 
 template <class S>
-using Effects = std::tuple<CubicStiffness<S>, QuadraticStiffness<S>, DryFriction<S>, QuadraticDamping<S>, DriveOffset<S>, SensorLag<S>>;
+using Effects = std::tuple<CubicStiffness<S>, QuadraticStiffness<S>, DryFriction<S>, QuadraticDamping<S>, HardStop<S>, SensorLag<S>>;
 
 }  // namespace silverbox
 

@@ -3,7 +3,8 @@
 //
 //   dh_1/dt = g u - a_1 sqrt(h_1)        dh_2/dt = a_1 sqrt(h_1) - a_2 sqrt(h_2)        u: pump voltage
 //
-// Levels are in volts of the lower tank's sensor; that of the upper tank is what its water would make in the lower one.
+// Levels are in volts of the lower tank's sensor, above the outlet; that of the upper tank is what its water would make in the
+// lower one. The sensor's zero need not be at the outlet: y = h_2 + y_0.
 // Source: M. Schoukens, P. Mattsson, T. Wigren, J.-P. Noel, "Cascaded tanks benchmark combining soft and hard nonlinearities",
 // Workshop on Nonlinear System Identification Benchmarks, 2016. Outflow: Bernoulli, Torricelli.
 #include "plant/small_system.h"
@@ -18,7 +19,7 @@ constexpr double shortest_lag_s = 1e-2;
 
 template <class S>
 struct Core {
-  S pump_gain_1_s{0.05}, upper_outflow_sqrtV_s{0.07}, lower_outflow_sqrtV_s{0.07};
+  S pump_gain_1_s{0.05}, upper_outflow_sqrtV_s{0.07}, lower_outflow_sqrtV_s{0.07}, sensor_zero_V{0.0};
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -30,13 +31,14 @@ struct Core {
     visit(self.pump_gain_1_s, declared("pump_gain_1_s", "g", units::per_s, 0.05, "rise of the upper level for each volt"));
     visit(self.upper_outflow_sqrtV_s, declared("upper_outflow_sqrtV_s", "a_1", units::sqrtV_s, 0.07, "outflow of the upper tank"));
     visit(self.lower_outflow_sqrtV_s, declared("lower_outflow_sqrtV_s", "a_2", units::sqrtV_s, 0.07, "outflow of the lower tank"));
+    visit(self.sensor_zero_V, Declaration{.name = "sensor_zero_V", .symbol = "y_0", .unit = units::V, .range = {-5.0, 5.0}, .typical = 0.0,
+                                          .prior_deviation = 1.0, .meaning = "reading when the lower tank has run out"});
   }
 };
 
 template <class S>
 struct Now : AtAnInstant<Core<S>> {
-  S upper_V, lower_V, pump_V;            // levels; voltage that acts on the pump
-  S upper_rate_V_s, lower_rate_V_s;
+  S upper_V, lower_V, pump_V, upper_rate_V_s, lower_rate_V_s;
 
   void input(const S* y) {
     upper_V = y[0];
@@ -52,16 +54,25 @@ struct Now : AtAnInstant<Core<S>> {
     rate[0] = upper_rate_V_s;
     rate[1] = lower_rate_V_s;
   }
-  void reading() { this->shown[0] = lower_V; }
+  void reading() { this->shown[0] = lower_V + this->core->sensor_zero_V; }
   // Of two levels that are not known, the one that keeps the other where it is; with neither, those that the pump keeps.
   void rest(const Known<S>& known, S* y) const {
     const Core<S>& c = *this->core;
-    const auto level = [](const S& root) { return S(root * root); };
-    y[0] = known[1] ? S(level(c.lower_outflow_sqrtV_s / c.upper_outflow_sqrtV_s) * *known[1])
-                    : level(c.pump_gain_1_s * this->given->input(0) / c.upper_outflow_sqrtV_s);
-    y[1] = level(c.upper_outflow_sqrtV_s / c.lower_outflow_sqrtV_s) * (known[0] ? *known[0] : y[0]);
+    const S ratio = c.lower_outflow_sqrtV_s / c.upper_outflow_sqrtV_s;
+    const S root = c.pump_gain_1_s * this->given->input(0) / c.upper_outflow_sqrtV_s;
+    y[0] = known[1] ? S(ratio * ratio * *known[1]) : S(root * root);
+    y[1] = (known[0] ? *known[0] : y[0]) / (ratio * ratio);
   }
 };
+
+inline Declaration spill_rate() {
+  return {.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 0.2, .null_value = 0.0,
+          .prior_deviation = 0.5, .meaning = "spilt in a second, of what stands over"};
+}
+inline Declaration spill_height() {
+  return {.name = "height_V", .symbol = "h_o", .unit = units::V, .range = {1.0, 50.0}, .typical = 10.0, .prior_deviation = 4.0,
+          .meaning = "level at which it overflows"};
+}
 
 template <class S>
 struct UpperOverflow : WholePlant {
@@ -71,10 +82,8 @@ struct UpperOverflow : WholePlant {
   S rate_1_s{0.0}, height_V{10.0}, share_fraction{0.5};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.rate_1_s, Declaration{.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 0.2,
-                                     .null_value = 0.0, .prior_deviation = 0.5, .meaning = "spilt in a second, of what stands over"});
-    visit(self.height_V, Declaration{.name = "height_V", .symbol = "h_o", .unit = units::V, .range = {1.0, 50.0}, .typical = 10.0,
-                                     .prior_deviation = 4.0, .meaning = "level at which it overflows"});
+    visit(self.rate_1_s, spill_rate());
+    visit(self.height_V, spill_height());
     visit(self.share_fraction, Declaration{.name = "share_fraction", .symbol = "s", .unit = units::none, .range = {0.0, 1.0},
                                            .typical = 0.5, .prior_deviation = 0.3, .meaning = "share that falls into the lower tank"});
   }
@@ -83,6 +92,19 @@ struct UpperOverflow : WholePlant {
     now.upper_rate_V_s -= spilt_V_s;
     now.lower_rate_V_s += share_fraction * spilt_V_s;
   }
+};
+
+template <class S>
+struct LowerOverflow : WholePlant {
+  static constexpr Text name = "lower_overflow", place = "flow", equation = "dh_2/dt -> dh_2/dt - r (h_2 - h_o)_+",
+                        words = "the lower tank overflows";
+  S rate_1_s{0.0}, height_V{10.0};
+  template <class Self, class Visitor>
+  static void parameters(Self& self, Visitor&& visit) {
+    visit(self.rate_1_s, spill_rate());
+    visit(self.height_V, spill_height());
+  }
+  void balance(Now<S>& now) const { now.lower_rate_V_s -= rate_1_s * positive_part(S(now.lower_V - height_V)); }
 };
 
 template <class S>
@@ -124,23 +146,7 @@ struct PumpDeadBand : WholePlant {
     visit(self.voltage_V, Declaration{.name = "voltage_V", .symbol = "u_0", .unit = units::V, .range = {0.0, 5.0}, .typical = 0.3,
                                       .null_value = 0.0, .prior_deviation = 0.5, .meaning = "voltage at which it begins to turn"});
   }
-  void input(Now<S>& now) const {
-    if (value_of(voltage_V) > 0.0) now.pump_V = positive_part(S(now.pump_V - voltage_V));
-    else now.pump_V -= voltage_V;
-  }
-};
-
-template <class S>
-struct PumpNonlinearity : WholePlant {
-  static constexpr Text name = "pump_nonlinearity", place = "actuation", equation = "u -> u (1 + b u)",
-                        words = "the pump delivers more (or less) than in proportion";
-  S slope_1_V{0.0};
-  template <class Self, class Visitor>
-  static void parameters(Self& self, Visitor&& visit) {
-    visit(self.slope_1_V, Declaration{.name = "slope_1_V", .symbol = "b", .unit = units::per_V, .range = {-0.5, 0.5}, .typical = 0.02,
-                                      .null_value = 0.0, .prior_deviation = 0.05, .meaning = "change of its gain for each volt"});
-  }
-  void input(Now<S>& now) const { now.pump_V *= 1.0 + slope_1_V * now.pump_V; }
+  void input(Now<S>& now) const { now.pump_V = positive_part(S(now.pump_V - voltage_V)); }
 };
 
 template <class S>
@@ -159,13 +165,13 @@ struct SensorLag : WholePlant {
     rate[0] = lagged_rate(now.lower_V, now.lower_rate_V_s, own[0], time_constant_s, shortest_lag_s);
   }
   void reading(Now<S>& now, const S* own) const {
-    now.shown[0] = lagged_reading(now.lower_V, now.lower_rate_V_s, own[0], time_constant_s, shortest_lag_s);
+    now.shown[0] += lagged_reading(now.lower_V, now.lower_rate_V_s, own[0], time_constant_s, shortest_lag_s) - now.lower_V;
   }
 };
 
 // Saturation after lag: the electronics saturate, the float follows late.
 template <class S>
-using Effects = std::tuple<UpperOverflow<S>, UpperLeak<S>, PumpDeadBand<S>, PumpNonlinearity<S>, SensorLag<S>, SensorSaturation<S>>;
+using Effects = std::tuple<UpperOverflow<S>, LowerOverflow<S>, UpperLeak<S>, PumpDeadBand<S>, SensorLag<S>, SensorSaturation<S>>;
 
 }  // namespace tanks
 
