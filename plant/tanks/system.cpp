@@ -66,8 +66,8 @@ struct Now : AtAnInstant<Core<S>> {
 };
 
 inline Declaration spill_rate() {
-  return {.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 0.2, .null_value = 0.0,
-          .prior_deviation = 0.5, .meaning = "spilt in a second, of what stands over"};
+  return {.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 1.0, .null_value = 0.0,
+          .prior_deviation = 1.0, .meaning = "spilt in a second, of what stands over"};
 }
 inline Declaration spill_height() {
   return {.name = "height_V", .symbol = "h_o", .unit = units::V, .range = {1.0, 50.0}, .typical = 10.0, .prior_deviation = 4.0,

@@ -126,10 +126,10 @@ inline void check_sensitivities(Plant plant, const std::vector<double>& start, c
       std::vector<double> from = first;
       if (column < request.parameters.size()) {
         const Declaration& declared = system.parameters()[request.parameters[column]].declaration;
-        step = 1e-3 * declared.prior_deviation * declared.unit.internal_per_unit;
+        step = 1e-4 * declared.prior_deviation * declared.unit.internal_per_unit;
         moved.set(request.parameters[column], plant.get(request.parameters[column]) + (side ? step : -step));
       } else {
-        step = 1e-4 * plant.states()[request.initial_states[column - request.parameters.size()]].scale;
+        step = 1e-5 * plant.states()[request.initial_states[column - request.parameters.size()]].scale;
         from[column - request.parameters.size()] += side ? step : -step;
       }
       run(moved, from, {}, [&](const Integrator& at) { ends[side] = at.readings().front(); });
