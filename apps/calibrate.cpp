@@ -10,6 +10,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
 #include "report/number.h"
@@ -23,26 +24,26 @@ namespace sinew::apps {
 namespace {
 
 struct CalibrateArguments {
-  std::string recording, plant, out;
-  std::vector<std::string> fit;
-  std::vector<double> noise;  // of each channel; empty: estimated
+  std::vector<std::string> recordings;
+  std::string plant, out;
+  std::vector<std::string> fit, noise;
   double fit_until_s = std::numeric_limits<double>::infinity();
   int starts = 3;
   std::int64_t seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false;
+  bool at_rest = false, json = false, overwrite = false;
 };
 
 double in_file_units(const diagnose::Estimate& estimate, double internal) {
   return internal / estimate.unknown.internal_per_unit;
 }
 
-bool is_parameter(const diagnose::Estimate& estimate) { return estimate.unknown.parameter != plant::no_effect; }
+bool is_parameter(const diagnose::Estimate& estimate) { return estimate.unknown.parameter.has_value(); }
 
-std::vector<std::size_t> chosen_parameters(const std::vector<std::string>& names, const plant::Limb<double>& limb) {
-  std::vector<std::size_t> chosen;
+std::vector<plant::ParameterId> chosen_parameters(const std::vector<std::string>& names, const plant::Plant& plant) {
+  std::vector<plant::ParameterId> chosen;
   std::vector<std::string> all;
-  for (const std::size_t p : diagnose::fittable_parameters(limb)) all.push_back(plant::parameters()[p].key());
+  for (const plant::ParameterId p : diagnose::fittable_parameters(plant)) all.push_back(plant.system().parameters()[p].key());
   for (const std::string& name : names) {
     const auto found = std::find(all.begin(), all.end(), name);
     if (found == all.end()) {
@@ -50,7 +51,7 @@ std::vector<std::size_t> chosen_parameters(const std::vector<std::string>& names
       throw sim::InputError({.file = "", .key = "--fit", .value = name,
                              .advice = advice + "\n`sinew effects --core` lists the core's; an effect's must be on in the plant"});
     }
-    chosen.push_back(plant::parameter_index(name));
+    chosen.push_back(plant.system().parameter(name));
   }
   return chosen;
 }
@@ -88,8 +89,8 @@ std::string untold_sentence(const diagnose::Calibration& calibration) {
 
 std::string signs_sentence(const diagnose::Calibration& calibration) {
   std::string text;
-  for (const std::size_t p : calibration.flipped_signs)
-    text += "The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(calibration.limb, p) +
+  for (const plant::ParameterId p : calibration.flipped_signs)
+    text += "The recording says that " + calibration.fitted.system().parameters()[p].key() + " is " + sim::parameter_text(calibration.fitted, p) +
             ", the other way than in the nominal plant, and that was used. ";
   return text;
 }
@@ -103,15 +104,16 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
 }
 
 nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
-                                        const diagnose::Comparison& comparison) {
+                                        const std::vector<diagnose::Comparison>& comparisons) {
   nlohmann::ordered_json json;
   json["program"] = "sinew " + sim::this_build().version;
   json["commit"] = sim::this_build().commit;
-  json["recording"] = arguments.recording;
+  if (comparisons.size() == 1) json["recording"] = arguments.recordings.front();
   json["plant"] = arguments.plant;
   if (std::isfinite(arguments.fit_until_s)) json["fit_until_s"] = arguments.fit_until_s;
   json["seed"] = arguments.seed;
-  for (const std::size_t p : calibration.flipped_signs) json["flipped_signs"].push_back(plant::parameters()[p].key());
+  for (const plant::ParameterId p : calibration.flipped_signs)
+    json["flipped_signs"].push_back(calibration.fitted.system().parameters()[p].key());
   json["starts_agree"] = calibration.several_starts_agree;
   for (const auto& outcome : calibration.outcomes)
     json["starts"].push_back({{"usable", outcome.usable}, {"cost", outcome.cost}, {"passes", outcome.passes},
@@ -128,21 +130,31 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
     if (!e.told()) one["trades_off_with"] = {{"name", e.partner}, {"correlation", e.partner_correlation}};
     json[is_parameter(e) ? "parameters" : "first_values"].push_back(one);
   }
-  json["channels"] = channels_json(comparison);
+  if (comparisons.size() == 1) {
+    json["channels"] = channels_json(comparisons.front());
+    return json;
+  }
+  for (std::size_t r = 0; r < comparisons.size(); ++r)
+    json["recordings"].push_back({{"recording", arguments.recordings[r]}, {"channels", channels_json(comparisons[r])}});
   return json;
 }
 
 int calibrate_command(const CalibrateArguments& arguments) {
-  check_folder(arguments.out);
-  const sim::Recording recording = sim::read_recording(arguments.recording);
-  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
-  diagnose::PerChannel noise = diagnose::noise_of(recording);
-  if (!arguments.noise.empty()) std::copy_n(arguments.noise.begin(), diagnose::channel_count, noise.begin());
-  const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
-  if (count < 20)
-    throw sim::InputError({.file = arguments.recording, .key = "--fit-until", .value = sim::shortest(arguments.fit_until_s),
-                           .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
-                                     sim::shortest(recording.samples.front().time_s) + " s"});
+  Outputs outputs(arguments.out, {.files = arguments.recordings, .yaml = {arguments.plant}}, arguments.overwrite);
+  outputs.claim({"report.html", "figure.svg", "calibration.json", "plant.yaml"});
+  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+  const plant::System& system = nominal.system();
+  std::vector<sim::Recording> recordings;
+  for (const std::string& file : arguments.recordings) recordings.push_back(sim::read_recording(file, system));
+  std::vector<diagnose::FitData> data;
+  for (const sim::Recording& recording : recordings) {
+    const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
+    if (count < 20)
+      throw sim::InputError({.file = recording.name, .key = "--fit-until", .value = sim::shortest(arguments.fit_until_s),
+                             .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
+                                       sim::shortest(recording.samples.front().time_s) + " s"});
+    data.push_back({&recording, count, noise_of_option(arguments.noise, system, diagnose::noise_of(system, recording))});
+  }
   diagnose::CalibrationSettings settings;
   settings.parameters = chosen_parameters(arguments.fit, nominal);
   settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
@@ -154,33 +166,39 @@ int calibrate_command(const CalibrateArguments& arguments) {
   {
     Progress progress("calibrate");
     settings.progress = [&](double share) { progress.show(share); };
-    calibration = diagnose::calibrate(nominal, {{&recording, count, noise}}, settings);
+    calibration = diagnose::calibrate(nominal, data, settings);
   }
-  const diagnose::Comparison comparison = diagnose::compare(calibration.limb, calibration.starts_of_recordings.front(), recording,
-                                                            noise, arguments.fit_until_s, {plant::Method::automatic, 1e-7});
-  const report::Table errors = error_table(comparison), parameters = parameter_table(calibration, true),
-                      first_values = parameter_table(calibration, false);
+  std::vector<diagnose::Comparison> comparisons;
+  for (std::size_t r = 0; r < recordings.size(); ++r)
+    comparisons.push_back(diagnose::compare(calibration.fitted, calibration.starts_of_recordings[r], recordings[r],
+                                            data[r].deviation, arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
+  const report::Table parameters = parameter_table(calibration, true), first_values = parameter_table(calibration, false);
+  const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
+  const std::string names = name_of(recordings.front().name) +
+                            (recordings.size() > 1 ? " and " + std::to_string(recordings.size() - 1) + " more" : "");
 
   const std::filesystem::path out = arguments.out;
-  std::filesystem::create_directories(out);
-  std::string yaml = "# Calibrated by `sinew calibrate` on " + std::filesystem::path(arguments.recording).filename().string() +
-                     ", from " + std::filesystem::path(arguments.plant).filename().string() + ".\n";
+  std::string yaml = "# Calibrated by `sinew calibrate` on " + names + ", from " + name_of(arguments.plant) + ".\n";
   for (const auto& e : calibration.estimates)
     if (is_parameter(e))
       yaml += "#   " + e.unknown.name + " +- " + report::significant(in_file_units(e, e.standard_error), 2) +
               (e.told() ? "\n" : ", which the data cannot tell\n");
-  yaml += "format: 1\n" + sim::plant_to_yaml(calibration.limb);
-  const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparison);
+  yaml += sim::plant_file_text(calibration.fitted);
+  const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparisons);
 
   report::Page page;
-  page.title = "Calibration on " + std::filesystem::path(arguments.recording).filename().string();
-  page.lead = findings(comparison).empty() ? "The recording has no measurements." : findings(comparison).back();
-  report::Section off;
-  off.heading = "How far off";
-  off.items = findings(comparison);
-  page.blocks.push_back(off);
-  page.blocks.push_back(errors);
-  for (auto& block : comparison_blocks(comparison, recording)) page.blocks.push_back(std::move(block));
+  page.title = "Calibration on " + names;
+  const std::vector<std::string> first_findings = findings(comparisons.front());
+  page.lead = first_findings.empty() ? "The recording has no measurements." : first_findings.back();
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const std::string of = recordings.size() > 1 ? ": " + name_of(recordings[r].name) : "";
+    report::Section off;
+    off.heading = "How far off" + of;
+    off.items = findings(comparisons[r]);
+    page.blocks.push_back(off);
+    page.blocks.push_back(error_table(comparisons[r]));
+    for (auto& block : comparison_blocks(comparisons[r], recordings[r])) page.blocks.push_back(std::move(block));
+  }
   report::Section told;
   told.heading = "Parameters";
   told.text = signs_sentence(calibration) + untold_sentence(calibration) + " " + starts_sentence(calibration) +
@@ -190,34 +208,42 @@ int calibrate_command(const CalibrateArguments& arguments) {
   if (!first_values.rows.empty()) {
     report::Section start;
     start.heading = "How the recording begins";
-    start.text = "A recording may begin in mid-motion; what the limb was doing then is estimated with the rest.";
+    start.text = "A recording may begin in mid-motion; what " + std::string(system.words()) + " was doing then is estimated with the rest.";
     page.blocks.push_back(start);
     page.blocks.push_back(first_values);
   }
-  const std::string oddities = recording.notes.summary();
+  std::string oddities;
+  for (const sim::Recording& recording : recordings)
+    if (const std::string notes = recording.notes.summary(); !notes.empty())
+      oddities += (recordings.size() > 1 ? name_of(recording.name) + ":\n" : "") + notes;
   if (!oddities.empty()) {
     report::Section odd;
     odd.heading = "What was odd about the recording";
     odd.text = oddities;
     page.blocks.push_back(odd);
   }
-  page.footer = {"recording: " + arguments.recording, "nominal plant: " + arguments.plant,
-                 "seed " + std::to_string(arguments.seed) + ", " + std::to_string(arguments.starts) + " starts",
-                 "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+  for (const std::string& file : arguments.recordings) page.footer.push_back("recording: " + file);
+  page.footer.push_back("nominal plant: " + arguments.plant);
+  page.footer.push_back("seed " + std::to_string(arguments.seed) + ", " + std::to_string(arguments.starts) + " starts");
+  page.footer.push_back("sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
   const std::string html = report::to_html(page);
-  const std::string figure = report::stacked_svg(paper_figure(comparison, recording), 720, 640);
-  sim::write_file_whole(out / "report.html", html);
-  sim::write_file_whole(out / "figure.svg", figure);
-  sim::write_file_whole(out / "calibration.json", json.dump(2) + "\n");
-  sim::write_file_whole(out / "plant.yaml", yaml);
+  const std::string figure = report::stacked_svg(paper_figure(comparisons.front(), recordings.front()), 720, 640);
+  outputs.stage("report.html", html);
+  outputs.stage("figure.svg", figure);
+  outputs.stage("plant.yaml", yaml);
+  outputs.stage("calibration.json", json.dump(2) + "\n");
+  outputs.commit();
 
   if (arguments.json) {
     std::printf("%s\n", json.dump(2).c_str());
     return 0;
   }
   std::fputs(oddities.c_str(), stdout);
-  std::fputs(report::to_text(errors).c_str(), stdout);
-  for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (recordings.size() > 1) std::printf("%s%s\n", r ? "\n" : "", recordings[r].name.c_str());
+    std::fputs(report::to_text(error_table(comparisons[r])).c_str(), stdout);
+    for (const std::string& line : findings(comparisons[r])) std::printf("%s\n", report::wrap(line).c_str());
+  }
   std::printf("\n%s\n%s\n%s\nplant:  %s\nreport: %s\n", report::to_text(parameters).c_str(),
               report::wrap(signs_sentence(calibration) + untold_sentence(calibration)).c_str(), report::wrap(starts_sentence(calibration)).c_str(),
               (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
@@ -228,24 +254,23 @@ int calibrate_command(const CalibrateArguments& arguments) {
 
 void add_calibrate(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  CLI::App* command = program.add_subcommand("calibrate", "Fit a plant to a recording.");
-  command->add_option("recording", arguments->recording, "recording in CSV")->required();
+  CLI::App* command = program.add_subcommand("calibrate", "Fit a plant to recordings.");
+  command->add_option("recordings", arguments->recordings, "recordings in CSV")->required();
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
   command->add_option("--out", arguments->out, "folder for plant.yaml, calibration.json, report.html, figure.svg")->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of the recording; the rest is kept back")
+  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of each recording; the rest is kept back")
       ->check(finite_number());
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
   command->add_option("--noise", arguments->noise,
-                      "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
+                      "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
                       "otherwise estimated from the recording")
-      ->delimiter(',')
-      ->expected(3)
-      ->check(positive_number());
+      ->delimiter(',');
   command->add_option("--starts", arguments->starts, "number of seeded starts")->check(CLI::Range(1, 1000))->capture_default_str();
   command->add_option("--seed", arguments->seed, "of the starts")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print calibration.json instead of tables");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n"
                   "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
                   "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");

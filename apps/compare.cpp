@@ -5,9 +5,11 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
 #include "report/svg.h"
@@ -22,16 +24,21 @@ namespace {
 struct CompareArguments {
   std::string recording, plant, out;
   double start_from_s = 60.0, fit_until_s = std::numeric_limits<double>::infinity();
-  bool at_rest = false, json = false;
+  bool at_rest = false, json = false, overwrite = false;
 };
 
 int compare_command(const CompareArguments& arguments) {
-  const sim::Recording recording = sim::read_recording(arguments.recording);
-  const plant::Limb<double> limb = sim::read_plant_file(arguments.plant);
-  const diagnose::PerChannel noise = diagnose::noise_of(recording);
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, InputPaths{.files = {arguments.recording}, .yaml = {arguments.plant}}, arguments.overwrite);
+    outputs->claim({"comparison.html", "comparison.svg"});
+  }
+  const plant::Plant plant = sim::read_plant_file(arguments.plant);
+  const sim::Recording recording = sim::read_recording(arguments.recording, plant.system());
+  const diagnose::PerChannel noise = diagnose::noise_of(plant.system(), recording);
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
 
-  // What the limb was doing when the recording began is found from its first minute, with the plant as it is.
+  // What the plant was doing when the recording began is found from its first minute, with the plant as it is.
   plant::Start start;
   const double first_s = recording.samples.front().time_s;
   if (!arguments.at_rest) {
@@ -39,9 +46,9 @@ int compare_command(const CompareArguments& arguments) {
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
     settings.should_stop = interrupted;
-    start = diagnose::calibrate(limb, {{&recording, count, noise}}, settings).starts_of_recordings.front();
+    start = diagnose::calibrate(plant, {{&recording, count, noise}}, settings).starts_of_recordings.front();
   }
-  const diagnose::Comparison comparison = diagnose::compare(limb, start, recording, noise, arguments.fit_until_s, numerics);
+  const diagnose::Comparison comparison = diagnose::compare(plant, start, recording, noise, arguments.fit_until_s, numerics);
   if (arguments.json) {
     nlohmann::ordered_json json;
     json["recording"] = arguments.recording;
@@ -53,9 +60,7 @@ int compare_command(const CompareArguments& arguments) {
     std::fputs(report::to_text(error_table(comparison)).c_str(), stdout);
     for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
   }
-  if (!arguments.out.empty()) {
-    const std::filesystem::path out = arguments.out;
-    std::filesystem::create_directories(out);
+  if (outputs) {
     report::Page page;
     page.title = "Comparison with a recording";
     page.lead = findings(comparison).empty() ? "The recording has no measurements." : findings(comparison).back();
@@ -69,9 +74,10 @@ int compare_command(const CompareArguments& arguments) {
                    arguments.at_rest ? std::string("start: cold and at rest")
                                      : "start: estimated from the first " + sim::shortest(arguments.start_from_s) + " s",
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
-    sim::write_file_whole(out / "comparison.html", report::to_html(page));
-    sim::write_file_whole(out / "comparison.svg", report::stacked_svg(paper_figure(comparison, recording), 720, 640));
-    if (!arguments.json) std::printf("report: %s\n", (out / "comparison.html").string().c_str());
+    outputs->stage("comparison.svg", report::stacked_svg(paper_figure(comparison, recording), 720, 640));
+    outputs->stage("comparison.html", report::to_html(page));
+    outputs->commit();
+    if (!arguments.json) std::printf("report: %s\n", (outputs->folder() / "comparison.html").string().c_str());
   }
   return 0;
 }
@@ -80,7 +86,7 @@ int compare_command(const CompareArguments& arguments) {
 
 void add_compare(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App* command = program.add_subcommand("compare", "Compare a plant with a recording, in open loop from its duty.");
+  CLI::App* command = program.add_subcommand("compare", "Compare a plant with a recording, in open loop from its inputs.");
   command->add_option("recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--plant", arguments->plant, "plant in YAML")->required();
   command->add_option("--out", arguments->out, "folder for comparison.html and comparison.svg");
@@ -91,6 +97,7 @@ void add_compare(CLI::App& program, int& exit_code) {
       ->check(positive_number());
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print JSON");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Example:\n  sinew compare recording.csv --plant results/mine/plant.yaml --out results/mine");
   command->callback([arguments, &exit_code] { exit_code = compare_command(*arguments); });
 }

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/comparison_page.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "report/number.h"
+#include "sim/input_error.h"
+#include "sim/text.h"
 
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
+using plant::ChannelId;
 
 constexpr std::string_view time_axis = "recording";
 
-std::vector<double> measured_series(const sim::Recording& recording, std::size_t channel) {
+std::vector<double> measured_series(const sim::Recording& recording, ChannelId channel) {
   std::vector<double> values;
   for (const auto& sample : recording.samples) values.push_back(diagnose::measured(sample, channel));
   return values;
@@ -24,8 +27,13 @@ std::vector<report::Band> bands(const diagnose::Comparison& comparison) {
   return {{comparison.fit_until_s, comparison.time_s.back(), "not fitted"}};
 }
 
-std::string name_of(std::size_t channel) { return std::string(channels[channel].words); }
-std::string with_unit(std::size_t channel) { return name_of(channel) + " / " + std::string(channels[channel].unit); }
+std::string with_unit(const plant::ChannelInfo& channel) {
+  return channel.unit_words.empty() ? channel.words : channel.words + " / " + channel.unit_words;
+}
+std::string capitalised(std::string words) {
+  if (!words.empty()) words[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
+  return words;
+}
 
 report::TimePlot time_plot(const diagnose::Comparison& comparison, std::string title, std::string label,
                            std::vector<report::Series> series) {
@@ -41,35 +49,28 @@ report::TimePlot time_plot(const diagnose::Comparison& comparison, std::string t
 
 using report::line;
 
-report::TimePlot channel_plot(const diagnose::Comparison& comparison, const sim::Recording& recording, std::size_t c) {
-  std::string title = name_of(c);
-  title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-  return time_plot(comparison, title, with_unit(c),
+report::TimePlot channel_plot(const diagnose::Comparison& comparison, const sim::Recording& recording, ChannelId c) {
+  const plant::ChannelInfo& channel = comparison.system->channels()[c];
+  return time_plot(comparison, capitalised(channel.words), with_unit(channel),
                    {line("recording", measured_series(recording, c), report::okabe_ito::black),
                     line("model", comparison.model[c], report::okabe_ito::vermillion)});
 }
 
-report::TimePlot residual_plot(const diagnose::Comparison& comparison, std::size_t c, std::string color) {
+report::TimePlot residual_plot(const diagnose::Comparison& comparison, ChannelId c, std::string color) {
   const double noise = comparison.noise[c];
   report::Series residual = line("model − recording", comparison.residual[c], std::move(color));
   report::Series band = line("noise, ± 2 σ", std::vector<double>(comparison.time_s.size(), 0.0), report::okabe_ito::sky_blue);
   band.lower.assign(comparison.time_s.size(), -2.0 * noise);
   band.upper.assign(comparison.time_s.size(), 2.0 * noise);
-  report::TimePlot plot =
-      time_plot(comparison, "Residual of " + name_of(c), "model − recording / " + std::string(channels[c].unit), {band, residual});
+  const plant::ChannelInfo& channel = comparison.system->channels()[c];
+  report::TimePlot plot = time_plot(comparison, "Residual of " + channel.words, "model − recording / " + channel.unit_words, {band, residual});
   plot.height_px = 130;
   return plot;
 }
 
-report::TimePlot duty_plot(const diagnose::Comparison& comparison, const sim::Recording& recording) {
-  std::vector<double> a, b;
-  for (const auto& sample : recording.samples) {
-    a.push_back(sample.duty_fraction[plant::A]);
-    b.push_back(sample.duty_fraction[plant::B]);
-  }
-  report::TimePlot plot = time_plot(comparison, "Duty", "duty",
-                                    {line("coil A", a, report::okabe_ito::blue, report::Series::Style::steps),
-                                     line("coil B", b, report::okabe_ito::orange, report::Series::Style::steps)});
+report::TimePlot input_plot(const diagnose::Comparison& comparison, const sim::Recording& recording) {
+  const std::string what = input_words(*comparison.system);
+  report::TimePlot plot = time_plot(comparison, capitalised(what), what, input_lines(*comparison.system, recording));
   plot.height_px = 110;
   return plot;
 }
@@ -112,9 +113,9 @@ report::Table error_table(const diagnose::Comparison& comparison) {
   const bool held = comparison.fit_until_s <= comparison.time_s.back();
   report::Table table;
   table.header = {"channel", "samples", "noise", "RMSE", "bias", "largest", "more than noise"};
-  const auto add = [&](std::size_t c, const std::string& part, const diagnose::ChannelError& error) {
+  const auto add = [&](ChannelId c, const std::string& part, const diagnose::ChannelError& error) {
     report::Row row;
-    row.cells = {with_unit(c) + part,
+    row.cells = {with_unit(comparison.system->channels()[c]) + part,
                  std::to_string(error.samples),
                  report::significant(comparison.noise[c], 2),
                  report::significant(error.rmse, 3),
@@ -123,8 +124,9 @@ report::Table error_table(const diagnose::Comparison& comparison) {
                  std::isnan(error.rmse) ? "–" : report::fixed(100.0 * error.more_than_noise, 1) + " %"};
     table.rows.push_back(row);
   };
-  for (std::size_t c = 0; c < channel_count; ++c) add(c, held ? ", fitted" : "", comparison.fitted[c]);
-  for (std::size_t c = 0; held && c < channel_count; ++c) add(c, ", not fitted", comparison.unfitted[c]);
+  for (const ChannelId c : comparison.system->channels().ids()) add(c, held ? ", fitted" : "", comparison.fitted[c]);
+  if (held)
+    for (const ChannelId c : comparison.system->channels().ids()) add(c, ", not fitted", comparison.unfitted[c]);
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = report::Align::left;
   table.caption = "RMSE of model − recording, open loop. Noise is what the sensor alone does; the last column is the share of the "
@@ -144,8 +146,8 @@ nlohmann::ordered_json channels_json(const diagnose::Comparison& comparison) {
     return json;
   };
   nlohmann::ordered_json json;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    json[std::string(channels[c].column)] = {{"noise", comparison.noise[c]},
+  for (const ChannelId c : comparison.system->channels().ids())
+    json[comparison.system->channels()[c].column] = {{"noise", comparison.noise[c]},
                                              {"fitted", json_of(comparison.fitted[c])},
                                              {"not_fitted", json_of(comparison.unfitted[c])}};
   return json;
@@ -153,11 +155,11 @@ nlohmann::ordered_json channels_json(const diagnose::Comparison& comparison) {
 
 std::vector<std::string> findings(const diagnose::Comparison& comparison) {
   std::vector<std::string> lines;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const ChannelId c : comparison.system->channels().ids()) {
     if (comparison.fitted[c].samples + comparison.unfitted[c].samples == 0) continue;
-    const std::string unit(channels[c].unit);
+    const std::string& unit = comparison.system->channels()[c].unit_words;
     const diagnose::ChannelError& error = comparison.fitted[c].samples ? comparison.fitted[c] : comparison.unfitted[c];
-    std::string text = "The " + name_of(c) + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
+    std::string text = "The " + comparison.system->channels()[c].words + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
                        report::significant(comparison.noise[c], 2) + " " + unit + ")";
     if (comparison.fitted[c].samples && comparison.unfitted[c].samples)
       text += " where it was fitted and " + report::significant(comparison.unfitted[c].rmse, 3) + " " + unit + " where it was not";
@@ -172,54 +174,142 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
   return lines;
 }
 
+std::string colour(std::size_t i) {
+  const std::array all{report::okabe_ito::blue, report::okabe_ito::orange, report::okabe_ito::green, report::okabe_ito::vermillion,
+                       report::okabe_ito::sky_blue};
+  return std::string(all[i % all.size()]);
+}
+
+std::vector<ChannelId> in_reading_order(const plant::System& system) {
+  std::vector<ChannelId> order;
+  for (const bool upstream : {false, true})
+    for (const ChannelId c : system.channels().ids())
+      if ((system.channels()[c].kind == system.upstream_kind()) == upstream) order.push_back(c);
+  return order;
+}
+
+std::vector<report::Series> input_lines(const plant::System& system, const sim::Recording& recording) {
+  std::vector<report::Series> series;
+  for (const plant::InputId i : system.inputs().ids()) {
+    std::vector<double> values;
+    for (const auto& sample : recording.samples) values.push_back(sample.inputs[i.index]);
+    series.push_back(line(system.inputs()[i].part, values, colour(i.index),
+                          system.inputs()[i].between == plant::Between::held ? report::Series::Style::steps : report::Series::Style::line));
+  }
+  return series;
+}
+
 std::vector<report::Block> comparison_blocks(const diagnose::Comparison& comparison, const sim::Recording& recording) {
   using report::okabe_ito::blue, report::okabe_ito::orange, report::okabe_ito::green;
   std::vector<report::Block> blocks;
   report::Section over_time;
   over_time.heading = "Over time";
-  over_time.text = "Open loop: the model is given the recorded duty and nothing else.";
+  over_time.text = "Open loop: the model is given the recorded " + input_words(*comparison.system) + " and nothing else.";
   blocks.push_back(over_time);
-  blocks.push_back(channel_plot(comparison, recording, 2));
-  blocks.push_back(residual_plot(comparison, 2, green));
-  for (const std::size_t j : plant::coils) {
-    blocks.push_back(channel_plot(comparison, recording, j));
-    blocks.push_back(residual_plot(comparison, j, j == plant::A ? blue : orange));
+  const plant::System& system = *comparison.system;
+  const auto& channels = system.channels();
+  const std::vector<ChannelId> order = in_reading_order(system);
+  for (const ChannelId c : order) {
+    blocks.push_back(channel_plot(comparison, recording, c));
+    blocks.push_back(residual_plot(comparison, c, colour(c.index)));
   }
-  blocks.push_back(duty_plot(comparison, recording));
+  blocks.push_back(input_plot(comparison, recording));
 
   report::Section against;
   against.heading = "Where the residual is";
   against.text =
-      "A cloud around zero is noise. A cloud with a shape is something that the model lacks, or has wrong, at that "
-      "temperature or that angle.";
+      "A cloud around zero is noise. A cloud with a shape is something that the model lacks, or has wrong, at that value.";
   blocks.push_back(against);
-  const auto angle = measured_series(recording, 2), a = measured_series(recording, 0), b = measured_series(recording, 1);
-  blocks.push_back(scatter(comparison, "Residual of the temperatures against temperature", "measured temperature / °C",
-                           "model − recording / °C",
-                           {points("coil A", a, comparison.residual[0], blue), points("coil B", b, comparison.residual[1], orange)}));
-  blocks.push_back(scatter(comparison, "Residual of the angle against angle", "measured angle / °", "model − recording / °",
-                           {points("angle", angle, comparison.residual[2], green)}));
-  blocks.push_back(scatter(comparison, "Residual of the angle against temperature", "measured temperature / °C",
-                           "model − recording / °",
-                           {points("coil A", a, comparison.residual[2], blue), points("coil B", b, comparison.residual[2], orange)}));
-  report::Section loops;
-  loops.heading = "Temperature and angle";
-  loops.text = "The hysteresis of each coil, as recorded and as modelled.";
-  blocks.push_back(loops);
-  for (const std::size_t j : plant::coils) {
-    const std::string coil = j == plant::A ? "coil A" : "coil B";
-    blocks.push_back(scatter(comparison, "Angle against temperature of " + coil, "temperature of " + coil + " / °C", "angle / °",
-                             {points("recording", j == plant::A ? a : b, angle, report::okabe_ito::black,
-                                     report::ScatterSeries::Style::path),
-                              points("model", comparison.model[j], comparison.model[2], report::okabe_ito::vermillion,
-                                     report::ScatterSeries::Style::path)}));
+  const auto name_in_legend = [&](ChannelId c) { return channels[c].part.empty() ? channels[c].words : channels[c].part; };
+  std::vector<std::string> kinds;
+  for (const auto& channel : channels)
+    if (std::find(kinds.begin(), kinds.end(), channel.kind) == kinds.end()) kinds.push_back(channel.kind);
+  for (const std::string& kind : kinds) {
+    std::vector<report::ScatterSeries> series;
+    std::string unit;
+    for (const ChannelId c : channels.ids())
+      if (channels[c].kind == kind) {
+        series.push_back(points(name_in_legend(c), measured_series(recording, c), comparison.residual[c], colour(c.index)));
+        unit = channels[c].unit_words;
+      }
+    blocks.push_back(scatter(comparison, "Residual of the " + kind + (series.size() > 1 ? "s" : "") + " against " + kind,
+                             "measured " + kind + " / " + unit, "model − recording / " + unit, std::move(series)));
   }
+  // What lies last in the chain of causes, against what drives it.
+  std::vector<ChannelId> upstream, downstream;
+  for (const ChannelId c : channels.ids())
+    (channels[c].kind == system.upstream_kind() ? upstream : downstream).push_back(c);
+  if (upstream.empty()) return blocks;
+  for (const ChannelId c : downstream) {
+    std::vector<report::ScatterSeries> series;
+    for (const ChannelId by : upstream)
+      series.push_back(points(name_in_legend(by), measured_series(recording, by), comparison.residual[c], colour(by.index)));
+    blocks.push_back(scatter(comparison, "Residual of the " + channels[c].words + " against " + channels[upstream.front()].kind,
+                             "measured " + channels[upstream.front()].kind + " / " + channels[upstream.front()].unit_words,
+                             "model − recording / " + channels[c].unit_words, std::move(series)));
+  }
+  report::Section loops;
+  loops.heading = capitalised(channels[upstream.front()].kind) + " and " + (downstream.empty() ? std::string() : channels[downstream.front()].kind);
+  loops.text = "One against the other, as recorded and as modelled: hysteresis shows as a loop.";
+  if (!downstream.empty()) blocks.push_back(loops);
+  for (const ChannelId by : upstream)
+    for (const ChannelId c : downstream) {
+      const std::string of = by.index < channels.size() ? channels[by].kind + " of " + name_in_legend(by) : "";
+      blocks.push_back(scatter(comparison, capitalised(channels[c].words) + " against " + of, of + " / " + channels[by].unit_words,
+                               with_unit(channels[c]),
+                               {points("recording", measured_series(recording, by), measured_series(recording, c),
+                                       report::okabe_ito::black, report::ScatterSeries::Style::path),
+                                points("model", comparison.model[by], comparison.model[c], report::okabe_ito::vermillion,
+                                       report::ScatterSeries::Style::path)}));
+    }
   return blocks;
 }
 
 std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& comparison, const sim::Recording& recording) {
-  return {channel_plot(comparison, recording, 2), channel_plot(comparison, recording, 0), channel_plot(comparison, recording, 1),
-          duty_plot(comparison, recording)};
+  std::vector<report::TimePlot> plots;
+  for (const ChannelId c : in_reading_order(*comparison.system)) plots.push_back(channel_plot(comparison, recording, c));
+  plots.push_back(input_plot(comparison, recording));
+  return plots;
+}
+
+std::string input_words(const plant::System& system) {
+  const std::string& words = system.inputs()[plant::InputId{0}].words;
+  const std::string first = words.substr(0, words.rfind(' '));
+  for (const auto& input : system.inputs())
+    if (!input.words.starts_with(first)) return "inputs";
+  return first;
+}
+
+diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
+                                     const diagnose::PerChannel& estimated) {
+  diagnose::PerChannel noise = estimated;
+  std::vector<std::string> names;
+  std::string all;
+  for (const auto& channel : system.channels()) {
+    names.push_back(channel.short_name);
+    all += (all.empty() ? "" : ", ") + channel.short_name;
+  }
+  const auto refuse = [&](const std::string& value, const std::string& advice) {
+    throw sim::InputError({.file = "", .key = "--noise", .value = value, .advice = advice});
+  };
+  const bool by_name = std::any_of(given.begin(), given.end(), [](const std::string& one) { return one.find('=') != std::string::npos; });
+  if (!given.empty() && !by_name && given.size() != system.channels().size())
+    refuse(std::to_string(given.size()) + " values", "needs one for each channel (" + all + "), or NAME=VALUE");
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    const std::size_t equals = given[k].find('=');
+    plant::ChannelId channel{k};
+    if (by_name) {
+      const std::string name = given[k].substr(0, equals);
+      const auto found = std::find(names.begin(), names.end(), name);
+      if (equals == std::string::npos || found == names.end())
+        refuse(given[k], "no such channel; there are " + all + sim::did_you_mean(name, names));
+      channel.index = static_cast<std::size_t>(found - names.begin());
+    }
+    const std::optional<double> value = sim::parse_number(by_name ? given[k].substr(equals + 1) : given[k]);
+    if (!value || !(*value > 0.0) || !std::isfinite(*value)) refuse(given[k], "a standard deviation is a positive number");
+    noise[channel] = *value;
+  }
+  return noise;
 }
 
 }  // namespace sinew::apps

@@ -26,4 +26,18 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
 // The stacked figure for papers.
 std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& comparison, const sim::Recording& recording);
 
+// What a reader looks for first: channels that lie last in the chain of causes, then what drives them.
+std::vector<plant::ChannelId> in_reading_order(const plant::System& system);
+// A colour for each of a list, the same at every place.
+std::string colour(std::size_t i);
+// One line for each input.
+std::vector<report::Series> input_lines(const plant::System& system, const sim::Recording& recording);
+
+// What the inputs are, in a word: "duty"; "inputs" where they are not of one kind.
+std::string input_words(const plant::System& system);
+
+// --noise: one value for each channel, in their order, or NAME=VALUE for some; the others are as estimated. Throws InputError.
+diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
+                                     const diagnose::PerChannel& estimated);
+
 }  // namespace sinew::apps

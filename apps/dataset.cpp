@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// sinew dataset: many runs of one scenario, each on a limb of its own.
+// sinew dataset: many runs of one scenario, each on a plant of its own.
 #include <atomic>
 #include <cstdio>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/ranks.h"
 #include "model/set.h"
 #include "sim/input_error.h"
@@ -20,23 +24,92 @@ struct DatasetArguments {
   std::string scenario, randomise, out;
   std::int64_t runs = 16, seed = -1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool overwrite = false;
 };
 
+nlohmann::json json_of(const std::filesystem::path& file) {
+  return nlohmann::json::parse(sim::read_file(file), nullptr, false);
+}
+
+// The files of runs/ that bear a run's number, and whose name goes on like one of these.
+std::vector<std::filesystem::path> run_files(const std::filesystem::path& out, const std::set<std::string>& kinds = {".csv", ".json"}) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::is_directory(out / "runs")) return files;
+  for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
+    const std::string name = entry.path().filename().string();
+    const std::size_t end = name.find_first_not_of("0123456789");
+    if (end != 0 && end != std::string::npos && kinds.contains(name.substr(end))) files.push_back(entry.path());
+  }
+  return files;
+}
+
+// Whether all that is in the folder is of this set, as far as it has come; then it can go on. A run's JSON is written before its
+// recording, so that a recording without one is not of a set; a JSON that cannot be read is a run that was damaged.
+bool goes_on(const model::SetPlan& plan, const std::filesystem::path& out) {
+  const auto files = run_files(out);
+  if (std::filesystem::exists(out / "manifest.json")) {
+    const auto manifest = json_of(out / "manifest.json");
+    if (!manifest.is_object() || manifest.value("mark", nlohmann::json()) != plan.mark()) return false;
+    const auto runs = manifest.find("runs");
+    if (runs == manifest.end() || runs->size() > static_cast<std::size_t>(plan.runs)) return false;
+  } else if (std::filesystem::exists(out / "set.h5") && files.empty()) {
+    return false;
+  }
+  for (std::filesystem::path file : files) {
+    if (!std::filesystem::exists(file.replace_extension(".json"))) return false;
+    const auto about = json_of(file);
+    if (!about.is_discarded() && (!about.is_object() || about.value("mark", nlohmann::json()) != plan.mark())) return false;
+  }
+  return true;
+}
+
+// The manifest first: without it nothing takes the rest for a set.
+void remove_set(const std::filesystem::path& out) {
+  std::filesystem::remove(out / "manifest.json");
+  std::filesystem::remove(out / "set.h5");
+  for (const auto& file : run_files(out)) std::filesystem::remove(file);
+}
+
+void prepare(Outputs& outputs, const model::SetPlan& plan) {
+  outputs.claim_in_parts("runs");
+  const bool same = goes_on(plan, outputs.folder());
+  if (!same && !outputs.overwrite())
+    throw sim::InputError({.file = "",
+                           .key = "--out",
+                           .value = outputs.folder().string(),
+                           .advice = "holds another set, or a larger one: another scenario, seed, randomisation or version of this program made "
+                                     "it\ngive another folder, or replace the set with --overwrite"});
+  outputs.claim({"set.h5", "manifest.json"}, same);
+  if (!same) remove_set(outputs.folder());
+  for (const auto& half_written : run_files(outputs.folder(), {".csv.partial", ".json.partial"})) std::filesystem::remove(half_written);
+}
+
 int dataset_command(const DatasetArguments& arguments) {
-  check_folder(arguments.out);
   const Ranks ranks;
+  const bool first = ranks.rank() == 0;
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
   plan.scenario_yaml = sim::to_yaml(plan.scenario);
   if (!arguments.randomise.empty()) {
-    plan.domain = model::read_domain(std::filesystem::path(arguments.randomise));
+    plan.domain = model::read_domain(std::filesystem::path(arguments.randomise), plan.scenario.plant.system());
     plan.domain_text = sim::read_file(arguments.randomise);
     if (!plan.domain.input.empty() && !std::holds_alternative<sim::BabbleInput>(plan.scenario.input))
       throw sim::InputError({.file = arguments.randomise, .key = "input", .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});
   }
   plan.runs = arguments.runs;
   const std::filesystem::path out = arguments.out;
+  std::optional<Outputs> outputs;
+  if (first) {
+    try {
+      outputs.emplace(out, InputPaths{.yaml = {arguments.scenario, arguments.randomise}}, arguments.overwrite);
+      prepare(*outputs, plan);
+    } catch (const sim::InputError& e) {
+      if (ranks.size() > 1) std::fprintf(stderr, "%s\n", e.what());  // the other ranks are ended before it comes to be said
+      throw;
+    }
+  }
+  ranks.wait_for_all();
 
   // Each rank takes every size-th of the runs that are missing; who is restarted finds what the others left.
   std::vector<std::int64_t> open;
@@ -52,16 +125,18 @@ int dataset_command(const DatasetArguments& arguments) {
     if (interrupted()) return;
     model::make_run(plan, out, open[i]);
     const std::scoped_lock lock(telling);
-    if (ranks.rank() == 0) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
+    if (first) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
   });
   if (interrupted()) {
     std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
+    ranks.wait_for_all();
     return interrupted_exit_code;
   }
   ranks.wait_for_all();
-  if (ranks.rank() != 0) return 0;
-  sim::write_file_whole(out / "set.h5", model::set_in_hdf5(plan, out));
-  sim::write_file_whole(out / "manifest.json", model::manifest_of(plan, out));
+  if (!first) return 0;
+  outputs->stage("set.h5", model::set_in_hdf5(plan, out));
+  outputs->stage("manifest.json", model::manifest_of(plan, out));
+  outputs->commit();
   const std::int64_t failed = model::failed_runs(plan, out);
   if (failed > 0) std::fprintf(stderr, "%lld of the runs failed; manifest.json says which, and they are not trained on\n", static_cast<long long>(failed));
   std::printf("%lld runs of %s s\nwritten: %s/{runs/, set.h5, manifest.json}\n", static_cast<long long>(plan.runs),
@@ -80,6 +155,7 @@ void add_dataset(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for runs/, set.h5, manifest.json")->required();
   command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
   command->add_option("--threads", arguments->threads, "runs at a time; changes no byte")->check(CLI::Range(1, 1024))->capture_default_str();
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
                   "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"
                   "  mpirun -n 4 sinew dataset scenarios/babble_bidirectional.yaml --runs 4096 --threads 1 --out /scratch/set");

@@ -11,9 +11,11 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/comparison_page.h"
 #include "apps/diagnosis_json.h"
 #include "apps/diagnosis_page.h"
 #include "apps/diagnosis_text.h"
+#include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/columns.h"
 #include "report/console.h"
@@ -30,26 +32,37 @@ constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or
 struct DiagnoseArguments {
   std::vector<std::string> training, held_out, without;
   std::string plant, out;
-  std::vector<double> noise;  // of each channel; empty: estimated
+  std::vector<std::string> noise;
   double fit_until_s = std::numeric_limits<double>::infinity();
   std::int64_t seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false;
+  bool at_rest = false, json = false, overwrite = false;
 };
 
-std::vector<std::size_t> effects_of(const std::vector<std::string>& names) {
+std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& names, const plant::System& system) {
   std::vector<std::string> all;
-  for (const auto& effect : plant::effects()) all.push_back(std::string(effect.name));
-  std::vector<std::size_t> chosen;
+  for (const auto& effect : system.effects()) all.push_back(std::string(effect.name));
+  std::vector<plant::EffectId> chosen;
   for (const std::string& name : names) {
     if (std::find(all.begin(), all.end(), name) == all.end()) {
       const std::string advice = "no such effect" + sim::did_you_mean(name, all);
       throw sim::InputError(
           {.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
     }
-    chosen.push_back(plant::effect_index(name));
+    chosen.push_back(system.effect(name));
   }
   return chosen;
+}
+
+// All files that a diagnosis may write, those that an earlier one of more recordings left here among them.
+std::vector<std::string> files_of_diagnosis(const DiagnoseArguments& arguments) {
+  std::vector<std::string> names{"report.html", "diagnosis.json", "plant.yaml", "run.json", "experiment.yaml", "heldout_prediction.csv"};
+  const std::size_t recordings = arguments.training.size() + arguments.held_out.size();
+  for (std::size_t k = 2;; ++k) {
+    const std::string name = "heldout_prediction_" + std::to_string(k) + ".csv";
+    if (k > recordings && !std::filesystem::exists(std::filesystem::path(arguments.out) / name)) return names;
+    names.push_back(name);
+  }
 }
 
 // A recording twice would count its evidence twice, and one that is both fitted and held out proves nothing.
@@ -66,8 +79,8 @@ void check_apart(const DiagnoseArguments& arguments) {
   for (const std::string& path : arguments.held_out) check("--heldout", path);
 }
 
-sim::Recording read_checked(const std::string& path, const plant::Limb<double>& nominal, double fit_until_s, bool training) {
-  sim::Recording recording = sim::read_recording(path);
+sim::Recording read_checked(const std::string& path, const plant::Plant& nominal, double fit_until_s, bool training) {
+  sim::Recording recording = sim::read_recording(path, nominal.system());
   if (const auto mistaken = diagnose::mistaken_column(nominal, recording))
     throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
   if (training && diagnose::samples_until(recording, fit_until_s) < least_samples)
@@ -102,8 +115,11 @@ void print_words(const DiagnosisWords& words) {
 
 int diagnose_command(const DiagnoseArguments& arguments) {
   const std::filesystem::path out = arguments.out;
-  check_folder(out);
   check_apart(arguments);
+  InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
+  read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
+  Outputs outputs(out, read, arguments.overwrite);
+  outputs.claim(files_of_diagnosis(arguments));
 
   DiagnosisInputs inputs;
   inputs.training = arguments.training;
@@ -111,22 +127,20 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   inputs.plant = arguments.plant;
   inputs.seed = arguments.seed;
   diagnose::DiagnosisSettings& settings = inputs.settings;
-  settings.search.without = effects_of(arguments.without);
+  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+  settings.search.without = chosen_effects(arguments.without, nominal.system());
   settings.search.seed = static_cast<std::uint64_t>(arguments.seed);
   settings.search.threads = arguments.threads;
   settings.search.fit.should_stop = interrupted;
   settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
   if (std::isfinite(arguments.fit_until_s)) settings.fit_until_s = arguments.fit_until_s;
-  if (!arguments.noise.empty()) {
-    settings.noise.emplace();
-    std::copy_n(arguments.noise.begin(), diagnose::channel_count, settings.noise->begin());
-  }
-  const plant::Limb<double> nominal = sim::read_plant_file(arguments.plant);
   std::vector<sim::Recording> training, held_out;
   for (const std::string& path : arguments.training)
     training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
   for (const std::string& path : arguments.held_out)
     held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
+  if (!arguments.noise.empty())
+    settings.noise = noise_of_option(arguments.noise, nominal.system(), diagnose::noise_of(nominal.system(), training.front()));
   if (std::isfinite(arguments.fit_until_s) &&
       std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
         return diagnose::samples_until(one, arguments.fit_until_s) + least_samples > one.samples.size();
@@ -157,11 +171,11 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   files.merge(prediction_files(diagnosis));
   if (diagnosis.experiment && diagnosis.experiment->separation > 0.0)
     files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
-  const std::string run = diagnosis_run_json(inputs, hashes, files);
+  const std::string run = diagnosis_run_json(diagnosis, inputs, hashes, files);
   if (interrupted()) throw diagnose::Stopped{};
-  std::filesystem::create_directories(out);
-  for (const auto& [name, content] : files) sim::write_file_whole(out / name, content);
-  sim::write_file_whole(out / "run.json", run);
+  for (const auto& [name, content] : files) outputs.stage(name, content);
+  outputs.stage("run.json", run);
+  outputs.commit();
 
   if (arguments.json) {
     std::printf("%s\n", json.dump(2).c_str());
@@ -204,11 +218,9 @@ void add_diagnose(CLI::App& program, int& exit_code) {
       ->check(finite_number());
   command
       ->add_option("--noise", arguments->noise,
-                   "standard deviations of temperature A, temperature B [degC], angle [deg], separated by commas; "
-                   "otherwise estimated from each recording")
-      ->delimiter(',')
-      ->expected(3)
-      ->check(positive_number());
+                   "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
+                   "otherwise estimated from the recordings")
+      ->delimiter(',');
   command->add_option("--without", arguments->without, "effects that may not be named")
       ->delimiter(',')
       ->expected(1, 1000);
@@ -218,6 +230,7 @@ void add_diagnose(CLI::App& program, int& exit_code) {
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));
   command->add_flag("--at-rest", arguments->at_rest, "the recordings begin cold and at rest");
   command->add_flag("--json", arguments->json, "print diagnosis.json instead of sentences");
+  add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n"
       "  sinew diagnose --train scenarios/demo/recording.csv --plant plant/limbs/paper_limb.yaml --out "

@@ -12,28 +12,21 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
+using diagnose::Diagnosis;
 using nlohmann::ordered_json;
 
-ordered_json per_channel(const diagnose::PerChannel& values) {
+template <class PerChannel>
+ordered_json per_channel(const Diagnosis& d, const PerChannel& values) {
   ordered_json json;
-  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];  // NaN: null
+  for (const plant::ChannelId c : channels_of(d).ids()) json[channels_of(d)[c].column] = values[c];  // NaN: null
   return json;
 }
 
-template <class Value>
-ordered_json counts(const std::array<Value, channel_count>& values) {
-  ordered_json json;
-  for (std::size_t c = 0; c < channel_count; ++c) json[std::string(channels[c].column)] = values[c];
-  return json;
-}
+std::string name_of(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].name); }
 
-std::string name_of(std::size_t effect) { return std::string(plant::effects()[effect].name); }
-
-ordered_json names_of(const std::vector<std::size_t>& effects) {
+ordered_json names_of(const Diagnosis& d, const std::vector<plant::EffectId>& effects) {
   ordered_json json = ordered_json::array();
-  for (const std::size_t e : effects) json.push_back(name_of(e));
+  for (const plant::EffectId e : effects) json.push_back(name_of(d, e));
   return json;
 }
 
@@ -43,12 +36,12 @@ ordered_json windows_json(const diagnose::WorstTime& worst) {
   return json;
 }
 
-ordered_json effect_json(const diagnose::FoundEffect& found) {
-  const auto& info = plant::effects()[found.effect];
-  ordered_json json{{"name", info.name}, {"place", text_of(info.place)}, {"confidence", found.confidence}};
+ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found) {
+  const auto& info = effects_of(d)[found.effect];
+  ordered_json json{{"name", info.name}, {"place", info.place}, {"confidence", found.confidence}};
   json["parameters"] = ordered_json::object();
   for (const auto& parameter : found.parameters) {
-    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     ordered_json value{{"value", parameter.value}, {"ci95", {parameter.lowest, parameter.highest}}};
     if (declared.kind == plant::Kind::toggle) value["value"] = parameter.value != 0.0;
     if (parameter.known) value["assumed"] = true;
@@ -58,20 +51,20 @@ ordered_json effect_json(const diagnose::FoundEffect& found) {
   json["chance"] = found.chance;
   json["rivals"] = ordered_json::array();
   for (const auto& [effect, loss] : found.rivals)
-    json["rivals"].push_back({{"name", name_of(effect)}, {"loss_of_log_evidence", loss}});
+    json["rivals"].push_back({{"name", name_of(d, effect)}, {"loss_of_log_evidence", loss}});
   return json;
 }
 
-ordered_json round_json(const diagnose::Round& round, const diagnose::Explanation& core) {
+ordered_json round_json(const Diagnosis& d, const diagnose::Round& round, const diagnose::Explanation& core) {
   ordered_json json;
-  json["before"] = names_of(round.before.effects());
+  json["before"] = names_of(d, round.before.effects());
   json["accepted"] = round.accepted;
   json["gain"] = round.gain;
   json["chance"] = round.chance;
   json["unrest_before"] = round.before.unrest;
   json["candidates"] = ordered_json::array();
   for (const auto& candidate : round.candidates) {
-    ordered_json one{{"name", name_of(candidate.effect)},
+    ordered_json one{{"name", name_of(d, candidate.effect)},
                      {"score", candidate.score.statistic},
                      {"fitted", candidate.explanation.usable}};
     if (candidate.explanation.usable) {
@@ -83,21 +76,21 @@ ordered_json round_json(const diagnose::Round& round, const diagnose::Explanatio
   }
   json["scores"] = ordered_json::object();
   for (const std::size_t s : round.scores.best)
-    json["scores"][name_of(round.scores.all[s].effect)] = round.scores.all[s].statistic;
+    json["scores"][name_of(d, round.scores.all[s].effect)] = round.scores.all[s].statistic;
   return json;
 }
 
-ordered_json gate_json(const diagnose::GateNotes& gate) {
+ordered_json gate_json(const Diagnosis& d, const diagnose::GateNotes& gate) {
   return {{"recording", gate.recording},
           {"samples", gate.samples},
           {"period_s", gate.period_s},
           {"duration_s", gate.duration_s},
-          {"noise", per_channel(gate.noise)},
-          {"step", per_channel(gate.step)},
-          {"outliers", counts(gate.outliers)},
-          {"missing", counts(gate.missing)},
+          {"noise", per_channel(d, gate.noise)},
+          {"step", per_channel(d, gate.step)},
+          {"outliers", per_channel(d, gate.outliers)},
+          {"missing", per_channel(d, gate.missing)},
           {"longest_gap_s", gate.longest_gap_s},
-          {"largest_duty_fraction", gate.largest_duty_fraction},
+          {"largest_duty_fraction", gate.largest_input},
           {"warnings", gate.warnings}};
 }
 
@@ -106,7 +99,7 @@ ordered_json fitted_json(const diagnose::Explanation& answer) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect) continue;
+    if (unknown.parameter == std::nullopt) continue;
     const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
                  error = 1.959964 * answer.deviation(u) / unit;
     json[unknown.name] = {
@@ -130,7 +123,7 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 
 ordered_json chance_json(const diagnose::UnrestByChance& chance) {
   return {{"drawn", chance.drawn}, {"as_large", chance.as_large}, {"unrest", chance.unrest},
-          {"air_K", chance.air_K}, {"largest", chance.largest},   {"probability", chance.probability()}};
+          {"air_K", chance.nuisance}, {"largest", chance.largest},   {"probability", chance.probability()}};
 }
 
 ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
@@ -138,20 +131,20 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["verdict"] = text_of(d.verdict);
   json["effects"] = ordered_json::array();
   for (const auto& found : d.effects) {
-    json["effects"].push_back(effect_json(found));
+    json["effects"].push_back(effect_json(d, found));
     if (d.wandering) json["effects"].back()["constant"] = false;
   }
-  json["ambiguous_with"] = names_of(d.ambiguous_with);
+  json["ambiguous_with"] = names_of(d, d.ambiguous_with);
   if (d.experiment)
-    json["experiment"] = {{"effect", plant::effects()[d.experiment->effect].name},
-                          {"rival", plant::effects()[d.experiment->rival].name},
+    json["experiment"] = {{"effect", effects_of(d)[d.experiment->effect].name},
+                          {"rival", effects_of(d)[d.experiment->rival].name},
                           {"words", d.experiment->words},
                           {"duration_s", d.experiment->duration_s},
-                          {"largest_duty_fraction", d.experiment->largest_duty_fraction},
-                          {"hottest_degC", d.experiment->hottest_degC},
+                          {"largest_duty_fraction", d.experiment->largest_share},
+                          {"hottest_degC", d.experiment->highest},
                           {"separation", d.experiment->separation}};
   json["located"] = {
-      {"channel", channels[d.located.channel].column},
+      {"channel", channels_of(d)[d.located.channel].column},
       {"place", d.located.place},
       {"windows_s", windows_json(d.located.worst)},
       {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
@@ -159,11 +152,11 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
       {"share_of_error", d.located.worst.share_of_error},
       {"while", d.located.while_words},
       {"cannot_be_told_from", d.located.cannot_be_told_from},
-      {"calibrated", per_channel(fitted_rmse(d))},
-      {"noise", per_channel(d.located.noise)}};
+      {"calibrated", per_channel(d, fitted_rmse(d))},
+      {"noise", per_channel(d, d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)
-    shares.push_back({{"place", diagnose::forcings[static_cast<std::size_t>(share.forcing)].name},
+    shares.push_back({{"place", groups_of(d)[share.group].name},
                       {"share", share.share},
                       {"ci95", {share.lowest, share.highest}},
                       {"log_likelihood", share.log_likelihood}});
@@ -171,19 +164,19 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
 
   const auto& held = d.held_out;
   ordered_json gain;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    gain[std::string(channels[c].column)] = {{"value", held.gain[c]},
+  for (const plant::ChannelId c : channels_of(d).ids())
+    gain[channels_of(d)[c].column] = {{"value", held.gain[c]},
                                              {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
-  json["fit"]["heldout"] = {{"before", per_channel(held.before)},
-                            {"after", per_channel(held.after)},
-                            {"noise", per_channel(held.noise)},
-                            {"nominal", per_channel(held.nominal)},
+  json["fit"]["heldout"] = {{"before", per_channel(d, held.before)},
+                            {"after", per_channel(d, held.after)},
+                            {"noise", per_channel(d, held.noise)},
+                            {"nominal", per_channel(d, held.nominal)},
                             {"gain", gain},
-                            {"samples", counts(held.samples)},
+                            {"samples", per_channel(d, held.samples)},
                             {"kept_back", kept_back_words(d)}};
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    json["fit"]["residual_correlation"][std::string(channels[c].column)] = {{"before", d.correlation.before[c]},
+  for (const plant::ChannelId c : channels_of(d).ids())
+    json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},
                                                                             {"after", d.correlation.after[c]}};
 
   json["explained_share"] = d.explained_share;
@@ -191,17 +184,17 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
   if (d.unrest_after_refit) json["unrest"]["after_refit"] = *d.unrest_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
-  json["stand_ins"] = names_of(stand_ins(d));
+  json["stand_ins"] = names_of(d, stand_ins(d));
   json["fitted"] = fitted_json(answer_of(d));
   json["flipped_signs"] = ordered_json::array();
-  for (const std::size_t p : d.flipped_signs) json["flipped_signs"].push_back(plant::parameters()[p].key());
+  for (const plant::ParameterId p : d.flipped_signs) json["flipped_signs"].push_back(parameters_of(d)[p].key());
 
   json["would_have_been_seen"] = ordered_json::array();
   json["cannot_be_seen"] = ordered_json::array();
   for (const auto& other : not_found(d)) {
-    const auto& strength = plant::parameters()[plant::effects()[other.effect].strength].declaration;
+    const auto& strength = parameters_of(d)[effects_of(d)[other.effect].strength].declaration;
     json[other.can_be_seen ? "would_have_been_seen" : "cannot_be_seen"].push_back(
-        {{"name", name_of(other.effect)},
+        {{"name", name_of(d, other.effect)},
          {"smallest_seen", !other.can_be_seen && is_imitated(other) ? ordered_json() : ordered_json(other.smallest_seen)},
          {"parameter", strength.name},
          {"unit", strength.unit.text},
@@ -212,7 +205,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   if (left.variable.empty()) {
     json["left_over"] = nullptr;
   } else {
-    const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+    const auto& forcing = groups_of(d)[left.group];
     json["left_over"] = {{"place", forcing.name},
                          {"unit", forcing.unit},
                          {"variable", left.variable},
@@ -221,12 +214,14 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                          {"at", left.centre},
                          {"mean", left.mean},
                          {"deviation", left.deviation}};
-    if (forcing.entries == 2) json["left_over"]["coil"] = left.coil == 0 ? "A" : "B";
+    const auto& entries = system_of(d).entries();
+    const auto of_group = std::count_if(entries.begin(), entries.end(), [&](const plant::Entry& e) { return e.group == left.group; });
+    if (of_group > 1) json["left_over"]["coil"] = entries[left.entry].part;
   }
   if (d.wandering) {
     const auto& w = *d.wandering;
     json["wandering"] = {{"what", w.of.words},
-                         {"place", plant::text_of(w.of.place)},
+                         {"place", w.of.place},
                          {"log_evidence_gain", w.gain},
                          {"explained_share", w.explained_share},
                          {"correlation_time_s", w.correlation_time_s},
@@ -237,14 +232,14 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                          {"others", ordered_json::array()}};
     for (const auto& [other, loss] : w.others)
       json["wandering"]["others"].push_back(
-          {{"what", other.words}, {"place", plant::text_of(other.place)}, {"loss_of_log_evidence", loss}});
+          {{"what", other.words}, {"place", other.place}, {"loss_of_log_evidence", loss}});
   } else {
     json["wandering"] = nullptr;
   }
   json["rounds"] = ordered_json::array();
-  for (const auto& round : d.search.rounds) json["rounds"].push_back(round_json(round, d.search.core));
+  for (const auto& round : d.search.rounds) json["rounds"].push_back(round_json(d, round, d.search.core));
   json["gate"] = ordered_json::array();
-  for (const auto& gate : d.gate) json["gate"].push_back(gate_json(gate));
+  for (const auto& gate : d.gate) json["gate"].push_back(gate_json(d, gate));
   json["program"] = "sinew " + sim::this_build().version;
   json["commit"] = sim::this_build().commit;
   json["seed"] = inputs.seed;
@@ -254,7 +249,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
 
 std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> names, trained;
-  for (const std::size_t e : added_effects(d)) names.push_back(name_of(e));
+  for (const plant::EffectId e : added_effects(d)) names.push_back(name_of(d, e));
   for (const std::string& path : inputs.training) trained.push_back(file_name(path));
   std::string text = "# Repaired by `sinew diagnose`: " + file_name(inputs.plant) + ", fitted to " + listed(trained) +
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
@@ -262,16 +257,16 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0)
-      text += "#   " + std::string(channels[c].words) + ": " + report::significant(d.held_out.after[c], 3) + " " +
-              std::string(channels[c].unit) + " (core alone " + report::significant(d.held_out.before[c], 3) +
+      text += "#   " + channels_of(d)[c].words + ": " + report::significant(d.held_out.after[c], 3) + " " +
+              channels_of(d)[c].unit_words + " (core alone " + report::significant(d.held_out.before[c], 3) +
               ", noise " + report::significant(d.held_out.noise[c], 2) + ")\n";
   text += "# 95 % intervals of what was fitted:\n";
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    if (unknowns[u].parameter == plant::no_effect) continue;
+    if (unknowns[u].parameter == std::nullopt) continue;
     const double unit = unknowns[u].internal_per_unit;
     text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
   }
@@ -292,7 +287,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
       if (!held_out && !prediction.kept_back[k]) continue;
       sim::Sample sample = prediction.recording->samples[k];
-      for (std::size_t c = 0; c < diagnose::channel_count; ++c) diagnose::measured(sample, c) = prediction.after[c][k];
+      for (const plant::ChannelId c : channels_of(d).ids()) diagnose::measured(sample, c) = prediction.after[c][k];
       predicted.samples.push_back(sample);
     }
     if (!predicted.samples.empty()) add(predicted);
@@ -301,7 +296,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
   return files;
 }
 
-std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes& hashes,
+std::string diagnosis_run_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes,
                                const std::map<std::string, std::string>& files) {
   const sim::Build build = sim::this_build();
   ordered_json json;
@@ -313,9 +308,9 @@ std::string diagnosis_run_json(const DiagnosisInputs& inputs, const InputHashes&
   json["seed"] = inputs.seed;
   const auto& settings = inputs.settings;
   if (settings.fit_until_s < 1e299) json["fit_until_s"] = settings.fit_until_s;
-  if (settings.noise) json["noise"] = per_channel(*settings.noise);
+  if (settings.noise) json["noise"] = per_channel(d, *settings.noise);
   json["at_rest"] = settings.start == diagnose::StartPolicy::at_rest;
-  json["without"] = names_of(settings.search.without);
+  json["without"] = names_of(d, settings.search.without);
   json["status"] = "finished";
   json["files"] = given_json(inputs, hashes);
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);

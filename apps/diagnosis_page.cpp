@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/comparison_page.h"
 #include "report/number.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
@@ -11,8 +12,6 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Prediction;
 using diagnose::Verdict;
@@ -22,10 +21,10 @@ namespace colors = report::okabe_ito;
 
 constexpr double two_sided_95 = 1.959964;
 
-std::string effect_name(std::size_t effect) { return std::string(plant::effects()[effect].name); }
-std::string effect_words(std::size_t effect) { return std::string(plant::effects()[effect].words); }
-std::string with_channel_unit(std::size_t c) {
-  return std::string(channels[c].words) + " / " + std::string(channels[c].unit);
+std::string effect_name(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].name); }
+std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
+std::string with_channel_unit(const plant::ChannelInfo& channel) {
+  return channel.words + " / " + channel.unit_words;
 }
 
 report::Section section(std::string heading, int depth = 1) {
@@ -85,15 +84,9 @@ report::Series noise_band(const Prediction& prediction, double noise) {
   return band;
 }
 
-report::TimePlot duty_plot(const Prediction& prediction) {
-  std::vector<double> a, b;
-  for (const auto& sample : prediction.recording->samples) {
-    a.push_back(sample.duty_fraction[plant::A]);
-    b.push_back(sample.duty_fraction[plant::B]);
-  }
-  std::vector<report::Series> series{line("coil A", a, colors::blue), line("coil B", b, colors::orange)};
-  for (auto& one : series) one.style = report::Series::Style::steps;
-  return time_plot(prediction, "Duty", "duty", std::move(series), {}, 100);
+report::TimePlot input_plot(const Diagnosis& d, const Prediction& prediction) {
+  const std::string what = input_words(system_of(d));
+  return time_plot(prediction, capitalised(what), what, input_lines(system_of(d), *prediction.recording), {}, 100);
 }
 
 // --- Where
@@ -106,11 +99,11 @@ report::Table place_table(const Diagnosis& d) {
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
-    row.cells = {std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words),
+    row.cells = {std::string(groups_of(d)[share.group].words),
                  report::fixed(share.share, 2),
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
-    row.emphasis = place_words(d.located.place) == row.cells[0];
+    row.emphasis = place_words(system_of(d), d.located.place) == row.cells[0];
     table.rows.push_back(row);
   }
   table.align = {report::Align::left, report::Align::right, report::Align::right, report::Align::left};
@@ -128,23 +121,23 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
   add_paragraphs(blocks, words.where);
   if (d.located.worst_recording < d.predictions.size()) {
     const Prediction& prediction = d.predictions[d.located.worst_recording];
-    const std::size_t c = d.located.channel;
+    const plant::ChannelId c = d.located.channel;
     const auto bands = worst_bands(d.located.worst);
-    blocks.push_back(time_plot(prediction, capitalised(channels[c].words) + ": recording and calibrated plant",
-                               with_channel_unit(c),
+    blocks.push_back(time_plot(prediction, capitalised(channels_of(d)[c].words) + ": recording and calibrated plant",
+                               with_channel_unit(channels_of(d)[c]),
                                {line("recording", prediction.measured[c], colors::black),
                                 line("calibrated, nothing added", prediction.before[c], colors::vermillion)},
                                bands, 200));
-    for (std::size_t i = 0; i < channel_count; ++i) {
-      const std::size_t channel = (c + i) % channel_count;
+    for (std::size_t i = 0; i < channels_of(d).size(); ++i) {
+      const plant::ChannelId channel{(c.index + i) % channels_of(d).size()};
       blocks.push_back(time_plot(
-          prediction, "What is left of " + channel_words(channel), "error / " + std::string(channels[channel].unit),
+          prediction, "What is left of " + channel_words(channels_of(d)[channel]), "error / " + channels_of(d)[channel].unit_words,
           {noise_band(prediction, d.located.noise[channel]),
            line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
                 colors::vermillion)},
           i == 0 ? bands : std::vector<report::Band>{}, 120));
     }
-    blocks.push_back(duty_plot(prediction));
+    blocks.push_back(input_plot(d, prediction));
   }
   if (d.verdict != Verdict::consistent) blocks.push_back(place_table(d));
 }
@@ -169,7 +162,7 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     const bool found =  // as a constant
         !d.wandering && std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
     report::Row row;
-    row.cells = {effect_name(candidate.effect), effect_words(candidate.effect),
+    row.cells = {effect_name(d, candidate.effect), effect_words(d, candidate.effect),
                  usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
                  !usable                                      ? "–"
                  : candidate.explanation.log_evidence == best ? "the best"
@@ -191,11 +184,11 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
 
 report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found) {
   report::Table table;
-  table.title = "Instead of " + effect_name(found.effect);
+  table.title = "Instead of " + effect_name(d, found.effect);
   table.header = {"effect", "in words", "is"};
   for (const auto& [effect, loss] : found.rivals) {
     report::Row row;
-    row.cells = {effect_name(effect), effect_words(effect), odds_words(loss)};
+    row.cells = {effect_name(d, effect), effect_words(d, effect), odds_words(loss)};
     row.emphasis = std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), effect) != d.ambiguous_with.end();
     table.rows.push_back(row);
   }
@@ -223,17 +216,17 @@ report::Table parameter_table(const Diagnosis& d) {
   table.header = {"parameter", "meaning", "believed before", "fitted", "95 % interval"};
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
-  const std::vector<std::size_t> added = added_effects(d);
+  const std::vector<plant::EffectId> added = added_effects(d);
   std::vector<report::Row> core;
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect) continue;
-    const auto& info = plant::parameters()[unknown.parameter];
+    if (unknown.parameter == std::nullopt) continue;
+    const auto& info = parameters_of(d)[*unknown.parameter];
     const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
                  error = two_sided_95 * answer.deviation(u) / unit;
     const double low = std::max(value - error, info.declaration.range.lowest),
                  high = std::min(value + error, info.declaration.range.highest);
-    const bool new_here = std::find(added.begin(), added.end(), info.effect) != added.end();
+    const bool new_here = info.effect && std::find(added.begin(), added.end(), *info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
                  rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit,
@@ -249,9 +242,9 @@ report::Table parameter_table(const Diagnosis& d) {
       row.note = "the data says little about it: mostly what was believed before";
     (new_here ? table.rows : core).push_back(row);
   }
-  for (const std::size_t e : added)
-    for (const std::size_t p : plant::effects()[e].parameters) {
-      const auto& info = plant::parameters()[p];
+  for (const plant::EffectId e : added)
+    for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      const auto& info = parameters_of(d)[p];
       const bool fitted =
           std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
@@ -273,14 +266,14 @@ report::Table parameter_table(const Diagnosis& d) {
 void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
   add_paragraphs(blocks, words.modelled);
-  for (const std::size_t e : added_effects(d)) {
+  for (const plant::EffectId e : added_effects(d)) {
     report::Code code;
-    code.caption = effect_name(e) + ": " + effect_words(e);
-    code.text = std::string(plant::effects()[e].equation);
-    for (const std::size_t p : plant::effects()[e].parameters) {
-      const auto& declared = plant::parameters()[p].declaration;
+    code.caption = effect_name(d, e) + ": " + effect_words(d, e);
+    code.text = std::string(effects_of(d)[e].equation);
+    for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      const auto& declared = parameters_of(d)[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
-                   with_unit(report::significant(plant::get_in_file_units(d.repaired, p), 4), declared.unit.text) +
+                   with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) +
                    "   " + std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
     }
     blocks.push_back(code);
@@ -301,10 +294,10 @@ report::Table error_table(const Diagnosis& d) {
     table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
   else
     table.header.push_back("noise alone");
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
     report::Row row;
-    row.cells = {with_channel_unit(c), std::to_string(held.samples[c]), report::significant(held.nominal[c], 3),
+    row.cells = {with_channel_unit(channels_of(d)[c]), std::to_string(held.samples[c]), report::significant(held.nominal[c], 3),
                  report::significant(held.before[c], 3)};
     if (repaired) {
       row.cells.push_back(report::significant(held.after[c], 3));
@@ -320,7 +313,7 @@ report::Table error_table(const Diagnosis& d) {
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = report::Align::left;
   table.caption =
-      "Open loop: the plant is given the recorded duty and nothing else. As given: the plant file. Calibrated: its "
+      "Open loop: the plant is given the recorded inputs and nothing else. As given: the plant file. Calibrated: its "
       "parameters fitted, nothing added." +
       std::string(repaired ? " Repaired: with what was added." : "");
   return table;
@@ -328,7 +321,7 @@ report::Table error_table(const Diagnosis& d) {
 
 void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired) {
   const auto bands = kept_back_bands(prediction);
-  for (const std::size_t c : {std::size_t{2}, std::size_t{0}, std::size_t{1}}) {
+  for (const plant::ChannelId c : in_reading_order(system_of(d))) {
     std::vector<report::Series> series{line("recording", prediction.measured[c], colors::black)};
     if (repaired) {
       series.push_back(line("before (calibrated)", prediction.before[c], colors::vermillion));
@@ -337,22 +330,22 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
       series.push_back(line("calibrated", prediction.after[c], colors::green));
     }
     blocks.push_back(
-        time_plot(prediction, capitalised(channels[c].words), with_channel_unit(c), std::move(series), bands, 180));
+        time_plot(prediction, capitalised(channels_of(d)[c].words), with_channel_unit(channels_of(d)[c]), std::move(series), bands, 180));
     std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
     if (repaired)
       left.push_back(
           line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
     left.push_back(line(repaired ? "after − recording" : "calibrated − recording",
                         difference(prediction.after[c], prediction.measured[c]), colors::green));
-    blocks.push_back(time_plot(prediction, "What is left of " + channel_words(c),
-                               "error / " + std::string(channels[c].unit), std::move(left), bands, 110));
+    blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channels_of(d)[c]),
+                               "error / " + channels_of(d)[c].unit_words, std::move(left), bands, 110));
   }
-  blocks.push_back(duty_plot(prediction));
+  blocks.push_back(input_plot(d, prediction));
 }
 
-report::ScatterPlot correlation_plot(const Diagnosis& d, std::size_t c, bool repaired) {
+report::ScatterPlot correlation_plot(const Diagnosis& d, plant::ChannelId c, bool repaired) {
   report::ScatterPlot plot;
-  plot.title = capitalised(channels[c].words);
+  plot.title = capitalised(channels_of(d)[c].words);
   plot.x_label = "time between two errors / s";
   plot.y_label = "correlation";
   plot.height_px = 220;
@@ -411,7 +404,7 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
       "that "
       "something lasting is missing, or that the air moves.";
   blocks.push_back(alike);
-  for (const std::size_t c : {std::size_t{2}, std::size_t{0}, std::size_t{1}})
+  for (const plant::ChannelId c : in_reading_order(system_of(d)))
     if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty())
       blocks.push_back(correlation_plot(d, c, repaired));
 }
@@ -472,8 +465,8 @@ void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
   blocks.push_back(plot);
 }
 
-report::ScatterPlot left_over_plot(const diagnose::LeftOver& left) {
-  const auto& forcing = diagnose::forcings[static_cast<std::size_t>(left.forcing)];
+report::ScatterPlot left_over_plot(const Diagnosis& d, const diagnose::LeftOver& left) {
+  const auto& forcing = groups_of(d)[left.group];
   const bool angle = forcing.unit == "rad";
   const double scale = angle ? 1.0 / plant::radians_per_degree : 1.0;
   report::ScatterPlot plot;
@@ -496,18 +489,18 @@ report::Table gate_table(const Diagnosis& d) {
   report::Table table;
   table.header = {"recording", "channel", "samples", "noise", "smallest step", "missing", "outliers"};
   for (const auto& gate : d.gate)
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : channels_of(d).ids()) {
       report::Row row;
-      row.cells = {c == 0 ? file_name(gate.recording) : "",
-                   with_channel_unit(c),
+      row.cells = {c.index == 0 ? file_name(gate.recording) : "",
+                   with_channel_unit(channels_of(d)[c]),
                    std::to_string(gate.samples),
                    report::significant(gate.noise[c], 2),
                    report::significant(gate.step[c], 2),
                    std::to_string(gate.missing[c]),
                    std::to_string(gate.outliers[c])};
-      if (c + 1 == channel_count) {
+      if (c.index + 1 == channels_of(d).size()) {
         row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) +
-                   " s, duty up to " + report::fixed(gate.largest_duty_fraction, 2);
+                   " s, " + input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
         for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);
@@ -524,13 +517,13 @@ report::Table effect_table(const Diagnosis& d) {
   report::Table table;
   table.header = {"effect", "in words", "enters in", "answer", "would have been seen from", "a usual size"};
   const std::vector<diagnose::Visibility> others = not_found(d);
-  const std::vector<std::size_t> substitutes = stand_ins(d), before = d.search.core.effects();
-  const auto among = [](const std::vector<std::size_t>& effects, std::size_t e) {
+  const std::vector<plant::EffectId> substitutes = stand_ins(d), before = d.search.core.effects();
+  const auto among = [](const std::vector<plant::EffectId>& effects, plant::EffectId e) {
     return std::find(effects.begin(), effects.end(), e) != effects.end();
   };
-  for (std::size_t e = 0; e < plant::effect_count; ++e) {
-    const auto& info = plant::effects()[e];
-    const auto& strength = plant::parameters()[info.strength].declaration;
+  for (const plant::EffectId e : effects_of(d).ids()) {
+    const auto& info = effects_of(d)[e];
+    const auto& strength = parameters_of(d)[info.strength].declaration;
     const bool toggle = strength.kind == plant::Kind::toggle;
     const std::string symbol = std::string(strength.symbol.empty() ? strength.name : strength.symbol) + " = ";
     // Sizes count from the null, which is 0 for all but shares.
@@ -561,7 +554,7 @@ report::Table effect_table(const Diagnosis& d) {
     }
     row.cells = {std::string(info.name),
                  std::string(info.words),
-                 place_words(text_of(info.place)),
+                 place_words(system_of(d), info.place),
                  answer,
                  seen,
                  toggle ? "there or not" : size(std::abs(strength.typical - *strength.null_value))};
@@ -602,7 +595,7 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   if (d.wandering)
     add_wandering(blocks, d);
   else if (!d.left_over.variable.empty())
-    blocks.push_back(left_over_plot(d.left_over));
+    blocks.push_back(left_over_plot(d, d.left_over));
 
   report::Section data = section("The data");
   data.text = "What was seen of the recordings before any plant was fitted.";

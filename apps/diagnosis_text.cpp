@@ -11,8 +11,6 @@
 namespace sinew::apps {
 namespace {
 
-using diagnose::channel_count;
-using diagnose::channels;
 using diagnose::Diagnosis;
 using diagnose::Verdict;
 
@@ -20,12 +18,12 @@ constexpr double doubtful_below = 0.5;   // probability under which a name is no
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
-std::string_view effect_name(std::size_t effect) { return plant::effects()[effect].name; }
+std::string_view effect_name(const Diagnosis& d, plant::EffectId effect) { return effects_of(d)[effect].name; }
 
 // What was found, as clauses.
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.effects) words.push_back(std::string(plant::effects()[found.effect].words));
+  for (const auto& found : d.effects) words.push_back(std::string(effects_of(d)[found.effect].words));
   return words;
 }
 
@@ -50,14 +48,14 @@ std::string change_words(const diagnose::Wandering& w) {
 
 // The place, or those that it could be.
 std::string located_words(const Diagnosis& d) {
-  std::vector<std::string> places{place_words(d.located.place)};
-  for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(other));
+  std::vector<std::string> places{place_words(system_of(d), d.located.place)};
+  for (const std::string& other : d.located.cannot_be_told_from) places.push_back(place_words(system_of(d), other));
   return either_words(places);
 }
 
 std::string rivals_in_headline(const Diagnosis& d) {
   std::vector<std::string> names;
-  for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(plant::effects()[e].words));
+  for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effects_of(d)[e].words));
   return " – or that " + listed(names) + ": this recording cannot tell them apart.";
 }
 
@@ -102,14 +100,14 @@ std::string verdict_sentence(const Diagnosis& d) {
                                      ? " changed with " + variable_words(w.on)
                                      : " changed from moment to moment";
         const std::string which =
-            w.of.effect == plant::no_effect ? "" : " (" + std::string(plant::effects()[w.of.effect].words) + ")";
+            w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[*w.of.effect].words) + ")";
         return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " +
                w.of.words + which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
-          named.push_back("that " + std::string(plant::effects()[found.effect].words) + ", " +
+          named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " +
                           probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
                     ? "What is missing looks like one that I know, but something is left that its law does not explain: "
@@ -123,22 +121,16 @@ std::string verdict_sentence(const Diagnosis& d) {
   return "";
 }
 
-diagnose::Forcing forcing_of_place(std::string_view place, bool& known) {
-  using diagnose::Forcing;
-  known = true;
-  for (std::size_t q = 0; q < diagnose::forcing_count; ++q)
-    if (diagnose::forcings[q].name == place) return static_cast<Forcing>(q);
-  if (place == text_of(plant::Place::thermal) || place == text_of(plant::Place::actuation)) return Forcing::heat;
-  if (place == text_of(plant::Place::transformation)) return Forcing::transformation;
-  if (place == text_of(plant::Place::mechanics)) return Forcing::moment;
-  if (place == text_of(plant::Place::sensor_temperature)) return Forcing::temperature_reading;
-  if (place == text_of(plant::Place::sensor_angle)) return Forcing::angle_reading;
-  known = false;
-  return Forcing::heat;
+std::optional<plant::EntryGroupId> group_of_place(const plant::System& system, std::string_view place) {
+  for (const plant::EntryGroupId g : system.entry_groups().ids()) {
+    const plant::EntryGroup& group = system.entry_groups()[g];
+    if (group.name == place || std::find(group.places.begin(), group.places.end(), place) != group.places.end()) return g;
+  }
+  return std::nullopt;
 }
 
-std::string share_of_mismatch(const diagnose::PlaceShare& share) {
-  return std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words) + " (share " +
+std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& share) {
+  return std::string(groups_of(d)[share.group].words) + " (share " +
          report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + "," + no_break +
          report::fixed(share.highest, 2) + "])";
 }
@@ -150,9 +142,9 @@ std::string shares_words(const Diagnosis& d) {
   std::vector<std::string> loud, quiet;
   for (const auto& share : shares) {
     if (share.share >= 0.03)
-      loud.push_back(share_of_mismatch(share));
+      loud.push_back(share_of_mismatch(d, share));
     else
-      quiet.push_back(std::string(diagnose::forcings[static_cast<std::size_t>(share.forcing)].words));
+      quiet.push_back(std::string(groups_of(d)[share.group].words));
   }
   if (loud.empty()) return "";
   std::string text = "Judged by its course alone, without any effect in mind, it enters in " + listed(loud);
@@ -161,12 +153,11 @@ std::string shares_words(const Diagnosis& d) {
 }
 
 bool leads(const Diagnosis& d, std::string_view place) {
-  bool known = false;
-  const diagnose::Forcing forcing = forcing_of_place(place, known);
+  const auto group = group_of_place(system_of(d), place);
   double largest = 0.0, mine = 0.0;
   for (const auto& share : d.located.shares) {
     largest = std::max(largest, share.share);
-    if (known && share.forcing == forcing) mine = share.share;
+    if (share.group == group) mine = share.share;
   }
   return mine == largest;
 }
@@ -174,15 +165,15 @@ bool leads(const Diagnosis& d, std::string_view place) {
 std::vector<std::string> where_words(const Diagnosis& d) {
   const auto& located = d.located;
   const diagnose::PerChannel rmse = fitted_rmse(d);
-  const auto off = [&](std::size_t c) {
-    return channel_value(c, rmse[c]) + " off (noise: " + channel_value(c, located.noise[c]) + ")";
+  const auto off = [&](plant::ChannelId c) {
+    return channel_value(channels_of(d)[c], rmse[c]) + " off (noise: " + channel_value(channels_of(d)[c], located.noise[c]) + ")";
   };
   std::vector<std::string> others;
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (c != located.channel && std::isfinite(rmse[c]))
-      others.push_back(std::string(channels[c].words) + " is " + off(c));
+      others.push_back(channels_of(d)[c].words + " is " + off(c));
   std::string first = "With its parameters fitted and nothing added, the plant's " +
-                      std::string(channels[located.channel].words) + " is " + off(located.channel);
+                      channels_of(d)[located.channel].words + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
@@ -190,7 +181,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
 
   std::string when = percent(located.worst.share_of_error) + " of the squared error of " +
-                     channel_words(located.channel) + " happens in " + percent(located.worst.share_of_time) +
+                     channel_words(channels_of(d)[located.channel]) + " happens in " + percent(located.worst.share_of_time) +
                      " of the time";
   if (!located.while_words.empty()) when += ", " + located.while_words;
   if (d.gate.size() > 1 && located.worst_recording < d.gate.size())
@@ -201,35 +192,35 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   std::string place = shares_words(d);
   if (d.wandering) {
     place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " +
-             place_words(located.place) + ".";
+             place_words(system_of(d), located.place) + ".";
     std::vector<std::string> words;
-    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
     if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
   } else if (!d.effects.empty() && !leads(d, located.place))
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
                                                : "Of the effects that may explain it, below, the strongest") +
-             " acts in " + place_words(located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
+             " acts in " + place_words(system_of(d), located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
   if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
-    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(other));
+    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
     place += " It could as well enter in " + listed(words) + ".";
   }
   if (d.by_paths && !located.cannot_be_told_from.empty())
-    place += " Were one thing no constant instead, it would act in " + place_words(located.cannot_be_told_from.front()) + ".";
+    place += " Were one thing no constant instead, it would act in " + place_words(system_of(d), located.cannot_be_told_from.front()) + ".";
   if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};
 }
 
-const diagnose::Candidate* candidate_of(const Diagnosis& d, std::size_t effect) {
+const diagnose::Candidate* candidate_of(const Diagnosis& d, plant::EffectId effect) {
   if (d.search.rounds.empty()) return nullptr;
   for (const auto& candidate : d.search.rounds.front().candidates)
     if (candidate.effect == effect) return &candidate;
   return nullptr;
 }
 
-std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
-  const auto& declared = plant::parameters()[parameter.parameter].declaration;
+std::string parameter_words(const Diagnosis& d, const diagnose::FoundEffect::Parameter& parameter) {
+  const auto& declared = parameters_of(d)[parameter.parameter].declaration;
   std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
   if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
   if (parameter.known)
@@ -237,26 +228,26 @@ std::string parameter_words(const diagnose::FoundEffect::Parameter& parameter) {
   return text + interval_words(parameter.value, parameter.lowest, parameter.highest, declared.unit.text);
 }
 
-std::string parameters_words(const diagnose::FoundEffect& found) {
+std::string parameters_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
   std::vector<std::string> parts;
   for (const auto& parameter : found.parameters) {
-    const auto& declared = plant::parameters()[parameter.parameter].declaration;
+    const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     if (declared.kind == plant::Kind::toggle) continue;  // it is on; that has been said
-    parts.push_back(parameter_words(parameter));
+    parts.push_back(parameter_words(d, parameter));
   }
   return listed(parts);
 }
 
 std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
-  std::vector<std::pair<std::size_t, double>> rivals = found.rivals;
+  std::vector<std::pair<plant::EffectId, double>> rivals = found.rivals;
   std::erase_if(rivals, [&](const auto& rival) {
     return std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), rival.first) != d.ambiguous_with.end();
   });
   std::string text;
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
-    text = "The runner-up is that " + std::string(plant::effects()[effect].words) + " (" +
-           std::string(effect_name(effect)) + "): ";
+    text = "The runner-up is that " + std::string(effects_of(d)[effect].words) + " (" +
+           std::string(effect_name(d, effect)) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
       text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
@@ -268,12 +259,12 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 }
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
-  const auto& info = plant::effects()[found.effect];
+  const auto& info = effects_of(d)[found.effect];
   std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") +
                      std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
-                     ", which acts in " + place_words(text_of(info.place)) + "; " +
+                     ", which acts in " + place_words(system_of(d), info.place) + "; " +
                      probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
-  const std::string sizes = parameters_words(found);
+  const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
     text += "Why: it explains " + percent(d.explained_share) +
@@ -287,7 +278,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
 
 // Why what was found is not given as the answer.
 std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
-  const std::vector<std::string> reasons = objection_words(d.objections);
+  const std::vector<std::string> reasons = objection_words(system_of(d), d.objections);
   const std::string rule =
       "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
@@ -299,7 +290,7 @@ std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings&
 std::string chance_of_the_rest(const Diagnosis& d) {
   const diagnose::UnrestByChance& chance = *d.by_chance;
   const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that wanders by " +
-                                report::fixed(chance.air_K, 2) + " K, ";
+                                report::fixed(chance.nuisance, 2) + " K, ";
   return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
                                    std::to_string(chance.as_large) + " left as much: it may be chance."
                              : "What is left is not much: none of " + simulated + "left as much, but one left " +
@@ -318,7 +309,7 @@ std::string wandering_words(const Diagnosis& d) {
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
   if (!d.effects.empty())
-    text += " So perhaps " + std::string(plant::effects()[w.of.effect].words) + ", but not by a constant amount (" +
+    text += " So perhaps " + std::string(effects_of(d)[*w.of.effect].words) + ", but not by a constant amount (" +
             probability_words(d.effects.front().confidence) + ").";
   return text;
 }
@@ -326,18 +317,18 @@ std::string wandering_words(const Diagnosis& d) {
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
-  const std::size_t tried = plant::effect_count - inputs.settings.search.without.size();
+  const std::size_t tried = effects_of(d).size() - inputs.settings.search.without.size();
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())
       tested =
-          std::to_string(tried) + " of the catalogue's " + std::to_string(plant::effect_count) + " effects were tried.";
+          std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
-      tested += " The one that would help most is that " + std::string(plant::effects()[best].words) + " (" +
-                std::string(effect_name(best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
+      tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" +
+                std::string(effect_name(d, best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
     text.push_back(tested);
     if (d.by_chance) text.push_back(chance_of_the_rest(d));
@@ -364,7 +355,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     } else if (!left.variable.empty())
       start +=
           " What the plant would need in " +
-          std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+          std::string(groups_of(d)[left.group].words) +
           (left.explained_share >= goes_with_share
                ? " goes with " + variable_words(left) + ", which accounts for " + percent(left.explained_share) + " of it."
                : " follows no single quantity: the nearest, " + variable_words(left) + ", accounts for only " +
@@ -374,7 +365,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     if (!d.search.rounds.empty())
       for (const auto& candidate : d.search.rounds.front().candidates) {
         if (!candidate.explanation.usable || near.size() == 3) continue;
-        near.push_back(std::string(effect_name(candidate.effect)) + " explains " +
+        near.push_back(std::string(effect_name(d, candidate.effect)) + " explains " +
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
@@ -384,7 +375,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
       std::vector<std::string> names;
-      for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+      for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
       text.push_back("It cannot be told from " + listed(names) + ".");
     }
     return text;
@@ -397,8 +388,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       text.back() += " Nothing else in the catalogue does as well.";
     } else {
       std::vector<std::string> names;
-      for (const std::size_t e : d.ambiguous_with)
-        names.push_back(std::string(plant::effects()[e].words) + " (" + std::string(effect_name(e)) + ")");
+      for (const plant::EffectId e : d.ambiguous_with)
+        names.push_back(std::string(effects_of(d)[e].words) + " (" + std::string(effect_name(d, e)) + ")");
       std::string why = "Either explains the recording about as well.";
       if (!d.parsimony.as_good.empty())
         why =
@@ -428,7 +419,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == plant::no_effect || plant::parameters()[unknown.parameter].effect != plant::no_effect)
+    if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect)
       continue;
     if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
   }
@@ -437,7 +428,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
 
 bool predicts_better(const Diagnosis& d) {
   double gain = 0.0;
-  for (std::size_t c = 0; c < channel_count; ++c)
+  for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0) gain += std::log(d.held_out.before[c] / d.held_out.after[c]);
   return gain > 0.0;
 }
@@ -445,7 +436,7 @@ bool predicts_better(const Diagnosis& d) {
 std::vector<std::string> modelled_words(const Diagnosis& d) {
   std::string text;
   std::vector<std::string> substitutes;
-  for (const std::size_t e : stand_ins(d)) substitutes.push_back(std::string(effect_name(e)));
+  for (const plant::EffectId e : stand_ins(d)) substitutes.push_back(std::string(effect_name(d, e)));
   if (added_effects(d).empty())
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
@@ -460,8 +451,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            " switched on and all parameters fitted again." +
            (d.verdict == Verdict::unexplained ? " That the limb does this is not certain." : "");
   text += " `sinew run` and `sinew compare` accept it.";
-  for (const std::size_t p : d.flipped_signs)
-    text += " The recording says that " + plant::parameters()[p].key() + " is " + sim::parameter_text(d.repaired, p) +
+  for (const plant::ParameterId p : d.flipped_signs)
+    text += " The recording says that " + parameters_of(d)[p].key() + " is " + sim::parameter_text(d.repaired, p) +
             ", the other way than in the given plant, and that was used.";
   if (const auto moved = moved_parameters(d); !moved.empty())
     text += " Fitted far from what was believed before, by more than two standard deviations: " + listed(moved) +
@@ -478,14 +469,14 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
                            : " but for the first 5 s, which tell how it begins:");
   text.push_back(intro);
   std::vector<std::string> rough;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
-    std::string line = std::string(channels[c].words) + ": " + channel_value(c, held.before[c]) + " off before, " +
-                       channel_value(c, held.after[c]) + " after; noise alone would give " +
-                       channel_value(c, held.noise[c]) + ".";
+    std::string line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.before[c]) + " off before, " +
+                       channel_value(channels_of(d)[c], held.after[c]) + " after; noise alone would give " +
+                       channel_value(channels_of(d)[c], held.noise[c]) + ".";
     if (added_effects(d).empty())
-      line = std::string(channels[c].words) + ": " + channel_value(c, held.nominal[c]) + " off as given, " +
-             channel_value(c, held.after[c]) + " fitted; noise alone would give " + channel_value(c, held.noise[c]) +
+      line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.nominal[c]) + " off as given, " +
+             channel_value(channels_of(d)[c], held.after[c]) + " fitted; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) +
              ".";
     else if (!(std::abs(held.gain[c]) > 0.01))
       line += " Nothing changes.";
@@ -498,15 +489,15 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
     if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c])
-      rough.push_back(channel_words(c));
+      rough.push_back(channel_words(channels_of(d)[c]));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
-  const std::size_t c = d.located.channel;
+  const plant::ChannelId c = d.located.channel;
   const auto before = correlation_after_1_s(d.correlation.before[c]),
              after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
-    closing = "Errors of " + channel_words(c) + " one second apart are alike by " + report::fixed(*before, 2) +
+    closing = "Errors of " + channel_words(channels_of(d)[c]) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
   if (!rough.empty() && d.verdict == Verdict::consistent)
     closing = "The prediction of " + listed(rough) +
@@ -520,9 +511,9 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
 }
 
 // "thermocouple_lag from 0.31 s".
-std::string smallest_words(const diagnose::Visibility& visibility) {
-  const auto& info = plant::effects()[visibility.effect];
-  const auto& declared = plant::parameters()[info.strength].declaration;
+std::string smallest_words(const Diagnosis& d, const diagnose::Visibility& visibility) {
+  const auto& info = effects_of(d)[visibility.effect];
+  const auto& declared = parameters_of(d)[info.strength].declaration;
   if (declared.kind == plant::Kind::toggle) return std::string(info.name);
   return std::string(info.name) + " from " +
          with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
@@ -533,19 +524,19 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   std::vector<std::string> seen, imitated, too_small;
   for (const auto& other : not_found(d))
     if (other.can_be_seen)
-      seen.push_back(smallest_words(other));
+      seen.push_back(smallest_words(d, other));
     else
-      (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(other.effect)));
+      (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(d, other.effect)));
   if (!d.ambiguous_with.empty()) {
-    std::vector<std::string> names{std::string(effect_name(d.effects.front().effect))};
-    for (const std::size_t e : d.ambiguous_with) names.push_back(std::string(effect_name(e)));
+    std::vector<std::string> names{std::string(effect_name(d, d.effects.front().effect))};
+    for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
       text.push_back(
-          "To tell " + std::string(effect_name(e.effect)) + " from " + std::string(effect_name(e.rival)) +
+          "To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
           ", run experiment.yaml on the limb: " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
-          " minutes, duty up to " + report::fixed(e.largest_duty_fraction, 2) + ", wires up to " +
-          report::fixed(e.hottest_degC, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
+          " minutes, duty up to " + report::fixed(e.largest_share, 2) + ", wires up to " +
+          report::fixed(e.highest, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
           " standard deviations, whatever the other parameters are" +
           (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
           " Give both recordings to --train.");
@@ -566,7 +557,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     else if (!left.variable.empty() && left.explained_share >= goes_with_share)
       text.push_back("Look at the curve of what is left against " + variable_words(left) +
                      " in the report: which assumption of the plant's equation for " +
-                     std::string(diagnose::forcings[static_cast<std::size_t>(left.forcing)].words) +
+                     std::string(groups_of(d)[left.group].words) +
                      " could break like this?");
     else
       text.push_back(
@@ -577,9 +568,9 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     std::string more = "Nothing further is found.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const std::size_t best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
+      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
-      more += " The next best effect, " + std::string(effect_name(best)) + ", gains what chance alone brings " +
+      more += " The next best effect, " + std::string(effect_name(d, best)) + ", gains what chance alone brings " +
               chance_words(round.chance) + ".";
     }
     text.push_back(more);
@@ -612,12 +603,12 @@ std::vector<std::string> odd_words(const Diagnosis& d) {
 
 }  // namespace
 
-std::vector<std::string> objection_words(const diagnose::Objections& against) {
+std::vector<std::string> objection_words(const plant::System& system, const diagnose::Objections& against) {
   std::vector<std::string> words;
   if (!against.channels.empty()) {
     std::vector<std::string> names;
-    for (const std::size_t c : against.channels)
-      names.push_back("the prediction of " + std::string(channels[c].words));
+    for (const plant::ChannelId c : against.channels)
+      names.push_back("the prediction of " + system.channels()[c].words);
     words.push_back("leaves " + listed(names) + " far off");
   }
   if (against.pushes_parameters)
@@ -634,12 +625,10 @@ std::string capitalised(std::string_view text) {
   return copy;
 }
 
-std::string channel_words(std::size_t channel) {
-  return (channel < 2 ? "" : "the ") + std::string(channels[channel].words);
-}
+std::string channel_words(const plant::ChannelInfo& channel) { return (channel.part.empty() ? "the " : "") + channel.words; }
 
-std::string channel_value(std::size_t channel, double value, int digits) {
-  return report::significant(value, digits) + (channel < 2 ? no_break : "") + std::string(channels[channel].unit);
+std::string channel_value(const plant::ChannelInfo& channel, double value, int digits) {
+  return report::significant(value, digits) + (channel.unit_words == "°" ? "" : no_break) + channel.unit_words;
 }
 
 std::string unit_words(std::string_view unit) {
@@ -729,17 +718,16 @@ std::string odds_words(double loss) {
   return report::fixed(std::round(factor / power) * power, 0) + " times less likely";
 }
 
-std::string place_words(std::string_view place) {
-  if (place == text_of(plant::Place::actuation)) return "the heating of the wires by their current";
-  bool known = false;
-  const diagnose::Forcing forcing = forcing_of_place(place, known);
-  return known           ? std::string(diagnose::forcings[static_cast<std::size_t>(forcing)].words)
-         : place.empty() ? "no single equation"
-                         : std::string(place);
+std::string place_words(const plant::System& system, std::string_view place) {
+  const auto found = group_of_place(system, place);
+  if (!found) return place.empty() ? "no single equation" : std::string(place);
+  const plant::EntryGroup& group = system.entry_groups()[*found];
+  const bool of_input = group.places.size() > 1 && group.places[1] == place && !group.input_words.empty();
+  return std::string(of_input ? group.input_words : group.words);
 }
 
-std::string name_and_words(std::size_t effect) {
-  return std::string(plant::effects()[effect].name) + ": " + std::string(plant::effects()[effect].words);
+std::string name_and_words(const plant::EffectInfo& effect) {
+  return std::string(effect.name) + ": " + std::string(effect.words);
 }
 
 std::string file_name(const std::string& path) {
@@ -773,7 +761,7 @@ bool is_imitated(const diagnose::Visibility& visibility) {
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   diagnose::PerChannel rmse{};
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : channels_of(d).ids()) {
     double squares = 0.0, count = 0.0;
     for (const auto& prediction : d.predictions)
       for (std::size_t k = 0; prediction.training && k < prediction.time_s.size(); ++k) {
@@ -788,18 +776,18 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
 
 const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) { return d.answer; }
 
-std::vector<std::size_t> added_effects(const diagnose::Diagnosis& d) {
-  const std::vector<std::size_t> before = d.search.core.effects();
-  std::vector<std::size_t> added;
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    if (d.repaired.on[e] && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
+std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
+  const std::vector<plant::EffectId> before = d.search.core.effects();
+  std::vector<plant::EffectId> added;
+  for (const plant::EffectId e : effects_of(d).ids())
+    if (d.repaired.is_on(e) && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
   return added;
 }
 
-std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
-  std::vector<std::size_t> all = added_effects(d);
+std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
+  std::vector<plant::EffectId> all = added_effects(d);
   if (d.wandering) return all;  // what wanders is not what was added, even if by the same name
-  std::erase_if(all, [&](std::size_t e) {
+  std::erase_if(all, [&](plant::EffectId e) {
     return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });
   return all;
@@ -807,7 +795,7 @@ std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& d) {
 
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
-  const std::vector<std::size_t> added = added_effects(d);
+  const std::vector<plant::EffectId> added = added_effects(d);
   std::erase_if(all, [&](const auto& other) {
     return std::find(added.begin(), added.end(), other.effect) != added.end() ||
            std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == other.effect; });
@@ -851,19 +839,19 @@ std::optional<double> correlation_after_1_s(const std::vector<double>& correlati
 }
 
 std::string summary_sentence(const Diagnosis& d) {
-  std::size_t c = d.located.channel;
+  plant::ChannelId c = d.located.channel;
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())
-    return "On data kept back, " + channel_words(c) + " is predicted to " + channel_value(c, held.after[c]) +
-           "; noise alone would give " + channel_value(c, held.noise[c]) + ".";
+    return "On data kept back, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
+           "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
   return "With " +
          std::string(d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1          ? "it"
                                              : "them") +
-         " put in, the error of " + channel_words(c) + " on data kept back goes from " +
-         channel_value(c, held.before[c]) + " to " + channel_value(c, held.after[c]) + "; noise alone would give " +
-         channel_value(c, held.noise[c]) + ".";
+         " put in, the error of " + channel_words(channels_of(d)[c]) + " on data kept back goes from " +
+         channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) + "; noise alone would give " +
+         channel_value(channels_of(d)[c], held.noise[c]) + ".";
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {

@@ -28,12 +28,19 @@ struct DiagnosisWords {
   std::vector<std::string> where, what, modelled, better, next;  // paragraphs
 };
 
+// The lists of the plant's System.
+inline const plant::System& system_of(const diagnose::Diagnosis& diagnosis) { return diagnosis.repaired.system(); }
+inline const auto& effects_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).effects(); }
+inline const auto& parameters_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).parameters(); }
+inline const auto& channels_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).channels(); }
+inline const auto& groups_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).entry_groups(); }
+
 DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 
 std::string capitalised(std::string_view text);
-std::string channel_words(std::size_t channel);  // "the angle", "temperature A"
+std::string channel_words(const plant::ChannelInfo& channel);  // "the angle", "temperature A"
 // "0.35 °C", "6.1°".
-std::string channel_value(std::size_t channel, double value, int digits = 2);
+std::string channel_value(const plant::ChannelInfo& channel, double value, int digits = 2);
 std::string unit_words(std::string_view unit);  // "N·m/rad", "°C"
 std::string with_unit(const std::string& number, std::string_view unit);
 // A number, and the ends of its interval, with as many decimals as the interval deserves.
@@ -44,13 +51,13 @@ std::string percent_interval(double share, double lowest, double highest);  // "
 // "practically certain (probability 0.998)".
 std::string probability_words(double probability);
 // Why what was found has no name: "needs a value at the bound of what is allowed". That something is left is none of these.
-std::vector<std::string> objection_words(const diagnose::Objections& against);
+std::vector<std::string> objection_words(const plant::System& system, const diagnose::Objections& against);
 // How often something happens by chance: "in less than one of a million recordings".
 std::string chance_words(double probability);
 // Of a loss of log evidence: "120 times less likely".
 std::string odds_words(double loss);
-std::string place_words(std::string_view place);  // of plant::text_of(Place) or ForcingInfo::name
-std::string name_and_words(std::size_t effect);   // "the silicone creeps (viscoelasticity), viscoelastic_creep"
+std::string place_words(const plant::System& system, std::string_view place);  // of EffectInfo::place, or of EntryGroup::name
+std::string name_and_words(const plant::EffectInfo& effect);  // "the silicone creeps (viscoelasticity), viscoelastic_creep"
 std::string file_name(const std::string& path);
 std::string listed(const std::vector<std::string>& parts);  // "a, b and c"
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
@@ -62,8 +69,8 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& diagnosis);
 const diagnose::Explanation& answer_of(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
 // for what is missing.
-std::vector<std::size_t> added_effects(const diagnose::Diagnosis& diagnosis);
-std::vector<std::size_t> stand_ins(const diagnose::Diagnosis& diagnosis);
+std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& diagnosis);
+std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& diagnosis);
 // Effects that were not found, and whether they would have been.
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis);
 

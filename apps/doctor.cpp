@@ -117,13 +117,19 @@ void look_at_board(const std::string& port, Findings& findings) {
   }
   findings.good("answers, protocol version " + std::to_string(FRAME_VERSION));
   char text[96];
+  if (const std::string misfit = hil::misfit_of(hello->parts); !misfit.empty()) {
+    findings.bad(misfit, "flash the firmware that belongs to this program: docs/hardware.md");
+    return;
+  }
+  std::snprintf(text, sizeof text, "coils: %u, thermocouples: %u, angles: %u", hello->parts.coils, hello->parts.thermocouples, hello->parts.angles);
+  findings.good(text);
   if (hello->firmware_hash == SINEW_FIRMWARE_HASH) {
     findings.good("firmware is this program's");
   } else {
     std::snprintf(text, sizeof text, "firmware %08x, this program's is %08x", static_cast<unsigned>(hello->firmware_hash), static_cast<unsigned>(SINEW_FIRMWARE_HASH));
     findings.bad(text, "flash the firmware that belongs to this program: docs/hardware.md");
   }
-  if (hello->limits_hash == limits_hash())
+  if (hello->limits_hash == limits_hash(hello->parts.coils))
     findings.good("limits are this program's");
   else
     findings.bad("limits are not this program's", "build and flash both from the same hil/limits.h");
@@ -148,8 +154,8 @@ void look_at_board(const std::string& port, Findings& findings) {
     findings.good(text);
   }
   const message_telemetry& said = device.telemetry()->said;
-  for (const std::size_t j : plant::coils) {
-    const std::string name = std::string("thermocouple ") + "AB"[j];
+  for (std::size_t j = 0; j < hello->parts.thermocouples; ++j) {
+    const std::string name = std::string("thermocouple ") + static_cast<char>('A' + j);
     if (said.sensor[j] == TRIP_NONE) {
       std::snprintf(text, sizeof text, "%s: %.2f degC", name.c_str(), said.temperature_cdegC[j] / 100.0);
       findings.good(text);
@@ -157,11 +163,14 @@ void look_at_board(const std::string& port, Findings& findings) {
       findings.bad(name + ": " + std::string(hil::words(static_cast<trip_cause>(said.sensor[j]))), "wiring of thermocouple and amplifier: docs/hardware.md");
     }
   }
-  std::snprintf(text, sizeof text, "bend sensor: %.2f deg", said.angle_cdeg / 100.0);
-  if (said.angle_raw < 160 || said.angle_raw > 16208)
-    findings.bad(text, "at the end of its range: a wire is off");
-  else
-    findings.good(text);
+  for (std::size_t k = 0; k < hello->parts.angles; ++k) {
+    const std::string name = hello->parts.angles == 1 ? "bend sensor" : "bend sensor " + std::to_string(k + 1);
+    std::snprintf(text, sizeof text, "%s: %.2f deg", name.c_str(), said.angle_cdeg[k] / 100.0);
+    if (said.angle_raw[k] < 160 || said.angle_raw[k] > 16208)
+      findings.bad(text, "at the end of its range: a wire is off");
+    else
+      findings.good(text);
+  }
 }
 
 int doctor_command(const std::string& port) {

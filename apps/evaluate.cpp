@@ -12,9 +12,11 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/dataset.h"
 #include "model/predictor.h"
@@ -35,7 +37,7 @@ namespace {
 struct EvaluateArguments {
   std::string model, stress, out;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool json = false;
+  bool json = false, overwrite = false;
 };
 
 // Beyond the runs that a set can have, so that no stress is a session that was trained on.
@@ -71,9 +73,11 @@ StressFile read_stress(const std::filesystem::path& path) {
   const auto* every = map.find("every_effect");
   const auto* rows = map.find("rows");
   map.finish();
+  const plant::System& system = file.base.plant.system();
   file.rows.push_back({"nothing: the limb of the base", {}});
   if (every && every->truth())
-    for (std::size_t e = 0; e < plant::effect_count; ++e) file.rows.push_back({std::string(plant::effects()[e].name), {{}, {{e, 1.0, {}}}, {}, {}}});
+    for (const plant::EffectId e : system.effects().ids())
+      file.rows.push_back({.name = std::string(system.effects()[e].name), .domain = {.effects = {{.effect = e}}}});
   if (rows && rows->kind != sim::YamlValue::Kind::list) rows->complain("must be a list, one stress an entry");
   if (rows)
     for (const sim::YamlValue& row : rows->list) {
@@ -84,7 +88,7 @@ StressFile read_stress(const std::filesystem::path& path) {
         return entry.key == "name";
       });
       if (stress.name.empty()) row.complain("each row needs a name");
-      stress.domain = model::read_domain(rest);
+      stress.domain = model::read_domain(rest, system);
       for (const Stress& other : file.rows)
         if (file_name(other.name, 0) == file_name(stress.name, 0)) row.complain("there is a row of this name already: " + other.name);
       file.rows.push_back(std::move(stress));
@@ -94,21 +98,26 @@ StressFile read_stress(const std::filesystem::path& path) {
 
 struct Outcome {
   std::string name, scenario_file;
-  double rmse_deg = std::nan(""), one_step_deg = std::nan(""), last_minute_deg = std::nan("");
+  double rmse = std::nan(""), one_step = std::nan(""), last_minute = std::nan("");
   std::string failure;
 };
 
-report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const std::string& name) {
-  report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, 1).front());
+report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task, const std::string& name) {
+  report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, task).front());
   plot.title = name;
   plot.time_axis = "";
   return plot;
 }
 
 int evaluate_command(const EvaluateArguments& arguments) {
-  if (!arguments.out.empty()) check_folder(arguments.out);
-  const model::Model predictor = model::read_model(weights_path(arguments.model));
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, InputPaths{.files = {arguments.model}, .yaml = {arguments.stress}}, arguments.overwrite);
+  }
   const StressFile stress = read_stress(arguments.stress);
+  const sim::Columns columns = sim::columns_of(stress.base.plant.system());
+  const sim::Column& predicted = predictor.task.predicted;
+  const std::string unit = unit_words(predicted);
   struct Job {
     std::size_t row;
     std::int64_t seed;
@@ -117,6 +126,14 @@ int evaluate_command(const EvaluateArguments& arguments) {
   for (std::size_t r = 0; r < stress.rows.size(); ++r)
     for (std::int64_t seed = 0; seed < stress.seeds; ++seed) jobs.push_back({r, seed});
   std::vector<Outcome> outcomes(jobs.size());
+  std::vector<std::string> names{"README.md", "stress.svg", "report.html", "stress.json"};
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    const Stress& row = stress.rows[jobs[j].row];
+    outcomes[j].scenario_file = file_name(row.name, model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed).scenario.seed);
+    names.push_back("scenarios/" + outcomes[j].scenario_file);
+  }
+  if (outputs) outputs->claim(names);
+  const model::Model predictor = model::read_model(weights_path(arguments.model));
   std::vector<std::optional<report::TimePlot>> plots(jobs.size());
   std::vector<std::string> scenarios(jobs.size());
   Progress progress("stress");
@@ -128,19 +145,18 @@ int evaluate_command(const EvaluateArguments& arguments) {
     const model::DrawnRun one = model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed);
     Outcome& outcome = outcomes[j];
     outcome.name = row.name;
-    outcome.scenario_file = file_name(row.name, one.scenario.seed);
     scenarios[j] = "# Stress on a predictor: " + row.name + ".\n" + sim::to_yaml(one.scenario);
     const sim::RunResult result = sim::run(one.scenario);
     if (result.failure) {
       outcome.failure = "the simulation failed: " + result.failure->reason;
     } else try {
-      const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file), predictor.paper_case, model::Missing::held);
+      const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns), predictor.task, model::Missing::held);
       const model::Vector<double> open = model::rollout(predictor, series);
       const model::Errors off = model::errors_of(open, series);
-      outcome.rmse_deg = off.rmse_deg;
-      outcome.last_minute_deg = off.last_minute_deg;
-      outcome.one_step_deg = model::errors_of(model::one_step_ahead(predictor, series), series).rmse_deg;
-      plots[j] = drift_plot(series, open, row.name);
+      outcome.rmse = off.rmse;
+      outcome.last_minute = off.last_minute;
+      outcome.one_step = model::errors_of(model::one_step_ahead(predictor, series), series).rmse;
+      plots[j] = drift_plot(series, open, predictor.task, row.name);
     } catch (const sim::InputError& e) {
       outcome.failure = e.advice;
     }
@@ -169,11 +185,11 @@ int evaluate_command(const EvaluateArguments& arguments) {
         continue;
       }
       ++count;
-      row.mean += outcomes[j].rmse_deg;
-      row.one_step += outcomes[j].one_step_deg;
-      row.last += outcomes[j].last_minute_deg;
-      if (outcomes[j].rmse_deg > row.worst) {
-        row.worst = outcomes[j].rmse_deg;
+      row.mean += outcomes[j].rmse;
+      row.one_step += outcomes[j].one_step;
+      row.last += outcomes[j].last_minute;
+      if (outcomes[j].rmse > row.worst) {
+        row.worst = outcomes[j].rmse;
         row.worst_job = j;
       }
     }
@@ -188,21 +204,20 @@ int evaluate_command(const EvaluateArguments& arguments) {
   const Row base = rows.front();
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
   report::Table table;
-  table.header = {"stress", "open loop / °", "against no stress", "worst seed / °", "last minute / °", "one step / °", "again: sinew run"};
-  nlohmann::ordered_json json{{"model", weights_path(arguments.model)}, {"case", predictor.paper_case}, {"method", predictor.method}, {"seeds", stress.seeds}, {"rows", nlohmann::ordered_json::array()}};
+  table.header = {"stress", "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit, "again: sinew run"};
+  nlohmann::ordered_json json{{"model", weights_path(arguments.model)}, {"case", predictor.task.paper_case}, {"method", predictor.method}, {"seeds", stress.seeds}, {"rows", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) {
     table.rows.push_back({{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
                            report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
                           row.name == base.name, row.failure});
-    json["rows"].push_back({{"stress", row.name}, {"rollout_rmse_deg", row.mean}, {"worst_seed_deg", row.worst}, {"last_minute_deg", row.last},
-                            {"one_step_rmse_deg", row.one_step}, {"seeds_counted", row.counted}, {"failure", row.failure}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
+    json["rows"].push_back({{"stress", row.name}, {key_in_unit("rollout_rmse", predicted), row.mean}, {key_in_unit("worst_seed", predicted), row.worst}, {key_in_unit("last_minute", predicted), row.last},
+                            {key_in_unit("one_step_rmse", predicted), row.one_step}, {"seeds_counted", row.counted}, {"failure", row.failure}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
-  table.caption = "Root mean square error of rollouts from one measured angle, mean of " + std::to_string(stress.seeds) + " seeds (of those that finished), worst first. Missing samples are held.";
-  if (!arguments.out.empty()) {
-    const std::filesystem::path out = arguments.out;
+  table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) + " seeds (of those that finished), worst first. Missing samples are held.";
+  if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";
-    page.lead = "Without stress it is " + report::significant(base.mean, 3) + "° off in open loop; worst under \"" + rows.front().name + "\", " + report::significant(rows.front().mean, 3) + "°.";
+    page.lead = "Without stress it is " + report::significant(base.mean, 3) + unit + " off in open loop; worst under \"" + rows.front().name + "\", " + report::significant(rows.front().mean, 3) + unit + ".";
     page.blocks.push_back(table);
     report::Section section;
     section.heading = "The worst three, and no stress";
@@ -215,14 +230,14 @@ int evaluate_command(const EvaluateArguments& arguments) {
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
-    std::filesystem::create_directories(out / "scenarios");
-    for (std::size_t j = 0; j < jobs.size(); ++j) sim::write_file_whole(out / "scenarios" / outcomes[j].scenario_file, scenarios[j]);
-    sim::write_file_whole(out / "stress.json", json.dump(1) + "\n");
-    sim::write_file_whole(out / "README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
+    for (std::size_t j = 0; j < jobs.size(); ++j) outputs->stage("scenarios/" + outcomes[j].scenario_file, scenarios[j]);
+    outputs->stage("README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
                                                  " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
                                                  "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
-    sim::write_file_whole(out / "stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
-    sim::write_file_whole(out / "report.html", html);
+    outputs->stage("stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
+    outputs->stage("report.html", html);
+    outputs->stage("stress.json", json.dump(1) + "\n");
+    outputs->commit();
   }
   if (arguments.json) {
     std::printf("%s\n", json.dump(1).c_str());
@@ -243,6 +258,7 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for report.html, README.md, stress.svg, stress.json, scenarios/");
   command->add_option("--threads", arguments->threads, "simulations at a time")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_flag("--json", arguments->json, "print JSON");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Example:\n  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4");
   command->callback([arguments, &exit_code] { exit_code = evaluate_command(*arguments); });
 }

@@ -10,10 +10,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
+#include "hil/limb_parts.h"
 #include "hil/limits.h"
 #include "hil/lock_step_link.h"
 #include "hil/port.h"
@@ -45,13 +48,14 @@ struct HilArguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
-  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false;
+  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false, overwrite = false;
 };
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
 class View {
  public:
-  View(double duration_s, double line_every_s) : in_place_(isatty(STDERR_FILENO) == 1), duration_s_(duration_s), line_every_s_(line_every_s) {}
+  View(const plant::Plant& limb, double duration_s, double line_every_s)
+      : system_(limb.shared_system()), parts_(hil::parts_of(limb)), in_place_(isatty(STDERR_FILENO) == 1), duration_s_(duration_s), line_every_s_(line_every_s) {}
   ~View() { settle(); }
 
   void say(const std::string& line) {
@@ -63,7 +67,7 @@ class View {
     for (const hil::Departure& one : v.departures) {
       char text[160];
       std::snprintf(text, sizeof text, "at %.1f s: %s has left the twin by more than noise since %.1f s (now %+.2f %s)", one.said_s,
-                    hil::channel_names[one.channel], one.onset_s, (*v.residual)[one.channel], one.channel < 2 ? "K" : "deg");
+                    info(one.channel).short_name.c_str(), one.onset_s, (*v.residual)[one.channel.index], difference_unit(one.channel));
       say(text);
     }
     if (in_place_) {
@@ -73,17 +77,22 @@ class View {
       shown_ = now;
       erase();
       std::fprintf(stderr, "%7.1f s of %.0f s   %s%s\n", v.time_s, duration_s_, state_of(v), v.lowered ? ", duty lowered by the host" : "");
-      std::fprintf(stderr, "  A  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", v.measured.temperature_degC[0], v.duty_fraction[0],
-                   v.predicted_degC[0], residual(v, 0).c_str());
-      std::fprintf(stderr, "  B  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", v.measured.temperature_degC[1], v.duty_fraction[1],
-                   v.predicted_degC[1], residual(v, 1).c_str());
-      std::fprintf(stderr, "  angle %7.2f deg%s%s\n", v.measured.angle_deg, residual(v, 2).c_str(), off_prediction(v, predicted_deg).c_str());
-      lines_ = 4;
+      for (std::size_t j = 0; j < parts_.coils.size(); ++j)
+        std::fprintf(stderr, "  %s  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", parts_.coils[j].name.c_str(),
+                     v.measured.channels[parts_.coils[j].shown.index], v.duty_fraction[j], v.predicted_degC[j], residual(v, parts_.coils[j].shown).c_str());
+      for (const plant::ChannelId angle : parts_.angles)
+        std::fprintf(stderr, "  %s %7.2f deg%s%s\n", info(angle).words.c_str(), v.measured.channels[angle.index], residual(v, angle).c_str(),
+                     angle == parts_.angles.front() ? off_prediction(v, predicted_deg).c_str() : "");
+      lines_ = 1 + static_cast<int>(parts_.coils.size() + parts_.angles.size());
     } else if (v.time_s + 1e-9 >= next_line_s_) {
       next_line_s_ += line_every_s_;
-      std::fprintf(stderr, "%8.1f s  A %6.2f degC %.3f  B %6.2f degC %.3f  %7.2f deg  %s%s%s\n", v.time_s, v.measured.temperature_degC[0],
-                   v.duty_fraction[0], v.measured.temperature_degC[1], v.duty_fraction[1], v.measured.angle_deg, state_of(v),
-                   v.lowered ? " lowered" : "", ((v.residual ? residual(v, 0) + residual(v, 1) + residual(v, 2) : "") + off_prediction(v, predicted_deg)).c_str());
+      std::fprintf(stderr, "%8.1f s", v.time_s);
+      for (std::size_t j = 0; j < parts_.coils.size(); ++j)
+        std::fprintf(stderr, "  %s %6.2f degC %.3f", parts_.coils[j].name.c_str(), v.measured.channels[parts_.coils[j].shown.index], v.duty_fraction[j]);
+      for (const plant::ChannelId angle : parts_.angles) std::fprintf(stderr, "  %7.2f deg", v.measured.channels[angle.index]);
+      std::fprintf(stderr, "  %s%s", state_of(v), v.lowered ? " lowered" : "");
+      for (const plant::ChannelId c : system_->channels().ids()) std::fprintf(stderr, "%s", residual(v, c).c_str());
+      std::fprintf(stderr, "%s\n", off_prediction(v, predicted_deg).c_str());
     }
   }
 
@@ -91,22 +100,26 @@ class View {
   static const char* state_of(const hil::SessionView& v) {
     return v.state == DEVICE_ARMED ? "armed" : v.state == DEVICE_TRIPPED ? "TRIPPED" : "disarmed";
   }
-  static std::string residual(const hil::SessionView& v, std::size_t channel) {
+  const plant::ChannelInfo& info(plant::ChannelId c) const { return system_->channels()[c]; }
+  const char* difference_unit(plant::ChannelId c) const { return info(c).kind == "temperature" ? "K" : "deg"; }
+  std::string residual(const hil::SessionView& v, plant::ChannelId channel) const {
     if (!v.residual) return "";
     char text[48];
-    std::snprintf(text, sizeof text, "  %s%+.2f %s", "off the twin ", (*v.residual)[channel], channel < 2 ? "K" : "deg");
+    std::snprintf(text, sizeof text, "  %s%+.2f %s", "off the twin ", (*v.residual)[channel.index], difference_unit(channel));
     return text;
   }
-  static std::string off_prediction(const hil::SessionView& v, std::optional<double> predicted_deg) {
-    if (!predicted_deg) return "";
+  std::string off_prediction(const hil::SessionView& v, std::optional<double> predicted_deg) const {
+    if (!predicted_deg || parts_.angles.empty()) return "";
     char text[48];
-    std::snprintf(text, sizeof text, "  off the prediction %+.2f deg", v.measured.angle_deg - *predicted_deg);
+    std::snprintf(text, sizeof text, "  off the prediction %+.2f deg", v.measured.channels[parts_.angles.front().index] - *predicted_deg);
     return text;
   }
   void erase() {
     for (; lines_ > 0; --lines_) std::fputs("\033[A\033[2K", stderr);
   }
   void settle() { lines_ = 0; }
+  std::shared_ptr<const plant::System> system_;
+  hil::LimbParts parts_;
   bool in_place_;
   double duration_s_, line_every_s_, next_line_s_ = 0.0;
   int lines_ = 0;
@@ -117,24 +130,25 @@ class View {
 // temperature that is missing.
 class Companion {
  public:
-  explicit Companion(const model::Model& model) : channels_(model::channels_of(model.paper_case)), predictor_(model), v_(static_cast<Eigen::Index>(channels_.size())) {
+  Companion(const model::Model& model, const plant::Plant& limb) : parts_(hil::parts_of(limb)), channels_(model::channels_of(model.paper_case)), predictor_(model), v_(static_cast<Eigen::Index>(channels_.size())) {
     v_.setConstant(std::nan(""));
   }
   // The angle at this tick, in degrees; nothing before it and all else that the case needs was measured once.
   std::optional<double> at(const hil::SessionView& view) {
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       const std::size_t coil = channels_[c].coil;
-      const double value = channels_[c].temperature ? view.measured.temperature_degC[coil] : view.duty_fraction[coil];
+      const double value = channels_[c].temperature ? view.measured.channels[parts_.coils.at(coil).shown.index] : view.duty_fraction.at(coil);
       if (!std::isnan(value)) v_(static_cast<Eigen::Index>(c)) = value;
     }
+    const double angle_deg = view.measured.channels[parts_.angles.at(0).index];
     if (!predicted_deg_) {
-      if (std::isnan(view.measured.angle_deg) || v_.hasNaN()) return std::nullopt;
-      predictor_.begin(view.measured.angle_deg, v_);
-      predicted_deg_ = view.measured.angle_deg;
+      if (std::isnan(angle_deg) || v_.hasNaN()) return std::nullopt;
+      predictor_.begin(angle_deg, v_);
+      predicted_deg_ = angle_deg;
     } else {
       predicted_deg_ = predictor_.open_loop(v_);
     }
-    for (const double value : {view.time_s, view.measured.angle_deg, *predicted_deg_}) {
+    for (const double value : {view.time_s, angle_deg, *predicted_deg_}) {
       if (csv_.back() != '\n') csv_ += ',';
       if (!std::isnan(value)) sim::append_shortest(csv_, value);
     }
@@ -144,6 +158,7 @@ class Companion {
   const std::string& csv() const { return csv_; }
 
  private:
+  hil::LimbParts parts_;
   std::vector<model::Channel> channels_;
   model::Predictor predictor_;
   model::Vector<double> v_;
@@ -163,11 +178,13 @@ std::filesystem::path free_folder() {
   }
 }
 
-void write_session(const std::filesystem::path& out, const std::map<std::string, std::string>& files) {
-  std::filesystem::create_directories(out);
+const std::vector<std::string> session_files{"recording.csv", "scenario.yaml", "twin.yaml", "wire.bin", "prediction.csv", "session.json"};
+
+void write_session(Outputs& outputs, const std::map<std::string, std::string>& files) {
   for (const auto& [name, content] : files)
-    if (name != "session.json") sim::write_file_whole(out / name, content);
-  sim::write_file_whole(out / "session.json", files.at("session.json"));  // last: it says that all are there
+    if (name != "session.json") outputs.stage(name, content);
+  outputs.stage("session.json", files.at("session.json"));  // last: it says that all are there
+  outputs.commit();
 }
 
 int hil_command(const HilArguments& arguments) {
@@ -175,9 +192,15 @@ int hil_command(const HilArguments& arguments) {
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
   if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay))
     throw sim::InputError({.key = "--fault, --corrupt, --relay", .advice = "are for --emulate: the limb is not made to fail"});
-  if (!arguments.out.empty()) check_folder(arguments.out);
+  const InputPaths read{.files = {arguments.predict}, .yaml = {arguments.scenario, arguments.twin}};
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, read, arguments.overwrite);
+    outputs->claim(session_files);
+  }
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
+  hil::parts_of(scenario.plant, arguments.scenario);  // an error names the file
   if (scenario.sample_period_s < 0.005)
     throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
                            .advice = "must be 0.005 or more: the device speaks up to 200 times a second"});
@@ -185,18 +208,15 @@ int hil_command(const HilArguments& arguments) {
   std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
   if (!arguments.twin.empty()) {
     settings.twin = sim::read_plant_file(arguments.twin);
-    files["twin.yaml"] = "# The plant that ran beside the limb.\n" + sim::plant_to_yaml(*settings.twin);
+    files["twin.yaml"] = "# The plant that ran beside the limb.\n" + sim::plant_file_text(*settings.twin);
   }
   std::optional<Companion> companion;
   if (!arguments.predict.empty()) {
     if (std::abs(scenario.sample_period_s - model::period_s) > 1e-12)
       throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
-    companion.emplace(model::read_model(weights_path(arguments.predict)));
+    companion.emplace(model::read_model(weights_path(arguments.predict)), scenario.plant);
   }
-  std::filesystem::path out = arguments.out;
-  if (!arguments.emulate && std::filesystem::exists(out / "session.json"))
-    throw sim::InputError({.file = (out / "session.json").string(), .advice = "a session is there already, and cannot be made again; give another --out"});
 
   const hil::MonotonicClock clock;
   std::unique_ptr<hil::Link> link;
@@ -204,7 +224,7 @@ int hil_command(const HilArguments& arguments) {
   std::int64_t damaged = 0;
   std::string limb = arguments.port;
   if (arguments.emulate) {
-    limb = "emulated, lock step";
+    limb = emulated_limb;
     std::vector<std::string> command = emulator_command(arguments.scenario, arguments.faults);
     command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
     if (arguments.relay) command.push_back("--relay");
@@ -221,17 +241,19 @@ int hil_command(const HilArguments& arguments) {
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads along may go away, a session must not end by that
   }
   hil::LoggedLink logged(tampered ? *tampered : *link);
-  View view(scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
+  View view(scenario.plant, scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
   settings.clear_trip = arguments.clear_trip;
   settings.allow_overruns = arguments.allow_overruns;
   settings.should_stop = [](std::int64_t) { return interrupted(); };
   settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
   settings.say = [&](const std::string& line) { view.say(line); };
   hil::SessionResult result;
-  if (out.empty()) out = free_folder();
-  const auto not_armed = [&](const std::string& why) {
-    std::error_code none;
-    if (arguments.out.empty()) std::filesystem::remove(out, none);
+  if (!outputs) {
+    outputs.emplace(free_folder(), read, false, true);
+    outputs->claim(session_files);
+  }
+  const std::filesystem::path& out = outputs->folder();
+  const auto not_armed = [](const std::string& why) {
     std::fprintf(stderr, "not armed: %s\n", why.c_str());
     return 1;
   };
@@ -246,10 +268,8 @@ int hil_command(const HilArguments& arguments) {
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
-  std::filesystem::create_directories(out);
-  std::filesystem::remove(out / "prediction.csv");  // of an earlier session
-  if (companion) sim::write_file_whole(out / "prediction.csv", companion->csv());
-  write_session(out, files);
+  if (companion) outputs->stage("prediction.csv", companion->csv());
+  write_session(*outputs, files);
   std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
   if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
   std::printf("written: %s/{%s}\n", out.string().c_str(), [&] {
@@ -268,9 +288,15 @@ int hil_command(const HilArguments& arguments) {
 
 struct ReplayArguments {
   std::string folder, out;
+  bool overwrite = false;
 };
 
 int replay_command(const ReplayArguments& arguments) {
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty()) {
+    outputs.emplace(arguments.out, InputPaths{.files = {arguments.folder}}, arguments.overwrite);
+    outputs->claim(session_files);
+  }
   hil::Replayed replayed;
   try {
     replayed = hil::replay_session(arguments.folder);
@@ -278,7 +304,10 @@ int replay_command(const ReplayArguments& arguments) {
     std::fprintf(stderr, "the replay takes another course: %s\n  was the session made by another version of this program?\n", differs.what());
     return 1;
   }
-  if (!arguments.out.empty()) write_session(arguments.out, replayed.files);
+  if (outputs) {
+    for (const auto& [name, content] : replayed.files) outputs->claim({name});  // a session may have others than are usual
+    write_session(*outputs, replayed.files);
+  }
   bool same = true;
   for (const auto& [name, content] : replayed.files) {
     const bool equal = content == replayed.stored.at(name);
@@ -307,6 +336,7 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")->check(CLI::Range(0.0, 1.0));
   command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
                   "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
                   "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
@@ -319,6 +349,7 @@ void add_replay(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("replay", "Play a session of `hil` again, without hardware, and compare the bytes.");
   command->add_option("folder", arguments->folder, "the session's folder")->required();
   command->add_option("--out", arguments->out, "folder for what is made now");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Example:\n  sinew replay results/session_001");
   command->callback([arguments, &exit_code] { exit_code = replay_command(*arguments); });
 }

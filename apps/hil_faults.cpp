@@ -13,6 +13,7 @@
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
+#include "apps/outputs.h"
 #include "hil/limits.h"
 #include "hil/lock_step_link.h"
 #include "hil/port.h"
@@ -70,7 +71,7 @@ struct Outcome {
 // Rows of the emulator's trace.
 struct Trace {
   std::vector<double> time_s;
-  std::vector<plant::PerCoil<double>> gate, coil_degC;
+  std::vector<std::vector<double>> gate, coil_degC;  // [rows][coils]
 };
 
 Trace read_trace(const std::filesystem::path& file) {
@@ -79,16 +80,15 @@ Trace read_trace(const std::filesystem::path& file) {
   std::string line;
   std::getline(lines, line);
   while (std::getline(lines, line)) {
-    std::array<double, 5> value{};
+    // The time, then a gate of each coil, then a temperature of each.
+    std::vector<double> value;
     std::istringstream fields(line);
     std::string field;
-    for (double& one : value) {
-      std::getline(fields, field, ',');
-      one = sim::parse_number(field).value();
-    }
-    trace.time_s.push_back(value[0]);
-    trace.gate.push_back({value[1], value[2]});
-    trace.coil_degC.push_back({value[3], value[4]});
+    while (std::getline(fields, field, ',')) value.push_back(sim::parse_number(field).value());
+    const auto first = value.begin() + 1, half = first + (value.end() - first) / 2;
+    trace.time_s.push_back(value.front());
+    trace.gate.emplace_back(first, half);
+    trace.coil_degC.emplace_back(half, value.end());
   }
   return trace;
 }
@@ -154,7 +154,7 @@ hil::Tamper other_version() {
   return [](Bytes wire, std::int64_t) -> std::vector<Bytes> {
     hil::Bytes out;
     frame_decoder decoder;
-    frame_decoder_start(&decoder);
+    frame_decoder_start(&decoder, nullptr);
     frame in;
     for (const std::uint8_t byte : wire)
       if (frame_decoder_take(&decoder, byte, &in) == FRAME_READY) {
@@ -274,8 +274,8 @@ Outcome run_once(const Row& row, double from_s, const std::filesystem::path& sce
   const Trace trace = read_trace(trace_file);
   std::optional<double> zero_s;
   for (std::size_t k = 0; k < trace.time_s.size(); ++k) {
-    for (const std::size_t j : plant::coils) outcome.peak_degC = std::max(outcome.peak_degC, trace.coil_degC[k][j]);
-    const bool off = trace.gate[k][0] == 0.0 && trace.gate[k][1] == 0.0;
+    for (const double coil_degC : trace.coil_degC[k]) outcome.peak_degC = std::max(outcome.peak_degC, coil_degC);
+    const bool off = std::all_of(trace.gate[k].begin(), trace.gate[k].end(), [](double gate) { return gate == 0.0; });
     if (!off) zero_s.reset();
     if (off && !zero_s) zero_s = trace.time_s[k];
   }
@@ -330,13 +330,17 @@ const char* words(Due due) {
   return "";
 }
 
-int faults_command(const std::string& out_name, const std::string& only) {
-  const std::filesystem::path out = out_name;
-  check_folder(out);
-  std::filesystem::create_directories(out);
-  const std::filesystem::path scenario_file = out / "scenario.yaml", slow_file = out / "slow.yaml", trace_file = out / "trace.csv.partial";
-  sim::write_file_whole(scenario_file, scenario_text);
-  sim::write_file_whole(slow_file, slow_scenario_text);
+bool has_content(const std::filesystem::path& file, std::string_view content) {
+  return std::filesystem::is_regular_file(file) && sim::read_file(file) == content;
+}
+
+int faults_command(const std::string& out_name, const std::string& only, bool overwrite) {
+  Outputs outputs(out_name, {}, overwrite);
+  for (const auto& [name, text] : {std::pair{"scenario.yaml", scenario_text}, std::pair{"slow.yaml", slow_scenario_text}})
+    outputs.claim({name}, has_content(outputs.folder() / name, text));
+  if (only.empty()) outputs.claim({"README.md", "faults.csv"});
+  const std::filesystem::path scenario_file = outputs.stage("scenario.yaml", scenario_text), slow_file = outputs.stage("slow.yaml", slow_scenario_text),
+                              trace_file = outputs.scratch("trace.csv");
   report::Table table, goals;
   table.header = {"", "fault", "due", "came", "PWM zero after [ms]", "hottest coil [°C]", "as due"};
   std::string csv = "group,fault,due,came,zero_ms,peak_degC,as_due\n";
@@ -364,10 +368,7 @@ int faults_command(const std::string& out_name, const std::string& only) {
     Outcome worst;
     bool first = true;
     for (const double phase_s : phases_s) {
-      if (interrupted()) {
-        std::filesystem::remove(trace_file);
-        return interrupted_exit_code;
-      }
+      if (interrupted()) return interrupted_exit_code;
       const Outcome one = run_once(row, onset_s + phase_s, row.slow ? slow_file : scenario_file, trace_file);
       if (first) worst = one;
       if (one.zero_ms < 0.0 || worst.zero_ms < 0.0)
@@ -382,7 +383,6 @@ int faults_command(const std::string& out_name, const std::string& only) {
     add(row, worst);
   }
   if (only.empty()) add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, "", false}, second_opener());
-  std::filesystem::remove(trace_file);
   goals.header = {"goal", "measured", "reached"};
   goals.rows = {{{"what is due comes, and no trip where none is due", std::to_string(in_all - wrong) + " of " + std::to_string(in_all) + " rows", wrong ? "**no**" : "yes"}},
                 {{"PWM zero within 250 ms of a fault that the device can see (due: trip)", "slowest " + number(slowest_ms, "%.0f") + " ms", late ? "**no**" : "yes"}},
@@ -400,9 +400,10 @@ int faults_command(const std::string& out_name, const std::string& only) {
       "current away; it says so, and the supply must be cut by hardware (docs/safety.md). A port that comes back under another name, and\n"
       "kill -9 of the host, need real time: tests/cli/test_hil.py.\n";
   if (only.empty()) {
-    sim::write_file_whole(out / "README.md", text);
-    sim::write_file_whole(out / "faults.csv", csv);
+    outputs.stage("README.md", text);
+    outputs.stage("faults.csv", csv);
   }
+  outputs.commit();
   std::printf("%d rows: %d not as due, %d late, %d too hot\n", in_all, wrong, late, hot);
   return wrong + late + hot ? 1 : 0;
 }
@@ -412,11 +413,13 @@ int faults_command(const std::string& out_name, const std::string& only) {
 void add_hil_faults(CLI::App& program, int& exit_code) {
   auto out = std::make_shared<std::string>();
   auto only = std::make_shared<std::string>();
+  auto overwrite = std::make_shared<bool>(false);
   CLI::App* command = program.add_subcommand("hil-faults", "Make everything go wrong on the emulated limb, and write down what came of it.");
   command->add_option("--out", *out, "folder for README.md, faults.csv, scenario.yaml")->required();
   command->add_option("--only", *only, "rows whose name has this in it; nothing but the scenario is written then");
+  add_overwrite(*command, *overwrite);
   command->footer("Example:\n  sinew hil-faults --out results/hil");
-  command->callback([out, only, &exit_code] { exit_code = faults_command(*out, *only); });
+  command->callback([out, only, overwrite, &exit_code] { exit_code = faults_command(*out, *only, *overwrite); });
 }
 
 }  // namespace sinew::apps

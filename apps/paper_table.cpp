@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/linear.h"
 #include "model/predictor.h"
@@ -33,24 +34,30 @@ struct PaperArguments {
   std::vector<int> cases{1, 2, 3, 4};
   std::vector<std::string> methods{"published", "stateful", "least squares", "ARX"};
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  bool overwrite = false;
 };
 
 constexpr double training_s = 28.0 * 60.0, test_s = 600.0;
 constexpr double paper_training_fraction = 0.67;
 
-model::Series session(const std::string& file, int paper_case, std::int64_t seed, double duration_s) {
+model::Series session(const std::string& file, const model::Task& task, std::int64_t seed, double duration_s) {
   sim::Scenario scenario = sim::read_scenario(file);
   scenario.seed = seed;
   scenario.duration_s = duration_s;
   const sim::RunResult result = sim::run(scenario);
   if (result.failure) throw std::runtime_error(file + ": " + result.failure->reason);
-  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed)), paper_case);
+  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed), sim::columns_of(scenario.plant.system())), task);
 }
 
 Json json_of(const model::Vector<double>& open, const model::Vector<double>& step, const model::Series& test) {
   const model::Errors off = model::errors_of(open, test);
-  return {{"rollout_deg", off.rmse_deg}, {"second_minute_deg", off.second_minute_deg}, {"last_minute_deg", off.last_minute_deg},
-          {"one_step_deg", model::errors_of(step, test).rmse_deg}};
+  return {{"rollout_deg", off.rmse}, {"second_minute_deg", off.second_minute}, {"last_minute_deg", off.last_minute},
+          {"one_step_deg", model::errors_of(step, test).rmse}};
+}
+
+std::string case_words(int paper_case) {
+  static const char* const words[] = {"one coil, duty", "one coil, duty and temperature", "both coils, duty", "both coils, duty and temperature"};
+  return words[paper_case - 1];
 }
 
 struct Spread {
@@ -67,11 +74,33 @@ Spread spread(const std::vector<double>& values) {
 }
 std::string text_of(const Spread& s) { return report::significant(s.mean, 3) + " ± " + report::significant(s.deviation, 2); }
 
+std::string cell_name(int paper_case, const std::string& method, int seed) {
+  std::string id = std::to_string(paper_case) + "-" + method + "-" + std::to_string(seed);
+  std::replace(id.begin(), id.end(), ' ', '_');
+  return id;
+}
+
+// Nothing where there is none, or a damaged one.
+Json read_cell(const std::filesystem::path& file) {
+  const Json cell = std::filesystem::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+  return cell.is_object() ? cell : Json();
+}
+bool is_of(const Json& cell, const std::string& settings_mark) {
+  return cell.value("settings", "") == settings_mark && cell.value("version", "") == sim::this_build().version;
+}
+
+// Whether table.json is one that this command wrote.
+bool holds_table(const std::filesystem::path& out) {
+  const std::filesystem::path file = out / "table.json";
+  const Json table = std::filesystem::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+  return table.is_array() && !table.empty() && table.front().is_object() && table.front().contains("settings");
+}
+
 int paper_command(const PaperArguments& arguments) {
   const std::filesystem::path out = arguments.out;
-  check_folder(out);
-  std::filesystem::create_directories(out / "cells");
-  Progress progress("paper table");
+  Outputs outputs(out, {.yaml = {arguments.settings, arguments.one_coil, arguments.two_coils}}, arguments.overwrite);
+  outputs.claim({"README.md", "table.json"}, holds_table(out));
+  outputs.claim_in_parts("cells");
   Json cells = Json::array();
   // Cells of other settings or scenarios are made again. All settings count, defaults too.
   model::TrainingFile settings;
@@ -89,33 +118,42 @@ int paper_command(const PaperArguments& arguments) {
     if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
   for (const int paper_case : cases) all_settings += sim::to_yaml(sim::read_scenario(paper_case <= 2 ? arguments.one_coil : arguments.two_coils));
   const std::string settings_mark = sim::sha256(all_settings).substr(0, 8);
+  if (!arguments.overwrite)
+    for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
+      for (const int paper_case : cases)
+        for (const std::string& method : methods) {
+          const std::filesystem::path file = out / "cells" / (cell_name(paper_case, method, seed) + ".json");
+          if (const Json cell = read_cell(file); !cell.is_null() && !is_of(cell, settings_mark))
+            throw sim::InputError({.file = file.string(), .key = "--out", .value = out.string(),
+                                   .advice = "other settings, scenarios, cases or another version of this program made this cell\n"
+                                             "give another folder, or make the cells again with --overwrite"});
+        }
+  std::filesystem::create_directories(out / "cells");
+  Progress progress("paper table");
   const std::size_t all = cases.size() * methods.size() * static_cast<std::size_t>(arguments.seeds);
   std::size_t done = 0;
   for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
     for (const int paper_case : cases) {
       const std::string& scenario = paper_case <= 2 ? arguments.one_coil : arguments.two_coils;
+      const model::Task task = model::task_of(sim::read_scenario(scenario).plant.system(), paper_case);
       std::optional<model::Series> training, test;
       for (const std::string& method : methods) {
-        std::string id = std::to_string(paper_case) + "-" + method + "-" + std::to_string(seed);
-        std::replace(id.begin(), id.end(), ' ', '_');
+        const std::string id = cell_name(paper_case, method, seed);
         const std::filesystem::path cell_file = out / "cells" / (id + ".json");
         ++done;
-        if (std::filesystem::exists(cell_file)) {
-          const Json there = Json::parse(sim::read_file(cell_file), nullptr, false);
-          if (!there.is_discarded() && there.value("settings", "") == settings_mark && there.value("version", "") == sim::this_build().version) {
-            cells.push_back(there);
-            continue;
-          }
+        if (const Json there = read_cell(cell_file); !there.is_null() && is_of(there, settings_mark)) {
+          cells.push_back(there);
+          continue;
         }
         if (!training) {
-          training = session(scenario, paper_case, seed, training_s);
-          test = session(scenario, paper_case, 1000 + seed, test_s);
+          training = session(scenario, task, seed, training_s);
+          test = session(scenario, task, 1000 + seed, test_s);
         }
         progress.show(static_cast<double>(done - 1) / static_cast<double>(all), id);
         Json cell{{"case", paper_case}, {"method", method}, {"seed", seed}, {"settings", settings_mark}, {"version", sim::this_build().version}};
         if (method == "published" || method == "stateful") {
           model::TrainingRun run;
-          run.paper_case = paper_case;
+          run.task = task;
           run.seed = static_cast<std::uint64_t>(seed);
           run.threads = arguments.threads;
           run.should_stop = interrupted;
@@ -180,8 +218,9 @@ int paper_command(const PaperArguments& arguments) {
                 std::string(holds ? "yes" : "**no**") + ".";
   markdown += "\n\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
               "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
-  sim::write_file_whole(out / "table.json", cells.dump(1) + "\n");
-  sim::write_file_whole(out / "README.md", markdown);
+  outputs.stage("README.md", markdown);
+  outputs.stage("table.json", cells.dump(1) + "\n");
+  outputs.commit();
   std::fputs(report::to_text(table).c_str(), stdout);
   std::printf("written: %s/{README.md, table.json, cells/}\n", out.string().c_str());
   return 0;
@@ -201,6 +240,7 @@ void add_paper_table(CLI::App& program, int& exit_code) {
   command->add_option("--one-coil", arguments->one_coil, "scenario of cases 1 and 2")->capture_default_str();
   command->add_option("--two-coils", arguments->two_coils, "scenario of cases 3 and 4")->capture_default_str();
   command->add_option("--threads", arguments->threads, "changes no number")->check(CLI::Range(1, 1024))->capture_default_str();
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Ctrl-C keeps the cells that are done; the same command goes on from there.\n\nExample:\n  sinew paper-table --out results/paper_table");
   command->callback([arguments, &exit_code] { exit_code = paper_command(*arguments); });
 }

@@ -13,6 +13,7 @@
 
 #include "apps/app.h"
 #include "apps/diagnosis_json.h"
+#include "apps/outputs.h"
 #include "apps/proof.h"
 #include "apps/proof_baselines.h"
 #include "diagnose/calibrate.h"
@@ -37,7 +38,7 @@ struct ProveArguments {
   std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
-  bool few = false, json = false, without_baselines = false, recordings = false, score = false;
+  bool few = false, json = false, without_baselines = false, recordings = false, score = false, overwrite = false;
 };
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
@@ -200,6 +201,12 @@ Json sealed_answers(const fs::path& out) {
   return sealed.is_object() ? sealed : Json::object();
 }
 
+// Whether answers.json is one that this command wrote.
+bool holds_proof(const fs::path& out) {
+  const Json sealed = sealed_answers(out);
+  return !sealed.empty() && std::all_of(sealed.begin(), sealed.end(), [](const Json& answer) { return answer.is_object() && answer.contains("family"); });
+}
+
 // Where those that are there are scored, and nothing else is said: of the clean ones, too, all of them.
 ProveArguments with_all_clean(ProveArguments arguments) {
   if (!arguments.score || arguments.clean != 0) return arguments;
@@ -255,11 +262,18 @@ std::string command_of(const ProveArguments& arguments) {
   return command;
 }
 
+const std::vector<std::string> scored_files{"score.json", "README.md", "confusion.svg"};
+
 // One run of the command: answers are made and sealed, open cases diagnosed, all scored.
 class Proof {
  public:
   explicit Proof(const ProveArguments& arguments)
-      : arguments_(with_all_clean(arguments)), out_(arguments.out), cases_(cases_of(arguments_)), wanted_(cases_.size()) {
+      : outputs_(arguments.out, {.yaml = {arguments.plant}}, arguments.overwrite), arguments_(with_all_clean(arguments)), out_(arguments.out), cases_(cases_of(arguments_)), wanted_(cases_.size()) {
+    const bool goes_on = holds_proof(out_);
+    for (const char* name : {"answers.json", "cases", "recordings"}) outputs_.claim_in_parts(name);
+    if (fs::exists(out_ / "answers.json") && !goes_on && !arguments.overwrite)
+      refuse((out_ / "answers.json").string(), "--out", arguments.out, "holds no answers of a proof; give another folder, or replace it with --overwrite");
+    outputs_.claim(scored_files, goes_on);
     if (!arguments.score) return;
     std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
     if (cases_.empty()) refuse("", "--out", arguments.out, "holds none of the cases that --score would score");
@@ -268,8 +282,10 @@ class Proof {
   // False where it was interrupted.
   bool run() {
     const plant::Limb<double> nominal = arguments_.plant.empty() ? plant::Limb<double>{} : sim::read_plant_file(arguments_.plant);
-    fs::create_directories(out_ / "cases");
     make_answers();
+    check_that_it_goes_on();
+    fs::create_directories(out_ / "cases");
+    if (arguments_.recordings) write_recordings();
     take_what_is_there();
     seal();
     diagnose_open(nominal);
@@ -284,6 +300,12 @@ class Proof {
 
  private:
   fs::path file_of(const ProofCase& one) const { return out_ / "cases" / (one.id() + ".json"); }
+  // Empty where there is none, or a damaged one.
+  Json kept_case(const ProofCase& one) const {
+    const fs::path file = file_of(one);
+    const Json kept = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
+    return kept.is_object() ? kept : Json::object();
+  }
   std::string seal_of(const ProofCase& one) const { return sim::sha256(answers_[one.id()].dump()); }
 
   void make_answers() {
@@ -292,7 +314,25 @@ class Proof {
       making.show(static_cast<double>(answers_.size()) / static_cast<double>(cases_.size()), one.id());
       const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
       answers_[one.id()] = answer_of(one, concealed);
-      if (!arguments_.recordings) continue;
+    }
+  }
+
+  // A case in the folder that has another answer is of another proof, and so is one whose answer was not sealed there.
+  void check_that_it_goes_on() const {
+    if (arguments_.overwrite || arguments_.score) return;
+    const Json sealed = sealed_answers(out_);
+    for (const ProofCase& one : cases_) {
+      const std::string id = one.id();
+      if (sealed.contains(id) ? sealed[id] != answers_[id] : fs::exists(file_of(one)) && kept_case(one).value("answer", "") != seal_of(one))
+        refuse(sealed.contains(id) ? (out_ / "answers.json").string() : file_of(one).string(), "--out", out_.string(),
+               "case " + id + " is there with another answer: of recordings of another length, or by another version\n"
+               "give another folder, or make the case again with --overwrite");
+    }
+  }
+
+  void write_recordings() const {
+    for (const ProofCase& one : cases_) {
+      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
       const fs::path folder = out_ / "recordings" / one.id();
       fs::create_directories(folder);
       sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
@@ -304,8 +344,8 @@ class Proof {
   void take_what_is_there() {
     for (std::size_t i = 0; i < cases_.size(); ++i) {
       const fs::path file = file_of(cases_[i]);
-      const Json kept = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
-      if (kept.is_object() && kept.value("seconds", Json()) == Json({arguments_.training_s, arguments_.held_out_s}) &&
+      const Json kept = kept_case(cases_[i]);
+      if (kept.value("seconds", Json()) == Json({arguments_.training_s, arguments_.held_out_s}) &&
           kept.value("answer", "") == seal_of(cases_[i])) {
         results_[cases_[i].id()] = kept;
         if (!cases_[i].with_baselines || arguments_.score || kept.contains("baselines") || kept["verdict"] == "failed")
@@ -400,16 +440,17 @@ class Proof {
     work();
   }
 
-  void write_score() const {
+  void write_score() {
     Json score = score_proof(answers_, results_);
     for (const ProofCase& one : cases_) {
       Json& first = score[one.family() == "clean" ? "first_clean_seed" : "first_seed"];
       if (first.is_null() || one.seed < first.get<std::uint64_t>()) first = one.seed;
     }
     score["wanted"] = wanted_;
-    sim::write_file_whole(out_ / "score.json", score.dump(1) + "\n");
-    sim::write_file_whole(out_ / "README.md", proof_markdown(score, command_of(arguments_)));
-    sim::write_file_whole(out_ / "confusion.svg", confusion_svg(score));
+    outputs_.stage("confusion.svg", confusion_svg(score));
+    outputs_.stage("README.md", proof_markdown(score, command_of(arguments_)));
+    outputs_.stage("score.json", score.dump(1) + "\n");
+    outputs_.commit();
     if (arguments_.json)
       std::printf("%s\n", score.dump(1).c_str());
     else
@@ -417,6 +458,7 @@ class Proof {
                   (out_ / "README.md").c_str());
   }
 
+  Outputs outputs_;
   const ProveArguments arguments_;
   const fs::path out_;
   std::vector<ProofCase> cases_;
@@ -466,6 +508,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--recordings", arguments->recordings,
                     "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
+  add_overwrite(*command, arguments->overwrite);
   command->callback([arguments, &exit_code] {
     if (!Proof(*arguments).run()) exit_code = interrupted_exit_code;
   });

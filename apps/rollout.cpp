@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// sinew rollout: a predictor over a recording, from one measured angle.
+// sinew rollout: a predictor over a recording, from one measured value.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
+#include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/predictor.h"
 #include "model/weights_file.h"
@@ -18,28 +20,39 @@ namespace sinew::apps {
 namespace {
 
 struct RolloutArguments {
-  std::string model, recording, out, method;
+  std::string model, recording, out, method, plant, predict;
   double horizon_s = 600.0, from_s = 0.0;
   int paper_case = 0;
-  std::vector<double> angle_range, windows;
-  bool report = false, json = false, hold_missing = false;
+  std::vector<double> range, windows;
+  bool report = false, json = false, hold_missing = false, overwrite = false;
 };
 
 int rollout_command(const RolloutArguments& arguments) {
-  if (!arguments.out.empty()) check_folder(arguments.out);
+  std::optional<Outputs> outputs;
+  if (!arguments.out.empty() || arguments.report) {
+    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
+    outputs.emplace(out, InputPaths{.files = {arguments.model, arguments.recording}}, arguments.overwrite);
+    outputs->claim({"rollout.csv", "report.html"});
+  }
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
-  if (arguments.paper_case) unsaid.paper_case = arguments.paper_case;
-  if (arguments.angle_range.size() == 2) {
-    if (!(arguments.angle_range[0] < arguments.angle_range[1]))
-      throw sim::InputError({.file = "", .key = "--angle-range", .value = sim::shortest(arguments.angle_range[0]) + "," + sim::shortest(arguments.angle_range[1]),
-                             .advice = "must be the lower angle, then the higher one"});
-    unsaid.lowest_deg = arguments.angle_range[0];
-    unsaid.highest_deg = arguments.angle_range[1];
+  if (arguments.paper_case) {
+    const auto system = system_for(arguments.plant);
+    unsaid.task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
+  }
+  if (arguments.range.size() == 2) {
+    if (!(arguments.range[0] < arguments.range[1]))
+      throw sim::InputError({.file = "", .key = "--range", .value = sim::shortest(arguments.range[0]) + "," + sim::shortest(arguments.range[1]),
+                             .advice = "must be the lower value, then the higher one"});
+    unsaid.lowest = arguments.range[0];
+    unsaid.highest = arguments.range[1];
   }
   const model::Model predictor = model::read_model(weights_path(arguments.model), unsaid);
   if (std::filesystem::is_directory(arguments.recording))
     throw sim::InputError({.file = arguments.recording, .key = "--recording", .advice = "is a folder; name one recording, of a set one of its runs/"});
-  const model::Series whole = series_of_paths({arguments.recording}, predictor.paper_case, HUGE_VAL,
+  const sim::Columns columns = arguments.plant.empty() ? columns_for(predictor.task) : sim::columns_of(*system_for(arguments.plant));
+  const sim::Column& predicted = predictor.task.predicted;
+  const std::string unit = unit_words(predicted);
+  const model::Series whole = series_of_paths({arguments.recording}, columns, predictor.task, HUGE_VAL,
                                               arguments.hold_missing ? model::Missing::held : model::Missing::refused).front();
   // Samples from the first one to a time, never more than there are.
   const auto samples_in = [&](double duration_s) {
@@ -55,18 +68,18 @@ int rollout_command(const RolloutArguments& arguments) {
   const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
-  nlohmann::ordered_json json{{"case", predictor.paper_case}, {"method", predictor.method}, {"from_s", series.first_s},
-                              {"samples", series.samples()}, {"rollout_rmse_deg", off.rmse_deg}, {"one_step_rmse_deg", off_step.rmse_deg},
-                              {"largest_deg", off.largest_deg}};
+  nlohmann::ordered_json json{{"case", predictor.task.paper_case}, {"method", predictor.method}, {"from_s", series.first_s},
+                              {"samples", series.samples()}, {key_in_unit("rollout_rmse", predicted), off.rmse}, {key_in_unit("one_step_rmse", predicted), off_step.rmse},
+                              {key_in_unit("largest", predicted), off.largest}};
   report::Table table;
-  table.header = {"prediction", "RMSE / °", "largest / °"};
-  table.rows = {{{"open loop, from one measured angle", report::significant(off.rmse_deg, 4), report::significant(off.largest_deg, 3)}},
-                {{"one step ahead", report::significant(off_step.rmse_deg, 4), report::significant(off_step.largest_deg, 3)}}};
-  if (std::isfinite(off.last_minute_deg)) {
-    json["second_minute_deg"] = off.second_minute_deg;
-    json["last_minute_deg"] = off.last_minute_deg;
-    table.rows.push_back({{"open loop, second minute", report::significant(off.second_minute_deg, 4), ""}});
-    table.rows.push_back({{"open loop, last minute", report::significant(off.last_minute_deg, 4), ""}});
+  table.header = {"prediction", "RMSE / " + unit, "largest / " + unit};
+  table.rows = {{{"open loop, from one measured value", report::significant(off.rmse, 4), report::significant(off.largest, 3)}},
+                {{"one step ahead", report::significant(off_step.rmse, 4), report::significant(off_step.largest, 3)}}};
+  if (std::isfinite(off.last_minute)) {
+    json[key_in_unit("second_minute", predicted)] = off.second_minute;
+    json[key_in_unit("last_minute", predicted)] = off.last_minute;
+    table.rows.push_back({{"open loop, second minute", report::significant(off.second_minute, 4), ""}});
+    table.rows.push_back({{"open loop, last minute", report::significant(off.last_minute, 4), ""}});
   }
   if (arguments.windows.size() == 2) {
     const auto a = samples_in(arguments.windows[0] - series.first_s);
@@ -74,16 +87,17 @@ int rollout_command(const RolloutArguments& arguments) {
     if (a < 1 || b <= a)
       throw sim::InputError({.file = arguments.recording, .key = "--count", .value = sim::shortest(arguments.windows[0]) + "," + sim::shortest(arguments.windows[1]),
                              .advice = "must lie inside the rollout"});
-    json["counted_rmse_deg"] = model::rmse_deg(open, series, a, b - a);
+    json[key_in_unit("counted_rmse", predicted)] = model::root_mean_square_error(open, series, a, b - a);
     table.rows.push_back({{"open loop, " + sim::shortest(arguments.windows[0]) + " to " + sim::shortest(arguments.windows[1]) + " s",
-                           report::significant(model::rmse_deg(open, series, a, b - a), 4), ""}});
+                           report::significant(model::root_mean_square_error(open, series, a, b - a), 4), ""}});
   }
-  table.title = "Case " + std::to_string(predictor.paper_case) + ", " + predictor.method + ": " + case_words(predictor.paper_case);
-  if (!arguments.out.empty() || arguments.report) {
-    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
-    std::string csv = "# open-loop prediction from one measured angle, by `sinew rollout`\ntime_s,angle_deg,angle_rollout_deg,angle_one_step_deg\n";
+  table.title = "Case " + std::to_string(predictor.task.paper_case) + ", " + predictor.method + ": " + words_of(predictor.task);
+  if (outputs) {
+    const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
+    std::string csv = "# open-loop prediction from one measured value, by `sinew rollout`\ntime_s," + predicted.name + "," +
+                      key_in_unit(stem + "_rollout", predicted) + "," + key_in_unit(stem + "_one_step", predicted) + "\n";
     for (model::Index k = 0; k < series.samples(); ++k) {
-      for (const double value : {series.first_s + static_cast<double>(k) * model::period_s, series.angle_deg(k), open(k), step(k)}) {
+      for (const double value : {series.first_s + static_cast<double>(k) * model::period_s, series.y(k), open(k), step(k)}) {
         if (csv.back() != '\n') csv += ',';
         sim::append_shortest(csv, value);
       }
@@ -91,17 +105,17 @@ int rollout_command(const RolloutArguments& arguments) {
     }
     report::Page page;
     page.title = "Rollout of a predictor";
-    page.lead = "From one measured angle, the prediction is " + report::significant(off.rmse_deg, 3) + "° off (root mean square) over " +
+    page.lead = "From one measured value, the prediction is " + report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
                 report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s.";
     page.blocks.push_back(table);
-    for (auto& block : rollout_blocks(series, open, predictor.paper_case)) page.blocks.push_back(std::move(block));
+    for (auto& block : rollout_blocks(series, open, predictor.task)) page.blocks.push_back(std::move(block));
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "recording: " + arguments.recording,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
-    std::filesystem::create_directories(out);
-    sim::write_file_whole(out / "rollout.csv", csv);
-    sim::write_file_whole(out / "report.html", html);
-    if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", out.string().c_str());
+    outputs->stage("rollout.csv", csv);
+    outputs->stage("report.html", html);
+    outputs->commit();
+    if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", outputs->folder().c_str());
   }
   if (arguments.json) std::printf("%s\n", json.dump(1).c_str());
   else std::fputs(report::to_text(table).c_str(), stdout);
@@ -112,21 +126,24 @@ int rollout_command(const RolloutArguments& arguments) {
 
 void add_rollout(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<RolloutArguments>();
-  CLI::App* command = program.add_subcommand("rollout", "Predict the bend angle over a recording, from one measured angle.");
+  CLI::App* command = program.add_subcommand("rollout", "Predict a channel over a recording, such as the bend angle, from one measured value.");
   command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
   command->add_option("--recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(positive_number())->capture_default_str();
   command->add_option("--from", arguments->from_s, "begins at this time of the recording [s]")->check(CLI::NonNegativeNumber);
   command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")->delimiter(',')->expected(2);
   command->add_option("--case", arguments->paper_case, "the case that the weights must be of")->check(CLI::Range(1, 4));
+  command->add_option("--plant", arguments->plant, "a plant file of the kind that the recording is of; left out: by the weights, or the paper's limb");
+  command->add_option("--predict", arguments->predict, "with --case: the channel, by its column; left out: the first that inputs drive");
   command->add_option("--method", arguments->method, "of a file that Keras wrote")->check(CLI::IsMember({"published", "stateful"}));
-  command->add_option("--angle-range", arguments->angle_range, "of a file that Keras wrote: the angles that are 0 and 1, as -60,60 [deg]")->delimiter(',')->expected(2);
+  command->add_option("--range,--angle-range", arguments->range, "of a file that Keras wrote: the values that are 0 and 1, as -60,60 [deg]")->delimiter(',')->expected(2);
   command->add_option("--out", arguments->out, "folder for rollout.csv and report.html");
   command->add_flag("--report", arguments->report, "write them beside the recording where --out is not given");
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
   command->add_flag("--json", arguments->json, "print JSON");
+  add_overwrite(*command, arguments->overwrite);
   command->footer("Examples:\n  sinew rollout results/lstm4 --recording c.csv --horizon 600 --report\n"
-                  "  sinew rollout model.h5 --case 3 --method published --angle-range -60,60 --recording c.csv");
+                  "  sinew rollout model.h5 --case 3 --method published --range -60,60 --recording c.csv");
   command->callback([arguments, &exit_code] { exit_code = rollout_command(*arguments); });
 }
 

@@ -1,23 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/training.h"
 
+#include <algorithm>
+
 #include "model/set.h"
+#include "plant/systems.h"
 #include "report/number.h"
 #include "sim/input_error.h"
+#include "sim/plant_file.h"
 
 namespace sinew::apps {
 
 using model::Index, model::Series, model::Vector;
 
-std::vector<Series> series_of_paths(const std::vector<std::string>& paths, int paper_case, double until_s, model::Missing missing) {
+std::shared_ptr<const plant::System> system_for(const std::string& plant_file, const std::vector<std::string>& paths) {
+  if (!plant_file.empty()) return sim::read_plant_file(plant_file).shared_system();
+  for (const std::string& path : paths)
+    if (auto system = model::system_of_set(path)) return system;
+  return plant::default_plant().shared_system();
+}
+
+std::optional<plant::ChannelId> channel_named(const plant::System& system, const std::string& column) {
+  if (column.empty()) return std::nullopt;
+  std::string known;
+  for (const plant::ChannelId c : system.channels().ids()) {
+    if (system.channels()[c].column == column) return c;
+    known += (known.empty() ? "" : ", ") + system.channels()[c].column;
+  }
+  throw sim::InputError({.file = "", .key = "--predict", .value = column, .advice = "is no channel of this plant; there are " + known});
+}
+
+sim::Columns columns_for(const model::Task& task) {
+  const sim::Columns needed = model::columns_of(task), usual = sim::columns_of(plant::default_plant().system());
+  const auto among = [](const std::vector<sim::Column>& some, const std::vector<sim::Column>& all) {
+    return std::all_of(some.begin(), some.end(), [&](const auto& one) { return std::find(all.begin(), all.end(), one) != all.end(); });
+  };
+  return among(needed.inputs, usual.inputs) && among(needed.channels, usual.channels) ? usual : needed;
+}
+
+std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
+                                    double until_s, model::Missing missing) {
   std::vector<Series> all;
   for (const std::string& path : paths)
-    for (sim::Recording& recording : model::read_set(path)) {
+    for (sim::Recording& recording : model::read_set(path, columns)) {
       const auto late = std::find_if(recording.samples.begin(), recording.samples.end(), [&](const sim::Sample& s) { return s.time_s > until_s; });
       recording.samples.erase(late, recording.samples.end());
       if (recording.samples.size() < 2)
         throw sim::InputError({.file = recording.name, .advice = "has fewer than two samples before the time given"});
-      all.push_back(model::series_of(recording, paper_case, missing));
+      all.push_back(model::series_of(recording, task, missing));
     }
   return all;
 }
@@ -37,10 +67,16 @@ std::string weights_path(const std::string& model) {
   return std::filesystem::is_directory(path) ? (path / "weights.h5").string() : model;
 }
 
-std::string case_words(int paper_case) {
-  static const char* const words[] = {"one coil, duty", "one coil, duty and temperature", "both coils, duty", "both coils, duty and temperature"};
-  return words[paper_case - 1];
+std::string words_of(const model::Task& task) {
+  std::string words;
+  for (const model::Feature& feature : task.features) words += (words.empty() ? "" : ", ") + feature.column.words;
+  return words;
 }
+std::string unit_words(const sim::Column& column) {
+  if (column.unit == "deg") return "°";
+  return column.unit == "degC" ? "°C" : column.unit;
+}
+std::string key_in_unit(const std::string& what, const sim::Column& column) { return column.unit.empty() ? what : what + "_" + column.unit; }
 
 namespace {
 
@@ -48,47 +84,52 @@ std::vector<double> of(const Vector<double>& v) { return {v.data(), v.data() + v
 
 using report::line;
 
+std::string capitalised(std::string words) {
+  if (!words.empty() && words[0] >= 'a' && words[0] <= 'z') words[0] = static_cast<char>(words[0] - 'a' + 'A');
+  return words;
+}
+std::string axis(const sim::Column& column) { return column.unit.empty() ? column.words : column.words + " / " + unit_words(column); }
+
 }  // namespace
 
-std::vector<report::Block> rollout_blocks(const Series& series, const Vector<double>& predicted, int paper_case) {
+std::vector<report::Block> rollout_blocks(const Series& series, const Vector<double>& predicted, const model::Task& task) {
   std::vector<double> time_s;
   for (Index k = 0; k < series.samples(); ++k) time_s.push_back(series.first_s + static_cast<double>(k) * model::period_s);
-  report::TimePlot angle;
-  angle.title = "Bend angle, measured and predicted from one measured angle";
-  angle.y_label = "bend angle / °";
-  angle.time_s = time_s;
-  angle.series = {line("recording", of(series.angle_deg), report::okabe_ito::black), line("prediction", of(predicted), report::okabe_ito::vermillion)};
-  angle.time_axis = "recording";
+  report::TimePlot both;
+  both.title = capitalised(task.predicted.words) + ", measured and predicted from one measured value";
+  both.y_label = axis(task.predicted);
+  both.time_s = time_s;
+  both.series = {line("recording", of(series.y), report::okabe_ito::black), line("prediction", of(predicted), report::okabe_ito::vermillion)};
+  both.time_axis = "recording";
   // Root mean square over a sliding minute shows drift.
   std::vector<double> drift(time_s.size(), std::nan(""));
   constexpr Index minute = 600;
   double sum = 0.0;
   for (Index k = 0; k < series.samples(); ++k) {
-    sum += std::pow(predicted(k) - series.angle_deg(k), 2);
-    if (k >= minute) sum -= std::pow(predicted(k - minute) - series.angle_deg(k - minute), 2);
+    sum += std::pow(predicted(k) - series.y(k), 2);
+    if (k >= minute) sum -= std::pow(predicted(k - minute) - series.y(k - minute), 2);
     if (k + 1 >= minute) drift[static_cast<std::size_t>(k)] = std::sqrt(std::max(0.0, sum) / static_cast<double>(minute));
   }
   report::TimePlot error;
   error.title = "Error over time";
-  error.y_label = "prediction − recording / °";
+  error.y_label = "prediction − recording" + (task.predicted.unit.empty() ? "" : " / " + unit_words(task.predicted));
   error.time_s = time_s;
-  error.series = {line("error", of(predicted - series.angle_deg), report::okabe_ito::green), line("root mean square of the minute before", drift, report::okabe_ito::blue)};
+  error.series = {line("error", of(predicted - series.y), report::okabe_ito::green), line("root mean square of the minute before", drift, report::okabe_ito::blue)};
   error.time_axis = "recording";
   error.height_px = 140;
-  std::vector<report::Block> blocks{angle, error};
-  const auto channels = model::channels_of(paper_case);
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (!channels[c].temperature) continue;
-    const std::string coil = channels[c].coil == plant::A ? "coil A" : "coil B";
+  std::vector<report::Block> blocks{both, error};
+  for (std::size_t f = 0; f < task.features.size(); ++f) {
+    const auto& [column, is_measured] = task.features[f];
+    if (!is_measured) continue;
     report::ScatterPlot loops;
-    loops.title = "Angle against temperature of " + coil;
-    loops.x_label = "temperature of " + coil + " / °C";
-    loops.y_label = "bend angle / °";
-    const std::vector<double> temperature = of(series.v.row(static_cast<Index>(c)).transpose());
+    loops.title = capitalised(task.predicted.words) + " against " + column.words;
+    loops.x_label = axis(column);
+    loops.y_label = axis(task.predicted);
+    const std::vector<double> against = of(series.v.row(static_cast<Index>(f)).transpose());
     report::ScatterSeries measured, modelled;
     measured.name = "recording";
-    measured.x = temperature;
-    measured.y = of(series.angle_deg);
+    measured.x = against;
+    measured.y = of(series.y);
     measured.color = report::okabe_ito::black;
     measured.style = report::ScatterSeries::Style::path;
     modelled = measured;
@@ -101,19 +142,19 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
   return blocks;
 }
 
-std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method) {
+std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method, const model::Task& task) {
   report::ScatterPlot plot;
   plot.title = "Learning curve";
   plot.x_label = "updates";
-  plot.y_label = "root mean square error / °";
+  plot.y_label = "root mean square error" + (task.predicted.unit.empty() ? "" : " / " + unit_words(task.predicted));
   report::ScatterSeries training, validation;
   training.name = method == "published" ? "training, one step ahead" : "training, mostly open loop";
   validation.name = method == "published" ? "after the training part, one step ahead" : "set aside, open loop";
   for (const auto& point : curve) {
     training.x.push_back(static_cast<double>(point.update));
-    training.y.push_back(point.training_deg);
+    training.y.push_back(point.training_error);
     validation.x.push_back(static_cast<double>(point.update));
-    validation.y.push_back(point.validation_deg);
+    validation.y.push_back(point.validation_error);
   }
   training.style = validation.style = report::ScatterSeries::Style::path;
   training.color = report::okabe_ito::blue;

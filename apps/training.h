@@ -2,7 +2,9 @@
 // What the commands that train or use a predictor share: reading its data and weights, and its pages.
 #pragma once
 
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +14,16 @@
 
 namespace sinew::apps {
 
-// Recordings of sets and files, as a case sees them. `until_s`: what comes later in a recording is left out.
-std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, int paper_case, double until_s, model::Missing missing);
+// The System of a plant file; where that is empty, of the first set among the paths; else the usual plant's.
+std::shared_ptr<const plant::System> system_for(const std::string& plant_file, const std::vector<std::string>& paths = {});
+// The channel of this column (--predict); none where it is empty. Throws InputError where there is no such channel.
+std::optional<plant::ChannelId> channel_named(const plant::System& system, const std::string& column);
+// The usual plant's columns, all of which are checked in reading, where the task's are among them; else the task's own.
+sim::Columns columns_for(const model::Task& task);
+// Recordings of sets and files (these with the columns given), as a task sees them. `until_s`: what comes later in a recording
+// is left out.
+std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
+                                           double until_s, model::Missing missing);
 
 // Trains by `method` with the settings of a file, or the defaults where its name is empty.
 model::Trained train_by(const std::string& method, const std::string& settings_file, const std::vector<model::Series>& data,
@@ -22,10 +32,15 @@ model::Trained train_by(const std::string& method, const std::string& settings_f
 // Weights of a folder (its weights.h5) or of a file.
 std::string weights_path(const std::string& model);
 
-// Angle measured and predicted, error over time, and temperature-angle loops where the case has temperatures.
-std::vector<report::Block> rollout_blocks(const model::Series& series, const model::Vector<double>& predicted, int paper_case);
-std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method);
+// Measured and predicted, error over time, and the prediction against each feature that is measured.
+std::vector<report::Block> rollout_blocks(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task);
+std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method, const model::Task& task);
 
-std::string case_words(int paper_case);
+// What the predictor is given: "duty A, temperature A".
+std::string words_of(const model::Task& task);
+// The column's unit as people read it.
+std::string unit_words(const sim::Column& column);
+// A number in the unit of the column: "training_deg".
+std::string key_in_unit(const std::string& what, const sim::Column& column);
 
 }  // namespace sinew::apps

@@ -32,7 +32,7 @@ def diagnose(folder, seconds):
     path.write_text("\n".join([*comments, header, *rows[: 10 * seconds + 1]]) + "\n")
     began = time.perf_counter()
     subprocess.run([ROOT / "build/release/sinew", "diagnose", "--train", path, "--plant", ROOT / "plant/limbs/paper_limb.yaml",
-                    "--threads", "2", "--out", pathlib.Path(folder) / "out"], check=True, capture_output=True)
+                    "--threads", "2", "--out", pathlib.Path(folder) / f"out_{seconds}"], check=True, capture_output=True)
     return time.perf_counter() - began
 
 

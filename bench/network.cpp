@@ -19,9 +19,11 @@ namespace {
 constexpr int threads = 2;
 constexpr model::Index published_batch = 100, streams = 50, steps = 100, stateful_updates = 12;
 
+model::Task task() { return model::task_of(plant::default_plant().system(), 3); }
+
 model::TrainingRun run() {
   model::TrainingRun one;
-  one.paper_case = 3;
+  one.task = task();
   one.threads = threads;
   return one;
 }
@@ -100,7 +102,7 @@ void export_batches(const std::filesystem::path& folder) {
     const float loss = network.backward(w, stretch, gradient);
     const std::string at = memoryless ? "published/" : "stateful/";
     put(file, at + "exogenous", stretch.exogenous);
-    put(file, at + "angle_before", stretch.angle_before);
+    put(file, at + "angle_before", stretch.y_before);
     put(file, at + "target", stretch.target);
     put(file, at + "outputs", network.outputs());
     put(file, at + "loss", model::Matrix<float>::Constant(1, 1, loss));
@@ -124,7 +126,7 @@ int main(int argc, char** argv) {
     std::fputs("usage: bench_network [--export FOLDER]\n", stderr);
     return 2;
   }
-  const model::Series data = model::series_of(bench::babbling(600.0), 3);
+  const model::Series data = model::series_of(bench::babbling(600.0), task());
   model::Index published_updates = 0;
   const double published_s = published_update_s(data, published_updates), stateful_s = stateful_update_s(data);
   std::printf("LSTM of 300, dense layer of 300, case 3, 32-bit floats; training on %d threads, prediction on one.\n\n", threads);
@@ -136,10 +138,10 @@ int main(int argc, char** argv) {
   for (const std::string method : {"published", "stateful"}) {
     model::Model one;
     one.method = method;
-    one.scaling = model::scaling_of({data}, 3);
+    one.scaling = model::scaling_of({data}, task());
     one.weights = model::first_weights({5, 300, 300, method == "published"}, 1);
     model::Predictor predictor(one);
-    predictor.begin(data.angle_deg(0), data.v.col(0));
+    predictor.begin(data.y(0), data.v.col(0));
     volatile double sink = 0.0;
     const double step_s = bench::fastest_in_turn_s(5, {[&] {
                             for (model::Index k = 1; k < data.samples(); ++k) sink = predictor.open_loop(data.v.col(k));

@@ -86,7 +86,7 @@ std::vector<PerChannel> deviations_at(const FitProblem& problem, const std::vect
   std::vector<PerChannel> deviations;
   for (std::size_t r = 0; r < noise.size(); ++r) {
     PerChannel deviation = noise[r].deviation;
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : problem.system().channels().ids()) {
       std::vector<double> of_channel;
       double squares = 0.0;
       for (std::size_t i = 0; i < problem.rows().size(); ++i) {
@@ -107,12 +107,12 @@ std::vector<PerChannel> deviations_at(const FitProblem& problem, const std::vect
 
 void set_deviations(FitProblem& problem, const std::vector<PerChannel>& deviations) {
   for (std::size_t r = 0; r < deviations.size(); ++r)
-    for (std::size_t c = 0; c < channel_count; ++c) problem.set_deviation(r, c, deviations[r][c]);
+    for (const plant::ChannelId c : problem.system().channels().ids()) problem.set_deviation(r, c, deviations[r][c]);
 }
 
 bool settled(const FitProblem& problem, const std::vector<PerChannel>& deviations) {
   for (std::size_t r = 0; r < deviations.size(); ++r)
-    for (std::size_t c = 0; c < channel_count; ++c)
+    for (const plant::ChannelId c : problem.system().channels().ids())
       if (std::abs(std::log(deviations[r][c] / problem.data()[r].deviation[c])) > 0.1) return false;
   return true;
 }
@@ -169,7 +169,7 @@ Solved solve_from(const FitProblem& problem, const CalibrationSettings& settings
     }
     if (!first && !count_correlation) {
       for (std::size_t r = 0; r < deviations.size(); ++r)
-        for (std::size_t c = 0; c < channel_count; ++c)
+        for (const plant::ChannelId c : problem.system().channels().ids())
           deviations[r][c] = std::min(deviations[r][c], solved.problem.data()[r].deviation[c]);
       if (settled(solved.problem, deviations)) return false;
     }
@@ -220,43 +220,40 @@ std::vector<Estimate> estimates_of(const FitProblem& problem, const std::vector<
 
 }  // namespace
 
-std::vector<std::size_t> fittable_parameters(const plant::Limb<double>& limb) {
-  std::vector<std::size_t> fittable;
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    const auto& info = plant::parameters()[p];
-    if (info.declaration.prior_deviation > 0.0 && (info.effect == plant::no_effect || limb.on[info.effect]))
-      fittable.push_back(p);
-  }
+std::vector<plant::ParameterId> fittable_parameters(const plant::Plant& plant) {
+  std::vector<plant::ParameterId> fittable;
+  const auto& all = plant.system().parameters();
+  for (const plant::ParameterId p : all.ids())
+    if (all[p].declaration.prior_deviation > 0.0 && (!all[p].effect || plant.is_on(*all[p].effect))) fittable.push_back(p);
   return fittable;
 }
 
-plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std::vector<FitData>& data, StartPolicy start,
-                                  const plant::NumericalSettings& numerics, std::vector<std::size_t>& flipped) {
-  plant::Limb<double> limb = nominal;
-  const auto cost = [&](const plant::Limb<double>& candidate) {
+plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, StartPolicy start,
+                           const plant::NumericalSettings& numerics, std::vector<plant::ParameterId>& flipped) {
+  plant::Plant plant = nominal;
+  const auto cost = [&](const plant::Plant& candidate) {
     const FitProblem problem(candidate, {}, data, start, numerics);
     return cost_of(problem, std::vector<double>(problem.unknowns().size(), 0.0));
   };
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    if (plant::parameters()[p].declaration.kind != plant::Kind::sign) continue;
-    plant::Limb<double> other = limb;
-    plant::set(other, p, -plant::get(limb, p));
-    if (cost(other) < cost(limb)) {
-      limb = other;
+  for (const plant::ParameterId p : nominal.system().parameters().ids()) {
+    if (nominal.system().parameters()[p].declaration.kind != plant::Kind::sign) continue;
+    plant::Plant other = plant;
+    other.set(p, -plant.get(p));
+    if (cost(other) < cost(plant)) {
+      plant = other;
       flipped.push_back(p);
     }
   }
-  return limb;
+  return plant;
 }
 
-Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitData>& data,
-                      const CalibrationSettings& settings) {
+Calibration calibrate(const plant::Plant& nominal, const std::vector<FitData>& data, const CalibrationSettings& settings) {
   Calibration result;
-  std::vector<std::size_t> free = settings.parameters;
+  std::vector<plant::ParameterId> free = settings.parameters;
   if (free.empty() && !settings.only_start) free = fittable_parameters(nominal);
-  const plant::Limb<double> signed_limb =
+  const plant::Plant with_signs =
       settings.only_start ? nominal : with_signs_of(nominal, data, settings.start, settings.numerics, result.flipped_signs);
-  const FitProblem problem(signed_limb, free, data, settings.start, settings.numerics);
+  const FitProblem problem(with_signs, free, data, settings.start, settings.numerics);
   const auto starts = static_cast<std::size_t>(std::max(1, settings.starts));
   std::vector<Solved> solved(starts, Solved{problem, {}, {}, false});
   std::vector<double> done(starts, 0.0);
@@ -300,7 +297,7 @@ Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitD
   FitProblem yardstick = problem;
   const auto usable = std::count_if(solved.begin(), solved.end(), [](const Solved& one) { return one.outcome.usable; });
   for (std::size_t r = 0; r < data.size() && usable > 0; ++r)
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : problem.system().channels().ids()) {
       double sum = 0.0;
       for (const Solved& one : solved)
         if (one.outcome.usable) sum += std::log(one.problem.data()[r].deviation[c]);
@@ -315,12 +312,12 @@ Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitD
       result.best_start = s;
   }
   if (result.best_start == starts)
-    throw std::runtime_error("no start of the calibration could be integrated; is the nominal plant near this limb?");
+    throw std::runtime_error("no start of the calibration could be integrated; is the nominal plant near this one?");
   Solved& best = solved[result.best_start];
   set_deviations(best.problem, deviations_at(best.problem, best.z, data, true));  // for the standard errors: as they are
   for (const StartOutcome& outcome : result.outcomes)
     if (outcome.usable && outcome.cost > best.outcome.cost + 2.0) result.several_starts_agree = false;
-  result.limb = best.problem.limb_at(best.z.data());
+  result.fitted = best.problem.plant_at(best.z.data());
   for (std::size_t r = 0; r < data.size(); ++r) {
     result.starts_of_recordings.push_back(best.problem.start_at(best.z.data(), r));
     result.deviation.push_back(best.problem.data()[r].deviation);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibration: the parameters with which a limb explains recordings best, how sure each is, and which cannot be told.
+// Calibration: the parameters with which a plant explains recordings best, how sure each is, and which cannot be told.
 //
 // Least squares with weak priors and bounds (fit.h), by Ceres Solver's Levenberg-Marquardt from several seeded starts; the
 // same seed gives the same bytes whatever the number of threads.
@@ -21,7 +21,7 @@
 namespace sinew::diagnose {
 
 struct CalibrationSettings {
-  std::vector<std::size_t> parameters;  // indices into plant::parameters(); empty: fittable_parameters(limb)
+  std::vector<plant::ParameterId> parameters;  // empty: fittable_parameters(plant)
   bool only_start = false;              // no parameters: only how the recordings begin
   StartPolicy start = StartPolicy::estimated;
   int starts = 3;
@@ -59,28 +59,27 @@ struct StartOutcome {
 };
 
 struct Calibration {
-  plant::Limb<double> limb;
+  plant::Plant fitted;
   std::vector<plant::Start> starts_of_recordings;
   std::vector<Estimate> estimates;  // parameters first, then first values
   std::vector<StartOutcome> outcomes;
   std::size_t best_start = 0;
   bool several_starts_agree = true;  // whether the cost of all usable starts is within 2 of the best
   std::vector<PerChannel> deviation;  // of each recording, at the end
-  // Sign parameters (which way a coil bends the limb) that the recordings say are the other way than in the nominal plant.
-  std::vector<std::size_t> flipped_signs;
+  // Sign parameters that the recordings say are the other way than in the nominal plant.
+  std::vector<plant::ParameterId> flipped_signs;
 };
 
 // Every parameter with a prior: of the core, and of the effects that are on.
-std::vector<std::size_t> fittable_parameters(const plant::Limb<double>& limb);
+std::vector<plant::ParameterId> fittable_parameters(const plant::Plant& plant);
 
-// The limb with each sign (which way a coil bends the limb) as the recordings say, judged by the cost at the nominal values.
-// `flipped`: indices into plant::parameters() of those that are now the other way.
-plant::Limb<double> with_signs_of(const plant::Limb<double>& nominal, const std::vector<FitData>& data, StartPolicy start,
-                                  const plant::NumericalSettings& numerics, std::vector<std::size_t>& flipped);
+// The plant with each sign as the recordings say, judged by the cost at the nominal values. `flipped`: those that are now the
+// other way.
+plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, StartPolicy start,
+                           const plant::NumericalSettings& numerics, std::vector<plant::ParameterId>& flipped);
 
 // Throws std::runtime_error where no start could be integrated, Stopped when asked to stop.
 // `data`: deviations are the sensors' noise.
-Calibration calibrate(const plant::Limb<double>& nominal, const std::vector<FitData>& data,
-                      const CalibrationSettings& settings);
+Calibration calibrate(const plant::Plant& nominal, const std::vector<FitData>& data, const CalibrationSettings& settings);
 
 }  // namespace sinew::diagnose

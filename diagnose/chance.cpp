@@ -7,46 +7,54 @@
 
 #include "sim/parallel.h"
 #include "sim/random.h"
+#include "sim/simulation.h"
 
 namespace sinew::diagnose {
 namespace {
 
-constexpr double air_period_s = 1.0;  // the air stands still for as long
+constexpr double still_s = 1.0;  // the surroundings stand still for as long
 
-// What the explanation would have recorded on the recording's duty, where it has readings, had the air and the sensors been
-// others. Missing from where the integration fails.
-sim::Recording drawn_recording(const Explanation& from, std::size_t r, double air_K, const FitData& data,
-                     const sim::RandomStream& chance, const plant::NumericalSettings& numerics) {
+// What the explanation would have recorded on the recording's inputs, where it has readings, had the surroundings and the sensors
+// been others. Missing from where the integration fails.
+sim::Recording drawn_recording(const Explanation& from, std::size_t r, double nuisance, const FitData& data,
+                               const sim::RandomStream& chance, const plant::NumericalSettings& numerics) {
+  const plant::System& system = from.system();
+  const std::optional<plant::ParameterId> surroundings = system.surroundings();
+  double memory_s = 1.0;
+  for (const plant::EntryGroup& group : system.entry_groups())
+    if (group.is_nuisance) memory_s = group.correlation_time_s;
   sim::Recording recording = *data.recording;
   recording.samples.resize(data.sample_count);
   std::uint64_t draw = 0;
-  double offset_K = air_K * chance.normal(draw++);
-  const auto limb_in = [&](double air_offset_K) {
-    plant::Limb<double> limb = from.limb();
-    limb.core.ambient_temperature_degC += air_offset_K;
-    return limb;
+  double offset = nuisance * chance.normal(draw++);
+  const auto plant_in = [&](double by) {
+    plant::Plant plant = from.model();
+    if (surroundings) plant.set(*surroundings, plant.get(*surroundings) + by);
+    return plant;
   };
-  plant::Integrator integrator(limb_in(offset_K), from.start(r), numerics);
+  plant::Integrator integrator(plant_in(offset), from.start(r), numerics);
   const double first_s = recording.samples.front().time_s;
-  double air_since_s = 0.0;  // the air stands still
+  double since_s = 0.0;
   bool failed = false;
-  for (sim::Sample& sample : recording.samples) {
+  for (std::size_t k = 0; k < recording.samples.size(); ++k) {
+    sim::Sample& sample = recording.samples[k];
     failed = failed || integrator.advance_to(sample.time_s - first_s);
-    const plant::Reading<double> reading = integrator.reading();
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    const std::vector<double> readings = integrator.readings();
+    for (const plant::ChannelId c : system.channels().ids()) {
       double& value = measured(sample, c);
       const double noise = data.deviation[c] * chance.normal(draw++);
-      if (!std::isnan(value)) value = failed ? std::numeric_limits<double>::quiet_NaN() : shown(reading, c) + noise;
+      if (!std::isnan(value)) value = failed ? std::numeric_limits<double>::quiet_NaN() : shown(system, readings, c) + noise;
     }
     if (failed) continue;
-    integrator.hold(sample.duty_fraction);
-    const double stood_s = sample.time_s - first_s - air_since_s;
-    if (stood_s < air_period_s) continue;
-    air_since_s = sample.time_s - first_s;
-    const double kept = std::exp(-stood_s / forcings[static_cast<std::size_t>(Forcing::air)].correlation_time_s);
-    offset_K = kept * offset_K + std::sqrt(1.0 - kept * kept) * air_K * chance.normal(draw++);
+    sim::command_sample(integrator, system, recording.samples, k);
+    const double stood_s = sample.time_s - first_s - since_s;
+    if (!surroundings || stood_s < still_s) continue;
+    since_s = sample.time_s - first_s;
+    const double kept = std::exp(-stood_s / memory_s);
+    offset = kept * offset + std::sqrt(1.0 - kept * kept) * nuisance * chance.normal(draw++);
     integrator.restart();
-    integrator = plant::Integrator(limb_in(offset_K), integrator.checkpoint(), numerics);
+    integrator = plant::Integrator(plant_in(offset), integrator.checkpoint(), numerics);
+    sim::command_sample(integrator, system, recording.samples, k);  // a checkpoint holds what is held, not what changes
   }
   return recording;
 }
@@ -61,18 +69,18 @@ UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const s
   shortly.most_rounds = 2;
   shortly.iterations_per_round = 3;
   shortly.enough = 1.0;
-  ForcingSize air{};
-  static_cast<void>(likelihood_with(found, air_free, settings.most_air_K, &air));
+  ForcingSize size;
+  static_cast<void>(likelihood_with(found, nuisance_free(found.system()), &size));
   UnrestByChance result;
   result.unrest = unrest;
-  result.air_K = air[0];
+  result.nuisance = nuisance_of(found.system(), size);
   while (result.drawn < most && result.as_large == 0) {
     std::vector<double> drawn(std::min(at_once, most - result.drawn));
     sim::in_parallel(drawn.size(), threads, [&](std::size_t i) {
       std::vector<sim::Recording> recordings;
       for (std::size_t r = 0; r < data.size(); ++r) {
         const std::string name = "diagnose.chance." + std::to_string(result.drawn + i) + "." + std::to_string(r);
-        recordings.push_back(drawn_recording(found, r, air[0], data[r], sim::RandomStream(seed, name), settings.numerics));
+        recordings.push_back(drawn_recording(found, r, result.nuisance, data[r], sim::RandomStream(seed, name), settings.numerics));
       }
       std::vector<FitData> instead = data;
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];

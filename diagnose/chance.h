@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How large an unrest becomes by chance: parametric bootstrap of the check that something is missing.
 //
-// The filter is linear about one path. Air that pushes a coil over a corner of its hysteresis, or a beam to where it stiffens,
-// leaves more than the filter expects of it, in some recordings and not in others. So the explanation itself, integrated with air
+// The filter is linear about one path. Surroundings that push a plant over a corner, or to where it stiffens, leave more than the filter expects of it, in some recordings and not in others. So the explanation itself, integrated with air
 // that wanders as much as was found and with the sensors' noise, is put in the recording's place, and fitted again. Steps of a
 // sensor count as white noise of their size.
 //
@@ -15,7 +14,7 @@ namespace sinew::diagnose {
 
 struct UnrestByChance {
   double unrest = 0.0;       // that was found
-  double air_K = 0.0;        // deviation of the air that wanders
+  double nuisance = 0.0;     // deviation of the surroundings, internal units
   std::size_t drawn = 0;     // simulations of all recordings in which nothing is missing
   std::size_t as_large = 0;  // of which have at least the unrest that was found
   double largest = 0.0;

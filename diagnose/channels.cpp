@@ -10,7 +10,7 @@ namespace {
 // Second differences beyond this many of the central ones' standard deviation are edges of the signal, not noise.
 constexpr double edge_factor = 4.0;
 
-double noise_of_channel(const sim::Recording& recording, std::size_t channel, double otherwise) {
+double noise_of_channel(const sim::Recording& recording, plant::ChannelId channel, double otherwise) {
   std::vector<double> second, first;
   const auto& samples = recording.samples;
   for (std::size_t k = 1; k < samples.size(); ++k) {
@@ -40,8 +40,13 @@ double noise_of_channel(const sim::Recording& recording, std::size_t channel, do
 
 }  // namespace
 
-PerChannel noise_of(const sim::Recording& recording) {
-  return {noise_of_channel(recording, 0, 0.12), noise_of_channel(recording, 1, 0.12), noise_of_channel(recording, 2, 0.05)};
+PerChannel noise_of(const plant::System& system, const sim::Recording& recording) {
+  PerChannel noise;
+  for (const plant::ChannelId c : system.channels().ids()) {
+    const plant::ChannelInfo& usual = system.channels()[c];
+    noise.push_back(noise_of_channel(recording, c, std::hypot(usual.noise, usual.step / std::sqrt(12.0))));
+  }
+  return noise;
 }
 
 double correlation_samples(const std::vector<double>& residual) {

@@ -10,8 +10,8 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr double hottest_room_degC = 200.0;  // what never falls below it is no temperature of silicone
-constexpr double most_angle_rad = 1.6;       // a limb that is bent by more than 90 degrees is not meant
+constexpr double hottest_room_degC = 200.0;  // what never falls below it is no temperature in a room
+constexpr double most_angle_rad = 1.6;       // a plant that is bent by more than 90 degrees is not meant
 constexpr double least_ratio = 20.0;         // between degrees and radians there are 57
 constexpr std::size_t least_samples = 20;
 
@@ -47,29 +47,39 @@ double squared_distance(const std::vector<double>& model, const std::vector<doub
 
 }  // namespace
 
-std::optional<MistakenColumn> mistaken_column(const plant::Limb<double>& nominal, const sim::Recording& recording) {
-  Series target;
+std::optional<MistakenColumn> mistaken_column(const plant::Plant& nominal, const sim::Recording& recording) {
+  const auto& channels = nominal.system().channels();
+  Series target(channels.size(), {});
   for (const sim::Sample& sample : recording.samples)
-    for (std::size_t c = 0; c < channel_count; ++c) target[c].push_back(measured(sample, c));
-  const auto mistaken = [&](std::size_t c, const std::string& why) {
-    return MistakenColumn{std::string(channels[c].column), range_of(target[c]).words(), why};
+    for (const plant::ChannelId c : channels.ids()) target[c].push_back(measured(sample, c));
+  const auto mistaken = [&](plant::ChannelId c, const std::string& why) {
+    return MistakenColumn{channels[c].column, range_of(target[c]).words(), why};
   };
-  for (const std::size_t c : {0, 1})
-    if (const Range range = range_of(target[c]); !range.none() && range.lowest > hottest_room_degC)
+  for (const plant::ChannelId c : channels.ids())
+    if (const Range range = range_of(target[c]);
+        channels[c].unit.text == plant::units::degC.text && !range.none() && range.lowest > hottest_room_degC)
       return mistaken(c, "never falls below 200 degC: it seems to be in kelvin; subtract 273.15");
 
   const Series model = predict(nominal, {}, recording, {plant::Method::automatic, 1e-5});
-  const Range angle = range_of(target[2]);
-  if (!angle.none() && angle.width() > 0.0 && std::max(-angle.lowest, angle.highest) < most_angle_rad &&
-      range_of(model[2]).width() > least_ratio * angle.width())
-    return mistaken(2, "the plant bends " + sim::shortest(std::round(range_of(model[2]).width() / angle.width())) +
-                           " times as far: it seems to be in radians; multiply by 57.29578");
-  const double as_named = squared_distance(model[0], target[0]) + squared_distance(model[1], target[1]);
-  const double exchanged = squared_distance(model[0], target[1]) + squared_distance(model[1], target[0]);
-  if (4.0 * exchanged < as_named)
-    return mistaken(0, "the plant is " + sim::shortest(std::round(std::sqrt(as_named / exchanged))) +
-                           " times nearer to temperature_B_degC, and the other way round: the two, or duty_A and duty_B, "
-                           "seem to be exchanged");
+  for (const plant::ChannelId c : channels.ids()) {
+    if (channels[c].unit.text != plant::units::deg.text) continue;
+    const Range range = range_of(target[c]);
+    if (!range.none() && range.width() > 0.0 && std::max(-range.lowest, range.highest) < most_angle_rad &&
+        range_of(model[c]).width() > least_ratio * range.width())
+      return mistaken(c, "the plant bends " + sim::shortest(std::round(range_of(model[c]).width() / range.width())) +
+                             " times as far: it seems to be in radians; multiply by 57.29578");
+  }
+  for (const plant::ChannelId c : channels.ids())
+    for (const plant::ChannelId other : channels.ids()) {
+      if (!(c < other) || channels[c].kind != channels[other].kind || !channels[c].driven_by) continue;
+      const double as_named = squared_distance(model[c], target[c]) + squared_distance(model[other], target[other]);
+      const double exchanged = squared_distance(model[c], target[other]) + squared_distance(model[other], target[c]);
+      if (4.0 * exchanged < as_named)
+        return mistaken(c, "the plant is " + sim::shortest(std::round(std::sqrt(as_named / exchanged))) +
+                               " times nearer to " + channels[other].column + ", and the other way round: the two, or " +
+                               nominal.system().inputs()[*channels[c].driven_by].column + " and " +
+                               nominal.system().inputs()[*channels[other].driven_by].column + ", seem to be exchanged");
+    }
   return std::nullopt;
 }
 

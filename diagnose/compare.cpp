@@ -71,27 +71,30 @@ std::size_t samples_until(const sim::Recording& recording, double until_s) {
   return count;
 }
 
-Comparison compare(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                    const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics) {
   Comparison result;
+  result.system = plant.shared_system();
   result.noise = noise;
   result.fit_until_s = fit_until_s;
-  plant::Integrator integrator(limb, start, numerics);
-  const auto failure = sim::replay(integrator, recording.samples, [&](std::size_t k) {
-    const plant::Reading<double> reading = integrator.reading();
+  const plant::System& system = plant.system();
+  result.model = result.residual = Series(system.channels().size(), {});
+  plant::Integrator integrator(plant, start, numerics);
+  const auto failure = sim::replay(integrator, system, recording.samples, [&](std::size_t k) {
+    const std::vector<double> readings = integrator.readings();
     result.time_s.push_back(recording.samples[k].time_s);
-    for (std::size_t c = 0; c < channel_count; ++c) {
-      result.model[c].push_back(shown(reading, c));
+    for (const plant::ChannelId c : system.channels().ids()) {
+      result.model[c].push_back(shown(system, readings, c));
       result.residual[c].push_back(result.model[c].back() - measured(recording.samples[k], c));
     }
   });
   if (failure)
     throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
   const std::size_t split = samples_until(recording, fit_until_s);
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    result.fitted[c] = error_of(result.residual[c], 0, split, noise[c]);
-    result.unfitted[c] = error_of(result.residual[c], split, result.time_s.size(), noise[c]);
-    result.worst[c] = worst_of(result.time_s, result.residual[c]);
+  for (const plant::ChannelId c : system.channels().ids()) {
+    result.fitted.push_back(error_of(result.residual[c], 0, split, noise[c]));
+    result.unfitted.push_back(error_of(result.residual[c], split, result.time_s.size(), noise[c]));
+    result.worst.push_back(worst_of(result.time_s, result.residual[c]));
   }
   return result;
 }

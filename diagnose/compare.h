@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A limb against a recording: open loop, from the recorded duty alone.
+// A plant against a recording: open loop, from the recorded inputs alone.
 #pragma once
 
 #include <string>
@@ -27,17 +27,18 @@ struct WorstTime {
 };
 
 struct Comparison {
+  std::shared_ptr<const plant::System> system;                  // of the plant that was compared
   std::vector<double> time_s;                                   // of the recording
-  std::array<std::vector<double>, channel_count> model;         // in the units of files
-  std::array<std::vector<double>, channel_count> residual;      // model - measured; NaN where nothing was measured
+  Series model;                                                 // in the units of files
+  Series residual;                                              // model - measured; NaN where nothing was measured
   PerChannel noise;
-  std::array<ChannelError, channel_count> fitted, unfitted;     // before and from `fit_until_s`
-  std::array<WorstTime, channel_count> worst;
+  plant::ListOf<plant::ChannelId, ChannelError> fitted, unfitted;  // before and from `fit_until_s`
+  plant::ListOf<plant::ChannelId, WorstTime> worst;
   double fit_until_s;
 };
 
-// Throws std::runtime_error with the solver's words where the limb cannot be integrated over the recording.
-Comparison compare(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+// Throws std::runtime_error with the solver's words where the plant cannot be integrated over the recording.
+Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                    const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics);
 
 // Number of samples before `until_s`, in the recording's own time.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "diagnose/calibrate.h"
 
@@ -12,7 +13,7 @@ namespace {
 constexpr double two_sided_95 = 1.959964;
 constexpr double two_suffice_share = 0.98;  // of the misfit: a third effect is one too many
 
-bool contains(const std::vector<std::size_t>& all, std::size_t one) {
+bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) {
   return std::find(all.begin(), all.end(), one) != all.end();
 }
 
@@ -20,26 +21,28 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
                        const plant::NumericalSettings& numerics) {
   Agreement result;
   const Spread spread = spread_of(path, data, numerics);
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  const plant::System& system = explanation.system();
+  result.rmse = per_channel(system);
+  for (const plant::ChannelId c : result.rmse.ids()) {
     double sum = 0.0;
     for (std::size_t r = 0; r < data.size(); ++r)
       sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
     result.rmse[c] = std::sqrt(sum);
   }
   for (std::size_t u = 0; u < explanation.problem->parameters().size(); ++u) {
-    if (plant::parameters()[explanation.problem->parameters()[u]].effect != plant::no_effect) continue;
+    if (system.parameters()[explanation.problem->parameters()[u]].effect) continue;
     const double z = explanation.z(static_cast<Eigen::Index>(u));
     result.pull += z * z;
   }
   return result;
 }
 
-// A shape that ends at the bound of what is allowed is no value that a limb has. A bound that stands for nothing (no
+// A shape that ends at the bound of what is allowed is no value that a plant has. A bound that stands for nothing (no
 // heat loss, friction without smoothing) is one.
-bool sensible(std::size_t effect, const Explanation& by) {
+bool sensible(plant::EffectId effect, const Explanation& by) {
   for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
-    const std::size_t p = by.problem->parameters()[u];
-    if (plant::parameters()[p].effect != effect || p == plant::effects()[effect].strength) continue;
+    const plant::ParameterId p = by.problem->parameters()[u];
+    if (by.system().parameters()[p].effect != effect || p == by.system().effects()[effect].strength) continue;
     const Unknown& unknown = by.problem->unknowns()[u];
     const double margin = 1e-6 * (unknown.highest - unknown.lowest);
     const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
@@ -50,7 +53,7 @@ bool sensible(std::size_t effect, const Explanation& by) {
 }
 
 // Which of the explanations that the search passed is the answer. All effects that were accepted, if together they
-// leave nothing; without the last where that has a value that no limb has, or is a third and the two explain nearly
+// leave nothing; without the last where that has a value that no plant has, or is a third and the two explain nearly
 // all. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   if (nothing_left(search, settings.search)) {
@@ -74,8 +77,8 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
 }
 
 // Whether a channel's path is further off than its sensor's noise and moving air account for.
-bool far_off(double rmse, std::size_t channel, const PerChannel& noise, const DiagnosisSettings& settings) {
-  return rmse > std::hypot(2.0 * noise[channel], settings.as_little[channel]);
+bool far_off(const plant::System& system, double rmse, plant::ChannelId channel, const PerChannel& noise) {
+  return rmse > std::hypot(2.0 * noise[channel], system.channels()[channel].ordinary_disturbance);
 }
 
 // Of the squared error beyond noise that there was, the share that is left.
@@ -83,32 +86,32 @@ double share_left(double was, double is, double noise) {
   return (is * is - noise * noise) / (was * was - noise * noise);
 }
 
-Objections objections_to(const Explanation& answer, const std::vector<std::size_t>& effects, const Diagnosis& diagnosis,
+Objections objections_to(const Explanation& answer, const std::vector<plant::EffectId>& effects, const Diagnosis& diagnosis,
                          bool something_left, const DiagnosisSettings& settings, const PerChannel& noise) {
   Objections result;
   const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
   result.leaves_too_much = something_left;
-  for (std::size_t c = 0; c < channel_count; ++c)
-    if (far_off(after.rmse[c], c, noise, settings) &&
+  for (const plant::ChannelId c : noise.ids())
+    if (far_off(answer.system(), after.rmse[c], c, noise) &&
         share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
       result.channels.push_back(c);
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
   result.patchwork = effects.size() > 2;
-  result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](std::size_t e) { return !sensible(e, answer); });
+  result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return !sensible(e, answer); });
   return result;
 }
 
-std::vector<std::size_t> added(const Explanation& explanation, const plant::Limb<double>& nominal) {
-  std::vector<std::size_t> effects;
-  for (const std::size_t e : explanation.effects())
-    if (!nominal.on[e]) effects.push_back(e);
+std::vector<plant::EffectId> added(const Explanation& explanation, const plant::Plant& nominal) {
+  std::vector<plant::EffectId> effects;
+  for (const plant::EffectId e : explanation.effects())
+    if (!nominal.is_on(e)) effects.push_back(e);
   return effects;
 }
 
 // Explanations by one effect alone, as the first round fitted them, that take away at least `share` of the core's
 // misfit.
-std::vector<std::size_t> enough_alone(const Search& search, double share) {
-  std::vector<std::size_t> effects;
+std::vector<plant::EffectId> enough_alone(const Search& search, double share) {
+  std::vector<plant::EffectId> effects;
   for (const Candidate& candidate : search.rounds.front().candidates)
     if (candidate.explanation.usable && share_explained(search.core, candidate.explanation) >= share)
       effects.push_back(candidate.effect);
@@ -116,12 +119,12 @@ std::vector<std::size_t> enough_alone(const Search& search, double share) {
 }
 
 // An effect with the values that an explanation gives it, and what fits in its place.
-FoundEffect described(std::size_t effect, const Explanation& by, const Search& search) {
+FoundEffect described(plant::EffectId effect, const Explanation& by, const Search& search) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
-  const plant::Limb<double> limb = by.limb();
-  for (const std::size_t p : plant::effects()[effect].parameters) {
-    const auto& declared = plant::parameters()[p].declaration;
-    const double value = plant::get_in_file_units(limb, p), unit = declared.unit.internal_per_unit;
+  const plant::Plant model = by.model();
+  for (const plant::ParameterId p : by.system().effects()[effect].parameters) {
+    const auto& declared = by.system().parameters()[p].declaration;
+    const double value = model.get_in_file_units(p), unit = declared.unit.internal_per_unit;
     FoundEffect::Parameter parameter{p, value, value, value, true};
     for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
       if (by.problem->parameters()[u] == p) {
@@ -135,7 +138,7 @@ FoundEffect described(std::size_t effect, const Explanation& by, const Search& s
   return result;
 }
 
-FoundEffect found_by_evidence(std::size_t effect, bool something_left, const Diagnosis& diagnosis,
+FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis,
                               const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
@@ -151,7 +154,7 @@ FoundEffect found_by_evidence(std::size_t effect, bool something_left, const Dia
   return result;
 }
 
-FoundEffect found_on_paths(std::size_t effect, double gain, const Diagnosis& diagnosis,
+FoundEffect found_on_paths(plant::EffectId effect, double gain, const Diagnosis& diagnosis,
                            const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
   result.gain = gain;
@@ -162,11 +165,11 @@ FoundEffect found_on_paths(std::size_t effect, double gain, const Diagnosis& dia
 
 // An effect whose strength is no constant, so that no parameter of it has a value.
 FoundEffect found_wandering(const Wandering& wandering, const DiagnosisSettings& settings) {
-  FoundEffect result{wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
+  FoundEffect result{*wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
   double likely = 1.0;
   for (const auto& [other, loss] : wandering.others) {
     likely += std::exp(-std::max(0.0, loss));
-    if (other.effect != plant::no_effect) result.rivals.emplace_back(other.effect, loss);
+    if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
   result.confidence = settings.most_confidence_in_a_lead * wandering.explained_share / likely * result.gain /
                       (result.gain + settings.doubtful_gain);
@@ -187,37 +190,33 @@ std::string_view text_of(Verdict verdict) {
   return "";
 }
 
-Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, bool something_left,
+Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool something_left,
                        const DiagnosisSettings& settings) {
   Parsimony result;
   const auto others = [&](double share) {
-    std::vector<std::size_t> alone = enough_alone(search, share);
-    std::erase_if(alone, [&](std::size_t e) { return contains(effects, e); });
+    std::vector<plant::EffectId> alone = enough_alone(search, share);
+    std::erase_if(alone, [&](plant::EffectId e) { return contains(effects, e); });
     return alone;
   };
   if (something_left) result.as_good = others(settings.least_explained_share);
   if (effects.size() == 2) {
     result.patched = something_left;
-    const std::vector<std::size_t> most = enough_alone(search, settings.named_share),
+    const std::vector<plant::EffectId> most = enough_alone(search, settings.named_share),
                                    nearly_all = enough_alone(search, settings.least_explained_share);
     result.either_alone = contains(most, effects[0]) && contains(most, effects[1]) &&
                           (contains(nearly_all, effects[0]) || contains(nearly_all, effects[1]));
   }
   // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
   // on the way but did not make it into the answer.
-  std::vector<std::size_t> accepted = effects;
+  std::vector<plant::EffectId> accepted = effects;
   for (const Round& round : search.rounds)
     if (round.accepted) accepted.push_back(round.candidates.front().effect);
-  const auto at = [&](plant::Place place) {
-    return std::any_of(accepted.begin(), accepted.end(),
-                       [&](std::size_t e) { return plant::effects()[e].place == place; });
-  };
-  const auto is_sensor = [](std::size_t e) {
-    const plant::Place place = plant::effects()[e].place;
-    return place == plant::Place::sensor_temperature || place == plant::Place::sensor_angle;
-  };
-  if (std::all_of(effects.begin(), effects.end(), is_sensor) && at(plant::Place::sensor_temperature) &&
-      at(plant::Place::sensor_angle)) {
+  const auto& catalogue = search.core.system().effects();
+  const auto is_sensor = [&](plant::EffectId e) { return catalogue[e].place.starts_with("sensor."); };
+  std::set<std::string_view> sensors;
+  for (const plant::EffectId e : accepted)
+    if (is_sensor(e)) sensors.insert(catalogue[e].place);
+  if (std::all_of(effects.begin(), effects.end(), is_sensor) && sensors.size() > 1) {
     result.common_causes = others(settings.named_share);
     std::erase_if(result.common_causes, is_sensor);
   }
@@ -229,9 +228,9 @@ namespace {
 // One diagnosis, step by step. `result_.answer` is what stands for the time being, `after_` its path.
 class Diagnoser {
  public:
-  Diagnoser(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+  Diagnoser(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
             const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings)
-      : training_(training), held_out_(held_out), settings_(settings), search_(settings.search) {
+      : training_(training), held_out_(held_out), settings_(settings), search_(settings.search), given_(nominal) {
     search_.fit.start = settings.start;
     gate();
     given_ = with_signs_of(nominal, data_, settings.start, search_.fit.numerics, result_.flipped_signs);
@@ -255,13 +254,14 @@ class Diagnoser {
     place(wandering);
     list_others();
     design();
-    result_.repaired = after_.limb;
+    result_.repaired = after_.model;
     result_.starts = after_.starts;
     return std::move(result_);
   }
 
  private:
   const Explanation& core() const { return result_.search.core; }
+  const plant::System& system() const { return given_.system(); }
   const plant::NumericalSettings& numerics() const { return search_.fit.numerics; }
   const PerChannel& sensors() const { return result_.gate.front().noise; }
   void tell(double share, const std::string& doing) const {
@@ -274,7 +274,7 @@ class Diagnoser {
       for (const sim::Recording& recording : *recordings) {
         result_.gate.emplace_back();
         (recordings == &training_ ? gated_training_ : gated_held_out_)
-            .push_back(gated(recording, given_noise, result_.gate.back()));
+            .push_back(gated(system(), recording, given_noise, result_.gate.back()));
       }
     for (const sim::Recording& recording : gated_training_)
       splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
@@ -288,17 +288,17 @@ class Diagnoser {
     return explanation.unrest < search_.visible_unrest ? fitted(explanation) : polished(explanation, data_, search_.fit);
   }
 
-  plant::Start start_there(const plant::Limb<double>& limb, std::size_t held_out) const {
-    return start_of(limb, gated_held_out_[held_out], result_.gate[training_.size() + held_out].noise, search_.fit);
+  plant::Start start_there(const plant::Plant& plant, std::size_t held_out) const {
+    return start_of(plant, gated_held_out_[held_out], result_.gate[training_.size() + held_out].noise, search_.fit);
   }
 
-  // Of every recording, training ones first, each from its duty alone.
+  // Of every recording, training ones first, each from its inputs alone.
   std::vector<Series> predicted_by(const Fitted& path) const {
     std::vector<Series> models;
     for (std::size_t r = 0; r < training_.size(); ++r)
-      models.push_back(predict(path.limb, path.starts[r], gated_training_[r], numerics()));
+      models.push_back(predict(path.model, path.starts[r], gated_training_[r], numerics()));
     for (std::size_t r = 0; r < held_out_.size(); ++r)
-      models.push_back(predict(path.limb, start_there(path.limb, r), gated_held_out_[r], numerics()));
+      models.push_back(predict(path.model, start_there(path.model, r), gated_held_out_[r], numerics()));
     return models;
   }
 
@@ -310,9 +310,10 @@ class Diagnoser {
       prediction.recording = &original;
       prediction.training = r < training_.size();
       prediction.noise = result_.gate[r].noise;
+      prediction.measured = Series(system().channels().size(), {});
       for (const sim::Sample& sample : clean.samples) {
         prediction.time_s.push_back(sample.time_s);
-        for (std::size_t c = 0; c < channel_count; ++c) prediction.measured[c].push_back(measured(sample, c));
+        for (const plant::ChannelId c : prediction.measured.ids()) prediction.measured[c].push_back(measured(sample, c));
         const bool settled = sample.time_s >= clean.samples.front().time_s + settling_s;
         prediction.kept_back.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
@@ -379,7 +380,7 @@ class Diagnoser {
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = result_.held_out.gain_highest;
     if (rest.none())
-      for (const std::size_t e : effects_)
+      for (const plant::EffectId e : effects_)
         result_.effects.push_back(found_by_evidence(e, something_left_, result_, settings_));
     else if (result_.held_out.lowest_total_gain <= 0.0 ||
              std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
@@ -396,8 +397,8 @@ class Diagnoser {
     const Agreement was = agreement_of(before_.of, before_, data_, numerics()),
                     is = agreement_of(lead.path.of, lead.path, data_, numerics());
     double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
-    for (std::size_t c = 0; c < channel_count; ++c) {
-      if (!far_off(was.rmse[c], c, sensors(), settings_)) continue;
+    for (const plant::ChannelId c : was.rmse.ids()) {
+      if (!far_off(system(), was.rmse[c], c, sensors())) continue;
       const double share = 1.0 - share_left(was.rmse[c], is.rmse[c], sensors()[c]);
       largest_share = std::max(largest_share, share);
       sum += std::max(0.0, share);
@@ -405,7 +406,7 @@ class Diagnoser {
     }
     const bool believable =
         is.pull <= settings_.most_growth_of_pull * was.pull &&
-        std::all_of(lead.effects.begin(), lead.effects.end(), [&](std::size_t e) { return sensible(e, lead.path.of); });
+        std::all_of(lead.effects.begin(), lead.effects.end(), [&](plant::EffectId e) { return sensible(e, lead.path.of); });
     const bool certain = largest_share >= settings_.named_share && believable;
     // As a stand-in it must do better than the one there is.
     if (!certain && !effects_.empty() &&
@@ -432,7 +433,7 @@ class Diagnoser {
       result_.effects.push_back(found_on_paths(effects_[i], lead.gains[i], result_, settings_));
   }
 
-  void add_rival(std::size_t effect) {
+  void add_rival(plant::EffectId effect) {
     if (!contains(result_.ambiguous_with, effect)) result_.ambiguous_with.push_back(effect);
   }
 
@@ -450,7 +451,7 @@ class Diagnoser {
     if (!result_.parsimony.none())
       for (FoundEffect& effect : result_.effects) effect.confidence *= 0.5;
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
-      for (const std::size_t e : *rivals) add_rival(e);
+      for (const plant::EffectId e : *rivals) add_rival(e);
   }
 
   std::optional<Wandering> ask_what_wanders() {
@@ -459,13 +460,13 @@ class Diagnoser {
     WanderSettings wander = settings_.wander;
     wander.without = search_.without;
     wander.threads = search_.threads;
-    wander.temperatures_are_off = false;
-    for (const std::size_t c : {0, 1})
-      wander.temperatures_are_off =
-          wander.temperatures_are_off || far_off(result_.agreement_before.rmse[c], c, sensors(), settings_);
+    wander.upstream_is_off = false;
+    for (const plant::ChannelId c : system().channels().ids())
+      wander.upstream_is_off = wander.upstream_is_off || (system().channels()[c].kind == system().upstream_kind() &&
+                                                          far_off(system(), result_.agreement_before.rmse[c], c, sensors()));
     const std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
-    if (result_.wandering && result_.wandering->of.effect != plant::no_effect &&
+    if (result_.wandering && result_.wandering->of.effect &&
         result_.wandering->explained_share >= settings_.named_share) {
       result_.effects.push_back(found_wandering(*result_.wandering, settings_));
       for (const auto& [rival, loss] : result_.effects.front().rivals)
@@ -476,37 +477,39 @@ class Diagnoser {
 
   // The equation that is wrong: of what wanders, of the effect, or else by the forcing that accounts for most.
   void place(const std::optional<Wandering>& wandering) {
-    result_.located = locate(core(), gated_training_, search_.fit.most_air_K, search_.seed);
-    const Forcing forcing = result_.located.shares.front().forcing;
+    result_.located = locate(core(), gated_training_, search_.seed);
+    const auto& groups = system().entry_groups();
+    const plant::EntryGroupId leading = result_.located.shares.front().group;
     if (result_.verdict == Verdict::unexplained)
-      result_.left_over = left_over(result_.effects.empty() || result_.wandering ? core() : result_.answer, forcing,
-                                    search_.fit.most_air_K);
+      result_.left_over = left_over(result_.effects.empty() || result_.wandering ? core() : result_.answer, leading);
     std::string& place = result_.located.place;
     std::vector<std::string>& group = result_.located.cannot_be_told_from;
     const auto add_to_group = [&](std::string_view other) {
       if (other != place && std::find(group.begin(), group.end(), other) == group.end()) group.emplace_back(other);
     };
     if (result_.wandering) {
-      place = plant::text_of(result_.wandering->of.place);
+      place = result_.wandering->of.place;
       group.clear();
       for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss) add_to_group(plant::text_of(other.place));
+        if (loss < settings_.other_place_loss) add_to_group(other.place);
     } else if (!result_.effects.empty()) {
       // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
-      place = plant::text_of(plant::effects()[result_.effects.front().effect].place);
+      place = system().effects()[result_.effects.front().effect].place;
       group.clear();
-      if (wandering) add_to_group(plant::text_of(wandering->of.place));
+      if (wandering) add_to_group(wandering->of.place);
     } else if (result_.verdict == Verdict::unexplained) {
-      const std::vector<std::string> places = places_of(forcing);
-      // Heat that depends on the duty comes from the supply's side.
-      const bool actuation = forcing == Forcing::heat && result_.left_over.variable.starts_with("duty");
-      place = places[actuation ? 1 : 0];
-      if (places.size() > 1) group.push_back(places[actuation ? 0 : 1]);
-      // What moves the angle alone could sit in the coils, the beam or the bend sensor: without a law none of them is
-      // excluded.
-      constexpr std::array angle_alone{Forcing::moment, Forcing::angle_reading, Forcing::transformation};
-      if (std::find(angle_alone.begin(), angle_alone.end(), forcing) != angle_alone.end())
-        for (const Forcing other : angle_alone) group.push_back(places_of(other).front());
+      const auto& places = groups[leading].places;
+      // What depends on an input comes from the inputs' side.
+      const auto& inputs = system().inputs();
+      const bool of_input = places.size() > 1 && std::any_of(inputs.begin(), inputs.end(), [&](const plant::InputInfo& input) {
+                              return input.words == result_.left_over.variable;
+                            });
+      place = places[of_input ? 1 : 0];
+      if (places.size() > 1) group.emplace_back(places[of_input ? 0 : 1]);
+      // What moves the same channels could sit in any of these: without a law none of them is excluded.
+      if (!groups[leading].alike.empty())
+        for (const plant::EntryGroup& other : groups)
+          if (other.alike == groups[leading].alike) group.emplace_back(other.places.front());
       std::sort(group.begin(), group.end());
       group.erase(std::unique(group.begin(), group.end()), group.end());
       std::erase(group, place);
@@ -520,8 +523,8 @@ class Diagnoser {
     const Scores& scores = result_.search.rounds.back().scores;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if (result_.answer.limb().on[score.effect]) continue;
-      const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+      if (result_.answer.problem->centres().is_on(score.effect)) continue;
+      const auto& declared = system().parameters()[system().effects()[score.effect].strength].declaration;
       const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
       Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
                             score.statistic, false};
@@ -532,11 +535,11 @@ class Diagnoser {
 
   void design() {
     if (result_.ambiguous_with.empty() || result_.wandering) return;
-    const std::size_t rival = result_.ambiguous_with.front();
+    const plant::EffectId rival = result_.ambiguous_with.front();
     for (const Round& round : result_.search.rounds)
       for (const Candidate& candidate : round.candidates)
         if (candidate.effect == rival && candidate.explanation.usable && !result_.experiment) {
-          result_.experiment = design_experiment(result_.answer, candidate.explanation, sensors(), 0.3, {});
+          result_.experiment = design_experiment(result_.answer, candidate.explanation, sensors(), {});
           result_.experiment->effect = result_.effects.front().effect;
           result_.experiment->rival = rival;
         }
@@ -545,19 +548,19 @@ class Diagnoser {
   const std::vector<sim::Recording>&training_, &held_out_;
   const DiagnosisSettings& settings_;
   SearchSettings search_;
-  plant::Limb<double> given_;
+  plant::Plant given_;
   std::vector<sim::Recording> gated_training_, gated_held_out_;
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
   Fitted before_, after_;
-  std::vector<std::size_t> effects_;  // that `result_.answer` adds to the plant as given
+  std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   bool something_left_ = true;        // by what was found
   Diagnosis result_;
 };
 
 }  // namespace
 
-Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
                    const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings) {
   if (training.empty()) throw std::invalid_argument("a diagnosis needs a recording");
   return Diagnoser(nominal, training, held_out, settings).run();

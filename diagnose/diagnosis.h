@@ -25,9 +25,9 @@ struct DiagnosisSettings {
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
   // Unrest between search.visible_unrest and this is held against simulated recordings in which nothing is missing (chance.h).
   double certain_unrest = 2500.0;
-  // Of what a channel's path was off before, squared, at most this may be left after, unless it is as little as moving air does.
+  // Of what a channel's path was off before, squared, at most this may be left after, unless that is no more than ordinary surroundings do
+  // (ChannelInfo::ordinary_disturbance), beside twice the sensor's noise.
   double most_left_of_channel = 0.3;
-  PerChannel as_little{0.6, 0.6, 0.5};  // units of files, beside twice the sensor's noise
   // A right effect lets the core's parameters come back to what is believed of them. One that pushes them away, by more than
   // this in the sum of their squared distances, is bought with them.
   double most_rise_of_pull = 6.0;
@@ -47,7 +47,7 @@ struct DiagnosisSettings {
 // Why an explanation that was found is not the answer. Empty where it is.
 struct Objections {
   bool leaves_too_much = false;      // more than noise and moving air bring
-  std::vector<std::size_t> channels; // whose path it leaves nearly as far off as before
+  std::vector<plant::ChannelId> channels;  // whose path it leaves nearly as far off as before
   bool pushes_parameters = false;    // away from what is believed
   bool at_a_bound = false;           // a shape of an effect
   bool worse_on_kept_back = false;   // beyond chance
@@ -57,38 +57,38 @@ struct Objections {
 
 // Why what was found may be something else, in another form than the catalogue's.
 struct Parsimony {
-  std::vector<std::size_t> as_good;        // something is left, and these alone explain nearly all, too
+  std::vector<plant::EffectId> as_good;        // something is left, and these alone explain nearly all, too
   bool either_alone = false;               // of two effects one explains nearly all without the other, and this one most
   bool patched = false;                    // two effects, and still something is left
-  std::vector<std::size_t> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
+  std::vector<plant::EffectId> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
   bool none() const { return as_good.empty() && !either_alone && !patched && common_causes.empty(); }
 };
 
 // An effect in another form than the catalogue's is fitted by its look-alikes, or by two that share its work; that one of
 // them fits better says little then.
-Parsimony parsimony_of(const std::vector<std::size_t>& effects, const Search& search, bool something_left,
+Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool something_left,
                        const DiagnosisSettings& settings);
 
 enum class Verdict { consistent, missing_physics, unexplained };
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json
 
 struct FoundEffect {
-  std::size_t effect;
+  plant::EffectId effect{};
   double confidence;                     // 0 to 1
   double gain;                           // 2 log posterior ratio
   double chance;                         // family-wise probability of such a gain
   struct Parameter {
-    std::size_t parameter;
+    plant::ParameterId parameter{};
     double value, lowest, highest;       // in the units of files; 95 %
     bool known;                          // not fitted
   };
   std::vector<Parameter> parameters;
-  std::vector<std::pair<std::size_t, double>> rivals;  // effect, loss of log evidence against this one
+  std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
 };
 
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
 struct Visibility {
-  std::size_t effect;
+  plant::EffectId effect{};
   double visible_share;                  // what calibration cannot absorb
   double smallest_seen;                  // |strength - null| in the units of files
   double statistic;
@@ -97,7 +97,7 @@ struct Visibility {
 
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
-  PerChannel rmse{};     // over what was fitted, units of files
+  PerChannel rmse;       // over what was fitted, units of files
   double pull = 0.0;     // sum of squares of the core's parameters' distances from their priors, in deviations
 };
 
@@ -107,7 +107,7 @@ struct Diagnosis {
   Search search;
   Located located;
   std::vector<FoundEffect> effects;      // accepted, strongest first
-  std::vector<std::size_t> ambiguous_with;
+  std::vector<plant::EffectId> ambiguous_with;
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What wanders has a
   // share of its own.
   double explained_share = 0.0;
@@ -122,10 +122,10 @@ struct Diagnosis {
   // Where nothing that was tried is the answer and one thing stands out. If that is an effect it is in `effects`, without parameters: it
   // is no constant, and `repaired` does not have it unless as a stand-in.
   std::optional<Wandering> wandering;
-  std::vector<std::size_t> flipped_signs;
+  std::vector<plant::ParameterId> flipped_signs;
   Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
-  plant::Limb<double> repaired;
+  plant::Plant repaired;
   std::vector<plant::Start> starts;      // of the training recordings, repaired
   Agreement agreement_before, agreement_after;
   Objections objections;
@@ -137,7 +137,7 @@ struct Diagnosis {
 };
 
 // Training recordings must outlive the result, and so must the held-out ones. Throws Stopped, std::runtime_error.
-Diagnosis diagnose(const plant::Limb<double>& nominal, const std::vector<sim::Recording>& training,
+Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
                    const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings);
 
 }  // namespace sinew::diagnose

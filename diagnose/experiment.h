@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The experiment that would tell two explanations apart: which duty, how well, in how many minutes.
+// The experiment that would tell two explanations apart: which inputs, how well, in how many minutes.
 #pragma once
 
 #include <string>
@@ -9,25 +9,23 @@
 namespace sinew::diagnose {
 
 struct Experiment {
-  std::size_t effect = plant::no_effect, rival = plant::no_effect;
+  plant::EffectId effect{}, rival{};
   std::string words;             // "short pulses on both coils in turn"
   double duration_s = 0.0;
-  double largest_duty_fraction = 0.0;
-  double hottest_degC = 0.0;     // of either wire, in either explanation
+  double largest_share = 0.0;    // of the inputs' range
+  double highest = 0.0;          // of all states that must stay below a limit (StateInfo::safe_until), in either explanation
   // Standard deviations by which what one predicts differs from the nearest that the other could be fitted to.
   double separation = 0.0;
-  std::string scenario_yaml;     // runs on the plant and on the limb
+  std::string scenario_yaml;     // runs on the simulated plant and on the physical one
 };
 
 struct ExperimentLimits {
-  double largest_duty_fraction = 0.6;
-  double hottest_degC = 110.0;
+  double largest_share = 0.6;  // of the inputs' range
 };
 
-// The programme among a fixed set (steps, pulses, stairs, both coils together and in turn, of two and five minutes; duty is
-// lowered until the limits hold) that separates `first` from `second` most per minute. `noise`: of the sensors; air
-// wanders by `air_K`.
-Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise, double air_K,
+// The programme of inputs, from rest, on which the two differ most per minute. Of no duration where the System has no state with a
+// limit: nothing then says what such a plant can bear.
+Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise,
                              const ExperimentLimits& limits);
 
 }  // namespace sinew::diagnose

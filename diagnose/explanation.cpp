@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "diagnose/calibrate.h"
-#include "plant/wire.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -119,11 +118,10 @@ class Fit {
 
 }  // namespace
 
-std::vector<std::size_t> Explanation::effects() const {
-  std::vector<std::size_t> on;
-  const plant::Limb<double> fitted = limb();
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    if (fitted.on[e]) on.push_back(e);
+std::vector<plant::EffectId> Explanation::effects() const {
+  std::vector<plant::EffectId> on;
+  for (const plant::EffectId e : system().effects().ids())
+    if (problem->centres().is_on(e)) on.push_back(e);
   return on;
 }
 
@@ -139,37 +137,38 @@ Guess Explanation::as_guess() const {
   return guess;
 }
 
+namespace {
+
+// The surroundings as they were found, but not less than what a search for their size can begin with.
+ForcingSize nuisance_to_begin_with(const Explanation& at) {
+  ForcingSize size = no_forcing(at.system());
+  for (const plant::EntryGroupId g : size.ids())
+    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; group.is_nuisance)
+      size[g] = std::max(at.forcing[g], group.least);
+  return size;
+}
+
+}  // namespace
+
 double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
-  ExplanationSettings air_alone = settings;
-  air_alone.free = air_free;
+  ExplanationSettings nuisance_alone = settings;
+  nuisance_alone.free = nuisance_free(at.system());
   Guess guess = at.as_guess();
-  guess.forcing = only_air(std::max(at.forcing[0], 0.05));
-  const Explanation again = explain(at.problem->centres(), data, guess, air_alone);
+  guess.forcing = nuisance_to_begin_with(at);
+  const Explanation again = explain(at.problem->centres(), data, guess, nuisance_alone);
   return again.usable ? std::min(at.unrest, 2.0 * (at.log_posterior - again.log_posterior)) : at.unrest;
 }
 
-std::vector<Guess> on_branches(const Explanation& at) {
-  constexpr double least_open = 0.02;  // martensite fraction
+std::vector<Guess> with_other_starts(const Explanation& at) {
   std::vector<Guess> guesses;
-  const plant::Core<double> core = at.limb().core;
+  const plant::Plant model = at.model();
+  const plant::States states = model.states();
   const std::size_t recordings = at.problem->data().size();
   for (std::size_t r = 0; r < recordings; ++r) {
-    const plant::Start start = at.start(r);
-    if (start.given.empty() || !start.given[plant::core_state::temperature]) continue;  // at rest
-    plant::PerCoil<plant::Envelopes<double>> loop;
-    bool is_open = false;
-    for (const std::size_t j : plant::coils) {
-      loop[j] = plant::envelopes(*start.given[plant::core_state::temperature + j], core.heating_midpoint_degC,
-                                 core.heating_width_K, core.cooling_midpoint_degC, core.cooling_width_K);
-      is_open = is_open || loop[j].heating - loop[j].cooling > least_open;
-    }
-    if (!is_open) continue;
     const std::string owner = recordings == 1 ? "start." : "start[" + std::to_string(r) + "].";
-    for (const unsigned cooling : {0u, 1u, 2u, 3u}) {
+    for (const auto& other : at.system().other_starts(model, at.start(r).given)) {
       Guess guess = at.as_guess();
-      for (const std::size_t j : plant::coils)
-        guess.values[owner + (j == 0 ? "martensite_A_fraction" : "martensite_B_fraction")] =
-            (cooling >> j) & 1u ? loop[j].cooling : loop[j].heating;
+      for (const auto& [state, value] : other) guess.values[owner + states[state].key] = value;
       guesses.push_back(guess);
     }
   }
@@ -181,35 +180,34 @@ double share_explained(const Explanation& core, const Explanation& by) {
   return std::clamp(1.0 - std::max(0.0, by.misfit) / core.misfit, 0.0, 1.0);
 }
 
-plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect) {
-  plant::Limb<double> result = limb;
-  result.on[effect] = true;
-  for (const std::size_t p : plant::effects()[effect].parameters) {
-    const auto& declared = plant::parameters()[p].declaration;
+plant::Plant with_effect(const plant::Plant& plant, plant::EffectId effect) {
+  plant::Plant result = plant;
+  result.turn(effect, true);
+  for (const plant::ParameterId p : plant.system().effects()[effect].parameters) {
+    const auto& declared = plant.system().parameters()[p].declaration;
     const bool toggle = declared.kind == plant::Kind::toggle;
-    plant::set_in_file_units(result, p, declared.null_value && !toggle ? *declared.null_value : declared.typical);
+    result.set_in_file_units(p, declared.null_value && !toggle ? *declared.null_value : declared.typical);
   }
   return result;
 }
 
-double likelihood_with(const Explanation& at, const FreeForcings& free, double most_air_K,
-                       ForcingSize* found) {
+double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found) {
   Path path;
   follow(*at.problem, at.z.data(), Want::points, path);
   StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
-  ForcingSize begin{};
-  for (std::size_t q = 0; q < forcing_count; ++q)
-    if (free[q]) begin[q] = std::max(at.forcing[q], 0.1 * forcings[q].typical);
-  const ForcingSize size = noise.maximise(at.residual, begin, free, most_air_K, 1.3);
+  ForcingSize begin = no_forcing(at.system());
+  for (const plant::EntryGroupId g : begin.ids())
+    if (free[g]) begin[g] = std::max(at.forcing[g], 0.1 * at.system().entry_groups()[g].typical);
+  const ForcingSize size = noise.maximise(at.residual, begin, free, 1.3);
   if (found) *found = size;
   return noise.log_likelihood(at.residual);
 }
 
-Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
+Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings) {
   Explanation result;
   result.problem =
-      std::make_shared<FitProblem>(limb, settings.only_start ? std::vector<std::size_t>{} : fittable_parameters(limb),
+      std::make_shared<FitProblem>(centres, settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres),
                                    data, settings.start, settings.numerics);
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
@@ -228,8 +226,10 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
   result.log_posterior = -1e300;
   Eigen::MatrixXd sensitivity;
   std::shared_ptr<StateNoise> noise, best;
-  ForcingSize size = guess.forcing;
-  for (std::size_t q = 0; q < forcing_count; ++q) size[q] = settings.free[q] ? size[q] : 0.0;
+  const FreeForcings free = settings.free.empty() ? all_free(result.system()) : settings.free;
+  ForcingSize size = guess.forcing.empty() ? forcing_to_begin_with(result.system()) : guess.forcing;
+  for (const plant::EntryGroupId g : size.ids())
+    if (!free[g]) size[g] = 0.0;
   for (int round = 0; round <= settings.most_rounds; ++round) {
     VaryingPush push;
     if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
@@ -237,9 +237,9 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
     if (best && settings.varying) noise->set(size, result.varying_size);
     const Eigen::VectorXd residual = fit.residual();
     if (settings.least_squares)
-      noise->set(size = {});
+      noise->set(size = no_forcing(result.system()));
     else
-      size = noise->maximise(residual, size, settings.free, settings.most_air_K, round == settings.most_rounds ? 1.3 : 1.6);
+      size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
     const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
     const double gained = posterior - result.log_posterior;
@@ -257,8 +257,7 @@ Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>&
     fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
   if (!best) return result;
-  ForcingSize air = only_air(std::max(result.forcing[0], 0.05));
-  air = best->maximise(result.residual, air, air_free, settings.most_air_K, 1.3);
+  static_cast<void>(best->maximise(result.residual, nuisance_to_begin_with(result), nuisance_free(result.system()), 1.3));
   result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
   Eigen::MatrixXd whitened = result.residual;
   best->whiten(whitened);

@@ -24,7 +24,7 @@ namespace sinew::diagnose {
 // its prior's centre.
 struct Guess {
   std::map<std::string, double> values;
-  ForcingSize forcing{0.3, 0.2, 0.02, 2e-4, 0.2, 4e-3};
+  ForcingSize forcing{};  // empty: forcing_to_begin_with
 };
 
 struct ExplanationSettings {
@@ -32,9 +32,8 @@ struct ExplanationSettings {
   bool only_start = false;   // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
-  FreeForcings free = all_free;  // forcings whose size is estimated; the others are none
+  FreeForcings free{};  // forcings whose size is estimated, the others are none; empty: all
   std::optional<Varying> varying;  // one more forcing
-  double most_air_K = 0.6;  // air that wanders by more is not taken for an ordinary room
   int most_rounds = 4;
   int iterations_per_round = 6;
   double enough = 0.3;  // an improvement of the log posterior below this ends the fit
@@ -47,48 +46,48 @@ struct Explanation {
   Eigen::VectorXd z;
   Eigen::MatrixXd covariance;  // of z
   Eigen::VectorXd residual;    // block rows, model - measured, in standard deviations of the sensors
-  ForcingSize forcing{};
+  ForcingSize forcing;
   double varying_size = 0.0;    // deviation of the strength that wanders
   double log_likelihood = 0.0;  // of the data at z and forcing
   double log_posterior = 0.0;   // with the prior of z
   double log_evidence = 0.0;
   // The data's distance from what a right model would leave, in squared standard deviations: r^T V0^-1 r - rows, with V0
-  // of the sensors and air that wanders by as much as was found, at most `most_air_K`, and of what varies, if anything does.
+  // of the sensors and surroundings that wander by as much as was found, at most EntryGroup::most, and of what varies, if
+  // anything does.
   double misfit = 0.0;
-  // 2 (log likelihood with all forcings - with air, and what varies, alone): what is still there that these do not explain.
+  // 2 (log likelihood with all forcings - with the surroundings, and what varies, alone): what is still there that these do not explain.
   double unrest = 0.0;
   bool usable = false;
 
-  plant::Limb<double> limb() const { return problem->limb_at(z.data()); }
+  plant::Plant model() const { return problem->plant_at(z.data()); }
+  const plant::System& system() const { return problem->system(); }
   plant::Start start(std::size_t recording) const { return problem->start_at(z.data(), recording); }
-  std::vector<std::size_t> effects() const;  // that are on
+  std::vector<plant::EffectId> effects() const;  // that are on
   double value(std::size_t unknown) const { return problem->value(unknown, z(static_cast<Eigen::Index>(unknown))); }
   double deviation(std::size_t unknown) const;
   Guess as_guess() const;
 };
 
-// `limb`: what is on, and the centres of the priors. `data`: deviations are the sensors' noise.
+// `centres`: what is on, and the centres of the priors. `data`: deviations are the sensors' noise.
 // Not usable where the start cannot be integrated.
-Explanation explain(const plant::Limb<double>& limb, const std::vector<FitData>& data, const Guess& guess,
+Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings);
 
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
-double likelihood_with(const Explanation& at, const FreeForcings& free, double most_air_K,
-                       ForcingSize* found = nullptr);
+double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr);
 
-// What the forcings beside the air gain in twice the log posterior, if the unknowns are fitted again without them: the unrest, but
+// What the forcings beside the surroundings gain in twice the log posterior, if the unknowns are fitted again without them: the unrest, but
 // for what other values of the parameters would do as well. At most `at.unrest`.
 double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
-// Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands
-// still, or on one of the loop's branches, which a fit that begins inside does not feel. The same guess with one recording's
-// fractions on the branches, in the four combinations; of every recording that begins where the loop is open.
-std::vector<Guess> on_branches(const Explanation& at);
+// The same guess with other first values of one recording, which a fit that began at these does not feel (System::other_starts); of
+// every recording that has such.
+std::vector<Guess> with_other_starts(const Explanation& at);
 
 // Share of the core's misfit that an explanation accounts for, 0 to 1.
 double share_explained(const Explanation& core, const Explanation& by);
 
-// The limb with one more effect on, at its null, its shape at what is typical.
-plant::Limb<double> with_effect(const plant::Limb<double>& limb, std::size_t effect);
+// The plant with one more effect on, at its null, its shape at what is typical.
+plant::Plant with_effect(const plant::Plant& plant, plant::EffectId effect);
 
 }  // namespace sinew::diagnose

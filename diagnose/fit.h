@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A limb against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
+// A plant against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
 //
-// Unknowns are parameters of the limb, shared by all recordings, and for each recording the first values of those states
-// that a recording may begin with in mid-motion (temperatures, fractions, silicone, sensors); the beam's angle is in static
-// balance with them. Each unknown has a weak prior and bounds from its declaration, and is scaled by the prior: an
+// Unknowns are parameters of the plant, shared by all recordings, and for each recording the first values of those states
+// that a recording may begin with in mid-motion; the others are at rest with them (System::start_beliefs). Each unknown has a weak prior and bounds from its declaration, and is scaled by the prior: an
 // unknown's coordinate is z = (value - centre) / deviation.
 //
 // Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
@@ -11,6 +10,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +22,7 @@ namespace sinew::diagnose {
 
 struct Unknown {
   std::string name;      // "heat_loss_A_W_K"; "start.martensite_A_fraction"; with several recordings "start[1]. ..."
-  std::size_t parameter; // index into plant::parameters(), or plant::no_effect for a first value
+  std::optional<plant::ParameterId> parameter;  // none: a first value
   double centre, deviation, lowest, highest;  // internal units
   double internal_per_unit;
   std::string_view unit;
@@ -40,32 +40,34 @@ enum class StartPolicy {
 };
 
 struct Row {
-  std::size_t recording, sample, channel;
+  std::size_t recording, sample;
+  plant::ChannelId channel;
 };
 
 class FitProblem {
  public:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  // `limb`: what is on, what is not fitted, and the centres of the priors. Recordings must outlive this.
-  FitProblem(const plant::Limb<double>& limb, const std::vector<std::size_t>& parameters, std::vector<FitData> data,
+  // `centres`: what is on, what is not fitted, and the centres of the priors. Recordings must outlive this.
+  FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
              StartPolicy start, const plant::NumericalSettings& numerics);
 
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   const std::vector<Row>& rows() const { return rows_; }
   const std::vector<FitData>& data() const { return data_; }
   const plant::NumericalSettings& numerics() const { return numerics_; }
-  const std::vector<std::size_t>& parameters() const { return parameters_; }
+  const std::vector<plant::ParameterId>& parameters() const { return parameters_; }
+  const plant::System& system() const { return centres_.system(); }
   // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
-  const std::vector<std::size_t>& free_states() const { return free_states_; }
-  void set_deviation(std::size_t recording, std::size_t channel, double deviation) {
+  const std::vector<plant::StateId>& free_states() const { return free_states_; }
+  void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) {
     data_[recording].deviation[channel] = deviation;
   }
   std::size_t residual_count() const { return rows_.size() + unknowns_.size(); }
 
   double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
-  const plant::Limb<double>& centres() const { return limb_; }  // what is on, and the centres of the priors
-  plant::Limb<double> limb_at(const double* z) const;
+  const plant::Plant& centres() const { return centres_; }  // what is on, and the centres of the priors
+  plant::Plant plant_at(const double* z) const;
   plant::Start start_at(const double* z, std::size_t recording) const;
 
   // False where the integration fails. `jacobian`: [residual_count x unknowns], row-major, or null.
@@ -74,14 +76,14 @@ class FitProblem {
  private:
   void add_start_unknowns(std::size_t recording);
 
-  plant::Limb<double> limb_;
-  plant::Layout layout_;
-  std::vector<std::size_t> parameters_;
+  plant::Plant centres_;
+  plant::States states_;
+  std::vector<plant::ParameterId> parameters_;
   std::vector<FitData> data_;
   StartPolicy start_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
-  std::vector<std::size_t> free_states_;
+  std::vector<plant::StateId> free_states_;
   std::vector<std::size_t> first_row_;     // of each recording
   std::vector<Row> rows_;
 };

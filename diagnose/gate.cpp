@@ -19,7 +19,7 @@ constexpr std::size_t reach = 3;  // neighbours on each side
 struct OffLine {
   double own, neighbours;
 };
-OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, std::size_t channel) {
+OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, plant::ChannelId channel) {
   if (k < 2 || k + 2 >= samples.size()) return {nan, nan};
   constexpr std::array<double, 4> at{-2.0, -1.0, 1.0, 2.0};
   std::array<double, 4> value;
@@ -36,7 +36,7 @@ OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, std::si
 }
 
 // Masks those that its samples show. How many. `ends`: also within `reach` of the recording's ends.
-std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, double noise, bool ends) {
+std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId channel, double noise, bool ends) {
   std::size_t count = 0;
   const std::vector<sim::Sample> samples = recording.samples;
   for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -70,40 +70,43 @@ std::size_t mask_plain_outliers(sim::Recording& recording, std::size_t channel, 
 }
 
 // Of three outliers within a few samples the one in the middle shows only when the others are gone.
-std::size_t mask_outliers(sim::Recording& recording, std::size_t channel, double noise) {
+std::size_t mask_outliers(sim::Recording& recording, plant::ChannelId channel, double noise) {
   std::size_t count = mask_plain_outliers(recording, channel, noise, true);
   for (std::size_t more = count; more > 0; count += more) more = mask_plain_outliers(recording, channel, noise, false);
   return count;
 }
 
-double longest_run_share(const sim::Recording& recording, std::size_t channel) {
+double longest_run_share(const sim::Recording& recording, plant::ChannelId channel) {
   std::size_t longest = 0, run = 0;
   double last = nan;
   for (const sim::Sample& sample : recording.samples) {
     const double value = measured(sample, channel);
     run = value == last ? run + 1 : 1;
     last = value;
-    // A coil that rests shows one value for long; one that is driven does not.
-    if (!std::isnan(value) && sample.duty_fraction[0] + sample.duty_fraction[1] > 0.0) longest = std::max(longest, run);
+    // What rests shows one value for long; what is driven does not.
+    const bool driven = std::any_of(sample.inputs.begin(), sample.inputs.end(), [](double input) { return input != 0.0; });
+    if (!std::isnan(value) && driven) longest = std::max(longest, run);
   }
   return static_cast<double>(longest) / static_cast<double>(recording.samples.size());
 }
 
 }  // namespace
 
-sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, GateNotes& notes) {
+sim::Recording gated(const plant::System& system, const sim::Recording& recording, const PerChannel* noise, GateNotes& notes) {
+  const std::size_t channels = system.channels().size();
   sim::Recording result = recording;
   notes.recording = recording.name;
   notes.samples = recording.samples.size();
   notes.period_s = recording.median_period_s();
   notes.duration_s = recording.duration_s();
-  notes.noise = noise ? *noise : noise_of(recording);
+  notes.noise = noise ? *noise : noise_of(system, recording);
+  notes.step = notes.stuck_share = per_channel(channels);
+  notes.outliers = notes.missing = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
   for (std::size_t k = 1; k < recording.samples.size(); ++k)
     notes.longest_gap_s = std::max(notes.longest_gap_s, recording.samples[k].time_s - recording.samples[k - 1].time_s);
   for (const sim::Sample& sample : recording.samples)
-    for (const double duty : sample.duty_fraction)
-      notes.largest_duty_fraction = std::max(notes.largest_duty_fraction, duty);
-  for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const double input : sample.inputs) notes.largest_input = std::max(notes.largest_input, std::abs(input));
+  for (const plant::ChannelId c : system.channels().ids()) {
     double last = nan;
     notes.step[c] = 0.0;
     for (const sim::Sample& sample : recording.samples) {
@@ -118,17 +121,17 @@ sim::Recording gated(const sim::Recording& recording, const PerChannel* noise, G
     }
     notes.outliers[c] = mask_outliers(result, c, notes.noise[c]);
     notes.stuck_share[c] = longest_run_share(recording, c);
-    const std::string words(channels[c].words);
+    const std::string& words = system.channels()[c].words;
     if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");
     if (notes.stuck_share[c] > 0.2)
-      notes.warnings.push_back(words + " shows one value for a long time while a coil is driven");
+      notes.warnings.push_back(words + " shows one value for a long time while something is driven");
     if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
-  if (notes.largest_duty_fraction == 0.0)
-    notes.warnings.push_back("no coil is ever driven: little can be learnt from this recording");
+  if (notes.largest_input == 0.0)
+    notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
   if (notes.longest_gap_s > 2.5 * notes.period_s)
     notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) +
-                             " s; duty is held over the gap");
+                             " s; inputs are held over the gap");
   return result;
 }
 

@@ -27,7 +27,7 @@ struct Stretch {  // squares of one channel over some seconds of what was kept b
 };
 
 // Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
-void add_stretches(const Prediction& prediction, std::size_t c, std::vector<Stretch>& stretches) {
+void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector<Stretch>& stretches) {
   const double kept_s = prediction.recording->median_period_s() *
                         static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
   const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
@@ -53,7 +53,7 @@ std::pair<double, double> middle_95(std::vector<double> draws) {
   return {draws[bootstrap_draws / 40], draws[bootstrap_draws - 1 - bootstrap_draws / 40]};
 }
 
-std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, std::size_t channel, bool after) {
+std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, plant::ChannelId channel, bool after) {
   constexpr std::size_t lags = 41;  // up to 20 s
   std::vector<double> product(lags, 0.0);
   for (const Prediction& prediction : predictions) {
@@ -102,7 +102,11 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
   HeldOutError error;
   std::vector<double> total(bootstrap_draws, 0.0);
   std::size_t most_stretches = 0;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  const std::size_t channels = predictions.empty() ? 0 : predictions.front().measured.size();
+  for (PerChannel* one : {&error.nominal, &error.before, &error.after, &error.noise, &error.gain, &error.gain_lowest, &error.gain_highest})
+    *one = per_channel(channels);
+  error.samples = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
+  for (const plant::ChannelId c : error.samples.ids()) {
     std::vector<Stretch> stretches;
     for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
     most_stretches = std::max(most_stretches, stretches.size());
@@ -124,7 +128,7 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     error.after[c] = rms(sum.after);
     error.noise[c] = rms(sum.noise);
     error.gain[c] = 1.0 - error.after[c] / error.before[c];
-    const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c));
+    const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c.index));
     std::vector<double> gains;
     std::uint64_t index = 0;
     for (double& of_draw : total) {
@@ -151,9 +155,9 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
 
 ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions) {
   ResidualCorrelation result;
-  for (std::size_t c = 0; c < channel_count; ++c) {
-    result.before[c] = autocorrelation(predictions, c, false);
-    result.after[c] = autocorrelation(predictions, c, true);
+  for (const plant::ChannelId c : plant::IdRange<plant::ChannelId>(predictions.empty() ? 0 : predictions.front().measured.size())) {
+    result.before.push_back(autocorrelation(predictions, c, false));
+    result.after.push_back(autocorrelation(predictions, c, true));
   }
   return result;
 }

@@ -22,7 +22,7 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks);
 struct Prediction {
   const sim::Recording* recording = nullptr;
   bool training = false;
-  PerChannel noise{};  // of the sensors, units of files
+  PerChannel noise;  // of the sensors, units of files
   std::vector<double> time_s;
   std::vector<bool> kept_back;
   // Units of files; NaN where missing. By the plant as given, calibrated, repaired.
@@ -30,9 +30,9 @@ struct Prediction {
 };
 
 struct HeldOutError {
-  PerChannel nominal{}, before{}, after{}, noise{};  // RMSE, units of files: as given, calibrated, repaired; sensors alone
-  PerChannel gain{}, gain_lowest{}, gain_highest{};  // 1 - after/before, with a 95 % block-bootstrap interval
-  std::array<std::size_t, channel_count> samples{};
+  PerChannel nominal, before, after, noise;  // RMSE, units of files: as given, calibrated, repaired; sensors alone
+  PerChannel gain, gain_lowest, gain_highest;  // 1 - after/before, with a 95 % block-bootstrap interval
+  plant::ListOf<plant::ChannelId, std::size_t> samples;
   // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise. Without bounds where
   // there are too few stretches to draw from.
   double lowest_total_gain = 0.0, highest_total_gain = 0.0;

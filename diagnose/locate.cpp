@@ -13,19 +13,20 @@ namespace {
 
 constexpr double bootstrap_block_s = 20.0;
 constexpr int bootstrap_draws = 400;
-constexpr std::size_t on_the_beam = 2;
 
-FreeForcings air_and(Forcing forcing) {
-  FreeForcings free = air_free;
-  free[static_cast<std::size_t>(forcing)] = true;
-  return free;
-}
-
-// "while coil A cools from 72 to 55 °C": the coil that is further from ambient in these windows, and what it does
-// there.
-std::string describe(const sim::Recording& recording, const std::vector<std::pair<double, double>>& windows) {
-  std::array<std::vector<double>, 2> temperature;
-  std::array<double, 2> duty{};
+// "while coil A cools, between 72 and 55 °C": of the parts that have a sensor and are driven, the one that is furthest up in these
+// windows, and what it does there. Empty where no part of the plant is both.
+std::string describe(const plant::System& system, const sim::Recording& recording,
+                     const std::vector<std::pair<double, double>>& windows) {
+  struct Part {
+    const plant::ChannelInfo* channel;
+    plant::ChannelId id;
+    std::vector<double> values{};
+    double driven = 0.0, low = 0.0, high = 0.0;
+  };
+  std::vector<Part> parts;
+  for (const plant::ChannelId c : system.channels().ids())
+    if (system.channels()[c].driven_by) parts.push_back({.channel = &system.channels()[c], .id = c});
   std::size_t count = 0;
   for (const sim::Sample& sample : recording.samples) {
     const bool inside = std::any_of(windows.begin(), windows.end(), [&](const auto& w) {
@@ -33,94 +34,43 @@ std::string describe(const sim::Recording& recording, const std::vector<std::pai
     });
     if (!inside) continue;
     ++count;
-    for (const std::size_t j : plant::coils) {
-      if (!std::isnan(sample.temperature_degC[j])) temperature[j].push_back(sample.temperature_degC[j]);
-      duty[j] += sample.duty_fraction[j];
+    for (Part& part : parts) {
+      if (const double value = measured(sample, part.id); !std::isnan(value)) part.values.push_back(value);
+      part.driven += sample.inputs[part.channel->driven_by->index];
     }
   }
-  if (count == 0) return "";
-  std::array<double, 2> low{}, high{};
-  for (const std::size_t j : plant::coils) {
-    if (temperature[j].empty()) continue;
-    std::sort(temperature[j].begin(), temperature[j].end());
-    low[j] = temperature[j][temperature[j].size() / 10];
-    high[j] = temperature[j][temperature[j].size() * 9 / 10];
+  if (count == 0 || parts.empty()) return "";
+  for (Part& part : parts) {
+    if (part.values.empty()) continue;
+    std::sort(part.values.begin(), part.values.end());
+    part.low = part.values[part.values.size() / 10];
+    part.high = part.values[part.values.size() * 9 / 10];
   }
-  const std::size_t j = high[0] >= high[1] ? 0 : 1;
-  const bool heats = duty[j] / static_cast<double>(count) > 0.1;
-  return std::string("while coil ") + (j == 0 ? "A" : "B") + (heats ? " is heated, at " : " cools, between ") +
-         std::to_string(static_cast<int>(std::lround(heats ? low[j] : high[j]))) + (heats ? " to " : " and ") +
-         std::to_string(static_cast<int>(std::lround(heats ? high[j] : low[j]))) + " °C";
+  const Part& most = *std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.high < b.high; });
+  const bool driven = most.driven / static_cast<double>(count) > 0.1;
+  const auto whole = [](double value) { return std::to_string(static_cast<int>(std::lround(value))); };
+  const std::string who = "while " + most.channel->part + " ", unit = " " + most.channel->unit_words;
+  return driven ? who + most.channel->driven_words + ", at " + whole(most.low) + " to " + whole(most.high) + unit
+                : who + most.channel->idle_words + ", between " + whole(most.high) + " and " + whole(most.low) + unit;
 }
 
-struct Variable {
-  std::string name, unit;
-  Eigen::VectorXd value;  // at each block
-};
-
-// Variables of the limb at the blocks' first samples, for a forcing that acts on `coil` (or on the beam).
-std::vector<Variable> variables_of(const Explanation& at, std::size_t coil, bool on_a_wire) {
+// The plant's variables at the blocks' first samples: [variables], one value a block.
+std::vector<Eigen::VectorXd> variables_of(const Explanation& at) {
+  const plant::System& system = at.system();
   const auto& blocks = at.blocks->blocks();
-  const auto count = static_cast<Eigen::Index>(blocks.size());
-  const std::string mine = coil == 0 ? " A" : " B", other = coil == 0 ? " B" : " A";
-  std::vector<Variable> all;
-  if (on_a_wire) {
-    all = {{"temperature" + mine, "°C", {}},
-           {"temperature" + other, "°C", {}},
-           {"rate of temperature" + mine, "K/s", {}},
-           {"martensite fraction" + mine, "", {}},
-           {"duty" + mine, "", {}},
-           {"angle", "°", {}},
-           {"angular velocity", "°/s", {}},
-           {"speed of bending", "°/s", {}},
-           {"time", "s", {}}};
-  } else {
-    all = {{"angle", "°", {}},
-           {"angular velocity", "°/s", {}},
-           {"speed of bending", "°/s", {}},
-           {"temperature A", "°C", {}},
-           {"temperature B", "°C", {}},
-           {"martensite fraction A", "", {}},
-           {"martensite fraction B", "", {}},
-           {"time", "s", {}}};
-  }
-  for (Variable& variable : all) variable.value = Eigen::VectorXd::Zero(count);
+  std::vector<Eigen::VectorXd> all(system.variables().size(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(blocks.size())));
   std::size_t b = 0;
   for (std::size_t r = 0; r < at.problem->data().size(); ++r) {
     const FitData& data = at.problem->data()[r];
-    plant::Integrator integrator(at.limb(), at.start(r), at.problem->numerics());
+    plant::Integrator integrator(at.model(), at.start(r), at.problem->numerics());
     const auto& samples = data.recording->samples;
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return {};
-      integrator.hold(samples[k].duty_fraction);
+      sim::command_sample(integrator, system, samples, k);
       if (b >= blocks.size() || blocks[b].recording != r || blocks[b].first_sample != k) continue;
-      const plant::Instant<double> now = integrator.instant();
-      constexpr double degree = plant::radians_per_degree;
-      const double angle = now.angle_rad / degree, speed = now.angular_velocity_rad_s / degree,
-                   time = samples[k].time_s;
-      const auto j = static_cast<Eigen::Index>(b++);
-      const std::size_t o = 1 - coil;
-      std::vector<double> values;
-      if (on_a_wire)
-        values = {now.temperature_degC[coil],
-                  now.temperature_degC[o],
-                  now.temperature_rate_K_s[coil],
-                  now.martensite_fraction[coil],
-                  now.duty_fraction[coil],
-                  angle,
-                  speed,
-                  std::abs(speed),
-                  time};
-      else
-        values = {angle,
-                  speed,
-                  std::abs(speed),
-                  now.temperature_degC[0],
-                  now.temperature_degC[1],
-                  now.martensite_fraction[0],
-                  now.martensite_fraction[1],
-                  time};
-      for (std::size_t v = 0; v < values.size(); ++v) all[v].value(j) = values[v];
+      const std::vector<double> values = integrator.variables();
+      for (std::size_t v = 0; v < values.size(); ++v) all[v](static_cast<Eigen::Index>(b)) = values[v];
+      ++b;
     }
   }
   return all;
@@ -176,73 +126,62 @@ Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing,
 
 }  // namespace
 
-std::vector<std::string> places_of(Forcing forcing) {
-  using plant::Place;
-  const auto text = [](Place place) { return std::string(plant::text_of(place)); };
-  switch (forcing) {
-    case Forcing::air:
-      return {};
-    case Forcing::heat:
-      return {text(Place::thermal), text(Place::actuation)};
-    case Forcing::transformation:
-      return {text(Place::transformation)};
-    case Forcing::moment:
-      return {text(Place::mechanics)};
-    case Forcing::temperature_reading:
-      return {text(Place::sensor_temperature)};
-    case Forcing::angle_reading:
-      return {text(Place::sensor_angle)};
-  }
-  return {};
-}
-
-Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, std::size_t coil) {
+Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, const std::vector<plant::VariableId>& among) {
   Dependence result;
-  for (const Variable& variable : variables_of(at, coil == on_the_beam ? 0 : coil, coil != on_the_beam)) {
-    const Binned found = binned(variable.value, series, at.blocks->blocks());
-    if (found.explained <= result.explained_share) continue;
-    result = {variable.name, variable.unit, found.explained, found.centre, found.mean, found.deviation};
-  }
+  const std::vector<Eigen::VectorXd> values = variables_of(at);
+  if (values.empty()) return result;
+  const auto& list = at.system().variables();
+  const auto ask = [&](plant::VariableId v) {
+    const Binned found = binned(values[v.index], series, at.blocks->blocks());
+    if (found.explained > result.explained_share)
+      result = {list[v].name, list[v].unit, found.explained, found.centre, found.mean, found.deviation};
+  };
+  if (among.empty())
+    for (const plant::VariableId v : list.ids()) ask(v);
+  for (const plant::VariableId v : among) ask(v);
   return result;
 }
 
-LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K) {
+LeftOver left_over(const Explanation& at, plant::EntryGroupId group) {
   LeftOver result;
-  result.forcing = forcing;
-  ForcingSize size{};
-  static_cast<void>(likelihood_with(at, air_and(forcing), most_air_K, &size));
+  result.group = group;
+  ForcingSize size;
+  static_cast<void>(likelihood_with(at, nuisance_and(at.system(), group), &size));
   Path path;
   if (!follow(*at.problem, at.z.data(), Want::points, path)) return result;
   StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
   noise.set(size);
-  if (size[static_cast<std::size_t>(forcing)] == 0.0) return result;
+  if (size[group] == 0.0) return result;
   const Smoothed smoothed = noise.smooth(at.residual);
-  // The residual is model - measured, so what the limb has and the model has not is the forcing's opposite.
-  for (std::size_t e = 0; e < forcing_entries; ++e) {
-    if (forcing_entry[e].forcing != forcing) continue;
-    const bool on_a_wire = forcings[static_cast<std::size_t>(forcing)].entries == 2;
-    const Dependence found = depends_on(at, -smoothed.forcing[e], on_a_wire ? forcing_entry[e].coil : on_the_beam);
+  // The residual is model - measured, so what the plant has and the model has not is the forcing's opposite.
+  const std::vector<plant::Entry>& entries = at.system().entries();
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    if (entries[e].group != group) continue;
+    const Dependence found = depends_on(at, -smoothed.forcing[e], entries[e].may_depend_on);
     if (found.explained_share <= result.explained_share) continue;
     static_cast<Dependence&>(result) = found;
-    result.coil = forcing_entry[e].coil;
+    result.entry = e;
   }
   return result;
 }
 
-Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, double most_air_K,
-               std::uint64_t seed) {
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, std::uint64_t seed) {
   Located result;
+  const plant::System& system = core.system();
+  const auto& groups = system.entry_groups();
   const auto& rows = core.blocks->rows();
   const auto& blocks = core.blocks->blocks();
-  std::vector<PerChannel> squares(recordings.size(), PerChannel{}), counts(recordings.size(), PerChannel{});
-  PerChannel all_squares{}, all_counts{};
+  const PerChannel nothing = per_channel(system);
+  std::vector<PerChannel> squares(recordings.size(), nothing), counts(recordings.size(), nothing);
+  PerChannel all_squares = nothing, all_counts = nothing;
+  result.rmse = result.noise = nothing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double r = core.residual(static_cast<Eigen::Index>(i));
     squares[rows[i].recording][rows[i].channel] += r * r * rows[i].count;
     counts[rows[i].recording][rows[i].channel] += rows[i].count;
   }
   double worst = -1.0;
-  for (std::size_t c = 0; c < channel_count; ++c) {
+  for (const plant::ChannelId c : nothing.ids()) {
     for (std::size_t r = 0; r < recordings.size(); ++r) {
       const double deviation = core.problem->data()[r].deviation[c];
       all_squares[c] += squares[r][c] * deviation * deviation;
@@ -258,10 +197,10 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   }
   const FitData& data = core.problem->data()[result.worst_recording];
   const Comparison comparison =
-      compare(core.limb(), core.start(result.worst_recording), recordings[result.worst_recording], data.deviation,
+      compare(core.model(), core.start(result.worst_recording), recordings[result.worst_recording], data.deviation,
               1e300, core.problem->numerics());
   result.worst = comparison.worst[result.channel];
-  result.while_words = describe(recordings[result.worst_recording], result.worst.windows_s);
+  result.while_words = describe(system, recordings[result.worst_recording], result.worst.windows_s);
 
   Path path;
   if (!follow(*core.problem, core.z.data(), Want::points, path)) return result;
@@ -269,58 +208,59 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   noise.set(core.forcing);
   const Smoothed smoothed = noise.smooth(core.residual);
   // Squares of each forcing's response by stretch of time, for the bootstrap.
-  std::vector<std::array<double, forcing_count>> stretches;
+  std::vector<ForcingSize> stretches;
   double stretch_end_s = -1e300;
   std::size_t recording = static_cast<std::size_t>(-1);
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (blocks[b].recording != recording || blocks[b].time_s > stretch_end_s) {
-      stretches.push_back({});
+      stretches.push_back(no_forcing(system));
       recording = blocks[b].recording;
       stretch_end_s = blocks[b].time_s + bootstrap_block_s;
     }
-    for (std::size_t c = 0; c < channel_count; ++c)
+    for (const plant::ChannelId c : nothing.ids())
       if (blocks[b].row[c] != Blocks::no_row)
-        for (std::size_t q = 1; q < forcing_count; ++q) {
-          const double y = smoothed.response(static_cast<Eigen::Index>(blocks[b].row[c]), static_cast<Eigen::Index>(q));
-          stretches.back()[q] += y * y;
+        for (const plant::EntryGroupId g : groups.ids()) {
+          if (groups[g].is_nuisance) continue;
+          const double y = smoothed.response(static_cast<Eigen::Index>(blocks[b].row[c]), static_cast<Eigen::Index>(g.index));
+          stretches.back()[g] += y * y;
         }
   }
   const auto shares_of = [&](auto&& index_of) {
-    std::array<double, forcing_count> sum{};
+    ForcingSize sum = no_forcing(system);
     double total = 0.0;
     for (std::size_t s = 0; s < stretches.size(); ++s) {
       const std::size_t picked = index_of(s);
-      for (std::size_t q = 1; q < forcing_count; ++q) {
-        sum[q] += stretches[picked][q];
-        total += stretches[picked][q];
+      for (const plant::EntryGroupId g : groups.ids()) {
+        sum[g] += stretches[picked][g];
+        total += stretches[picked][g];
       }
     }
     for (double& value : sum) value = total > 0.0 ? value / total : 0.0;
     return sum;
   };
-  const auto share = shares_of([](std::size_t s) { return s; });
+  const ForcingSize share = shares_of([](std::size_t s) { return s; });
   const sim::RandomStream chance(seed, "diagnose.locate");
-  std::array<std::vector<double>, forcing_count> drawn;
+  plant::ListOf<plant::EntryGroupId, std::vector<double>> drawn(groups.size(), {});
   std::uint64_t index = 0;
   for (int d = 0; d < bootstrap_draws; ++d) {
     const auto again = shares_of([&](std::size_t) {
       return std::min(stretches.size() - 1,
                       static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
     });
-    for (std::size_t q = 1; q < forcing_count; ++q) drawn[q].push_back(again[q]);
+    for (const plant::EntryGroupId g : groups.ids()) drawn[g].push_back(again[g]);
   }
-  for (std::size_t q = 1; q < forcing_count; ++q) {
-    std::sort(drawn[q].begin(), drawn[q].end());
-    result.shares.push_back({static_cast<Forcing>(q), share[q], drawn[q][bootstrap_draws / 40],
-                             drawn[q][bootstrap_draws - 1 - bootstrap_draws / 40],
-                             likelihood_with(core, air_and(static_cast<Forcing>(q)), most_air_K)});
+  for (const plant::EntryGroupId g : groups.ids()) {
+    if (groups[g].is_nuisance) continue;
+    std::sort(drawn[g].begin(), drawn[g].end());
+    result.shares.push_back({g, share[g], drawn[g][bootstrap_draws / 40], drawn[g][bootstrap_draws - 1 - bootstrap_draws / 40],
+                             likelihood_with(core, nuisance_and(system, g))});
   }
   std::stable_sort(result.shares.begin(), result.shares.end(),
                    [](const PlaceShare& a, const PlaceShare& b) { return a.log_likelihood > b.log_likelihood; });
   for (const PlaceShare& place : result.shares)
-    if (place.forcing != result.shares.front().forcing &&
+    if (place.group != result.shares.front().group &&
         place.log_likelihood > result.shares.front().log_likelihood - 3.0)
-      for (const std::string& text : places_of(place.forcing)) result.cannot_be_told_from.push_back(text);
+      for (const std::string_view text : groups[place.group].places) result.cannot_be_told_from.emplace_back(text);
   return result;
 }
 

@@ -9,15 +9,15 @@ namespace sinew::diagnose {
 
 // Share of the mismatch of the calibrated core that enters in each place, by the smoother.
 struct PlaceShare {
-  Forcing forcing;
+  plant::EntryGroupId group;
   double share, lowest, highest;  // of the response's squares, with a 95 % block-bootstrap interval
   double log_likelihood;          // with this forcing and air alone: how well it would account for everything
 };
 
 struct Located {
-  std::size_t channel = 2;               // with the largest error in units of noise
-  PerChannel rmse{}, noise{};            // of the calibrated core on what was fitted
-  std::vector<PlaceShare> shares;        // by falling likelihood; the air is not among them
+  plant::ChannelId channel{};            // with the largest error in units of noise
+  PerChannel rmse, noise;                // of the calibrated core on what was fitted
+  std::vector<PlaceShare> shares;        // by falling likelihood; the surroundings are not among them
   std::string place;                     // of the effect, or by the forcing that accounts best; empty if consistent
   std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
   WorstTime worst;                       // of that channel, on the training recording with the largest error
@@ -25,7 +25,7 @@ struct Located {
   std::string while_words;               // "while coil A cools from 72 to 55 °C"
 };
 
-// A series against the limb's variable that accounts for most of it, in bins.
+// A series against the plant's variable that accounts for most of it, in bins.
 struct Dependence {
   std::string variable;                  // "temperature A"; empty where there is nothing to account for
   std::string unit;
@@ -35,21 +35,18 @@ struct Dependence {
 
 // What is left: the smoothed forcing, in internal units, as a function of what.
 struct LeftOver : Dependence {
-  Forcing forcing = Forcing::heat;
-  std::size_t coil = 0;
+  plant::EntryGroupId group{};
+  std::size_t entry = 0;                 // index into System::entries()
 };
 
 // `recordings`: those that were fitted, as they were read. Places that the forcings' likelihoods speak for, without
 // any effect's name.
-Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, double most_air_K, std::uint64_t seed);
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, std::uint64_t seed);
 
-// The forcing that accounts best for what an explanation leaves, against every variable of the limb.
-LeftOver left_over(const Explanation& at, Forcing forcing, double most_air_K);
+// The forcing that accounts best for what an explanation leaves, against the variables that it may depend on.
+LeftOver left_over(const Explanation& at, plant::EntryGroupId group);
 
-// `series`: one value a block, of something on that coil's wire or, where `coil` is 2, on the beam.
-Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, std::size_t coil);
-
-// The places of the catalogue that a forcing may be; two for the wires' heat balances.
-std::vector<std::string> places_of(Forcing forcing);
+// `series`: one value a block. `among`: the variables that are asked, best guess first; empty: all.
+Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, const std::vector<plant::VariableId>& among);
 
 }  // namespace sinew::diagnose

@@ -14,18 +14,20 @@
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
-Series predict(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+Series predict(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                const plant::NumericalSettings& numerics) {
-  Series model;
-  for (auto& channel : model) channel.assign(recording.samples.size(), std::numeric_limits<double>::quiet_NaN());
-  plant::Integrator integrator(limb, start, numerics);
-  static_cast<void>(sim::replay(integrator, recording.samples, [&](std::size_t k) {
-    for (std::size_t c = 0; c < channel_count; ++c) model[c][k] = shown(integrator.reading(), c);
+  const plant::System& system = plant.system();
+  Series model(system.channels().size(),
+               std::vector<double>(recording.samples.size(), std::numeric_limits<double>::quiet_NaN()));
+  plant::Integrator integrator(plant, start, numerics);
+  static_cast<void>(sim::replay(integrator, system, recording.samples, [&](std::size_t k) {
+    const std::vector<double> readings = integrator.readings();
+    for (const plant::ChannelId c : model.ids()) model[c][k] = shown(system, readings, c);
   }));
   return model;
 }
 
-plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& recording, const PerChannel& noise,
+plant::Start start_of(const plant::Plant& plant, const sim::Recording& recording, const PerChannel& noise,
                       const ExplanationSettings& settings) {
   if (settings.start == StartPolicy::at_rest) return {};
   ExplanationSettings fit = settings;
@@ -33,17 +35,17 @@ plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& rec
   fit.most_rounds = 1;
   const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);
   const std::vector<FitData> data{{&recording, std::max<std::size_t>(count, 2), noise}};
-  Explanation begun = explain(limb, data, {}, fit);
+  Explanation begun = explain(plant, data, {}, fit);
   if (begun.usable)
-    for (const Guess& other : on_branches(begun))
-      if (const Explanation again = explain(limb, data, other, fit);
+    for (const Guess& other : with_other_starts(begun))
+      if (const Explanation again = explain(plant, data, other, fit);
           again.usable && again.log_posterior > begun.log_posterior)
         begun = again;
   return begun.usable ? begun.start(0) : plant::Start{};
 }
 
 Fitted fitted(const Explanation& explanation) {
-  Fitted result{explanation, explanation.limb(), {}};
+  Fitted result{explanation, explanation.model(), {}};
   for (std::size_t r = 0; r < explanation.problem->data().size(); ++r) result.starts.push_back(explanation.start(r));
   return result;
 }
@@ -51,9 +53,9 @@ Fitted fitted(const Explanation& explanation) {
 Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   Spread spread;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    const auto model = predict(fitted.limb, fitted.starts[r], *data[r].recording, numerics);
+    const auto model = predict(fitted.model, fitted.starts[r], *data[r].recording, numerics);
     spread.rmse.push_back(data[r].deviation);
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : fitted.model.system().channels().ids()) {
       double sum = 0.0, count = 0.0;
       for (std::size_t k = 0; k < data[r].sample_count; ++k) {
         const double target = measured(data[r].recording->samples[k], c);
@@ -97,10 +99,10 @@ namespace {
 // Samples over which each channel's error is correlated.
 PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data,
                           const plant::NumericalSettings& numerics) {
-  PerChannel longest{};
+  PerChannel longest = per_channel(path.model.system());
   for (std::size_t r = 0; r < data.size(); ++r) {
-    const Series model = predict(path.limb, path.starts[r], *data[r].recording, numerics);
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    const Series model = predict(path.model, path.starts[r], *data[r].recording, numerics);
+    for (const plant::ChannelId c : longest.ids()) {
       std::vector<double> residual(data[r].sample_count);
       for (std::size_t k = 0; k < residual.size(); ++k)
         residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
@@ -116,15 +118,13 @@ std::vector<FitData> weighted_for(const Fitted& path, const std::vector<FitData>
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)
-    for (std::size_t c = 0; c < channel_count; ++c)
+    for (const plant::ChannelId c : correlation.ids())
       weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
   return weighted;
 }
 
 bool has_reading(const sim::Sample& sample) {
-  for (std::size_t c = 0; c < channel_count; ++c)
-    if (!std::isnan(measured(sample, c))) return true;
-  return false;
+  return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
 }
 
 }  // namespace
@@ -140,8 +140,8 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
       weighted_for(path, data, correlation_of(path, data, settings.numerics), settings.numerics);
 
   FoldErrors errors;
-  errors.squares.resize(folds);
-  errors.noise.resize(folds);
+  errors.squares.assign(folds, per_channel(path.model.system()));
+  errors.noise = errors.squares;
   sim::in_parallel(folds, threads, [&](std::size_t fold) {
     std::vector<sim::Recording> masked;
     std::vector<std::pair<std::size_t, std::size_t>> left_out;  // of each recording: first sample, one past the last
@@ -166,9 +166,9 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
     const Explanation refitted = explain(path.of.problem->centres(), rest, path.of.as_guess(), least_squares);
     const Fitted without = refitted.usable ? fitted(refitted) : path;
     for (std::size_t r = 0; r < data.size(); ++r) {
-      const Series model = predict(without.limb, without.starts[r], *data[r].recording, settings.numerics);
+      const Series model = predict(without.model, without.starts[r], *data[r].recording, settings.numerics);
       for (std::size_t k = left_out[r].first; k < left_out[r].second; ++k) {
-        for (std::size_t c = 0; c < channel_count; ++c) {
+        for (const plant::ChannelId c : path.model.system().channels().ids()) {
           const double target = measured(data[r].recording->samples[k], c);
           if (std::isnan(target)) continue;
           errors.squares[fold][c] += refitted.usable ? square_of_error(model[c][k], target) : lost;
@@ -184,7 +184,7 @@ bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after) {
   const std::size_t folds = before.squares.size();
   const auto gain_without = [&](std::size_t left_out) {
     double gain = 0.0;
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : before.squares.front().ids()) {
       double was = 0.0, is = 0.0, noise = 0.0;
       for (std::size_t f = 0; f < folds; ++f) {
         if (f == left_out) continue;
@@ -210,7 +210,7 @@ double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, co
   const Spread spread = spread_of(path, data, numerics);
   double sum = -0.5 * path.of.z.squaredNorm();
   for (std::size_t r = 0; r < data.size(); ++r)
-    for (std::size_t c = 0; c < channel_count; ++c)
+    for (const plant::ChannelId c : correlation.ids())
       sum -= static_cast<double>(data[r].sample_count) / correlation[c] * std::log(spread.rmse[r][c]);
   return sum;
 }
@@ -227,9 +227,9 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
   Lead lead{core, {}, {}};
   std::optional<FoldErrors> errors;  // of the path that is gone on from
   while (lead.effects.size() < search.most_effects) {
-    std::vector<std::size_t> candidates;
-    for (std::size_t e = 0; e < plant::effect_count; ++e)
-      if (!lead.path.limb.on[e] && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
+    std::vector<plant::EffectId> candidates;
+    for (const plant::EffectId e : core.model.system().effects().ids())
+      if (!lead.path.model.is_on(e) && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
         candidates.push_back(e);
     if (candidates.empty()) break;
     const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);

@@ -17,20 +17,18 @@ inline double square_of_error(double model, double target) {
   return std::isfinite(square) ? square : lost;
 }
 
-using Series = std::array<std::vector<double>, channel_count>;  // of each channel, one value a sample
-
 // Model values at every sample, in the units of files. NaN from where the integration fails.
-Series predict(const plant::Limb<double>& limb, const plant::Start& start, const sim::Recording& recording,
+Series predict(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                const plant::NumericalSettings& numerics);
 
 // How a held-out recording begins, from its first seconds.
-plant::Start start_of(const plant::Limb<double>& limb, const sim::Recording& recording, const PerChannel& noise,
+plant::Start start_of(const plant::Plant& plant, const sim::Recording& recording, const PerChannel& noise,
                       const ExplanationSettings& settings);
 
 // A limb and how the training recordings begin, and the explanation that they are of.
 struct Fitted {
   Explanation of;
-  plant::Limb<double> limb;
+  plant::Plant model;
   std::vector<plant::Start> starts;
 };
 Fitted fitted(const Explanation& explanation);
@@ -72,14 +70,14 @@ bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after);
 // `least_gain` (half of it after the first) in twice the log likelihood is cross-validated, best first, three at most;
 // the first that predicts better beyond chance is gone on from. Nothing outside of `data` has a vote.
 struct PathSearch {
-  std::vector<std::size_t> without;  // effects that may not be named
+  std::vector<plant::EffectId> without;  // effects that may not be named
   std::size_t most_effects;
   double least_gain;
   int threads;
 };
 struct Lead {
   Fitted path;
-  std::vector<std::size_t> effects;  // in the order in which they were added; empty where nothing was
+  std::vector<plant::EffectId> effects;  // in the order in which they were added; empty where nothing was
   std::vector<double> gains;         // of each
 };
 Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search,

@@ -10,23 +10,24 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr std::size_t width = 16;
-using Jet = plant::Jet<static_cast<int>(width)>;
+constexpr std::size_t width = plant::jet_width;
+using plant::Jet;
 
-// Derivatives with respect to all states, the ambient temperature and any parameters, as many Jets as that takes.
+// Derivatives with respect to all states, the surroundings and any parameters, as many Jets as that takes.
 class Differentiator {
  public:
-  Differentiator(const plant::Limb<double>& limb, const std::vector<std::size_t>& parameters)
-      : n_(plant::layout_of(limb.on).size()), parameters_(parameters.size()) {
+  Differentiator(const plant::Plant& plant, const std::vector<plant::ParameterId>& parameters)
+      : n_(plant.states().size()), channels_(plant.system().channels().size()), parameters_(parameters.size()), state_(n_),
+        rate_(n_), shown_(channels_) {
+    const std::optional<plant::ParameterId> surroundings = plant.system().surroundings();
     for (std::size_t first = 0; first < columns(); first += width) {
-      plant::Limb<Jet> lifted = plant::lift<Jet>(limb);
-      const auto all = plant::fields(lifted);
-      const auto seed = [&](std::size_t column, Jet& field) {
-        if (column >= first && column < first + width) field.v[static_cast<Eigen::Index>(column - first)] = 1.0;
+      std::vector<std::pair<plant::ParameterId, int>> seeds;
+      const auto seed = [&](std::size_t column, plant::ParameterId parameter) {
+        if (column >= first && column < first + width) seeds.emplace_back(parameter, static_cast<int>(column - first));
       };
-      seed(n_, lifted.core.ambient_temperature_degC);
-      for (std::size_t p = 0; p < parameters_; ++p) seed(n_ + 1 + p, *all[parameters[p]]);
-      equations_.emplace_back(lifted);
+      if (surroundings) seed(n_, *surroundings);
+      for (std::size_t p = 0; p < parameters_; ++p) seed(n_ + 1 + p, parameters[p]);
+      equations_.push_back(plant.equations_with_derivatives(seeds));
     }
   }
 
@@ -35,17 +36,17 @@ class Differentiator {
     double value;
     Eigen::RowVectorXd derivatives;
   };
-  Moving command_delay() const {
-    return moving([](const plant::Equations<Jet>& equations) { return equations.command_delay_s(); });
+  Moving input_delay() const {
+    return moving([](const plant::Equations<Jet>& equations) { return equations.input_delay_s(); });
   }
   std::vector<Moving> switches() const {
     std::vector<Moving> all;
-    for (std::size_t i = 0; i < equations_.front().switch_times_s().size(); ++i)
+    for (std::size_t i = 0; i < equations_.front()->switch_times_s().size(); ++i)
       all.push_back(moving([i](const plant::Equations<Jet>& equations) { return equations.switch_times_s()[i]; }));
     return all;
   }
 
-  // rates: [n x columns], reading: [3 x columns]; null where not wanted. `value`: of the rates themselves.
+  // rates: [n x columns], reading: [channels x columns]; null where not wanted. `value`: of the rates themselves.
   void at(const plant::Situation& given, const std::vector<double>& y, Eigen::MatrixXd* rates, Eigen::MatrixXd* reading,
           std::vector<double>* value = nullptr) {
     for (std::size_t e = 0; e < equations_.size(); ++e) {
@@ -54,7 +55,7 @@ class Differentiator {
         state_[i] = Jet(y[i]);
         if (i >= first && i < first + width) state_[i].v[static_cast<Eigen::Index>(i - first)] = 1.0;
       }
-      equations_[e].evaluate(given, state_.data(), now_, rate_.data());
+      equations_[e]->rates(given, state_.data(), rate_.data());
       const auto begin = static_cast<Eigen::Index>(first);
       const auto count = static_cast<Eigen::Index>(std::min(width, columns() - first));
       if (value)
@@ -63,15 +64,15 @@ class Differentiator {
         for (std::size_t i = 0; i < n_; ++i)
           rates->row(static_cast<Eigen::Index>(i)).segment(begin, count) = rate_[i].v.head(count);
       if (reading) {
-        const plant::Reading<Jet> shown = equations_[e].reading(now_, state_.data());
-        reading->row(0).segment(begin, count) = shown.temperature_degC[0].v.head(count);
-        reading->row(1).segment(begin, count) = shown.temperature_degC[1].v.head(count);
-        reading->row(2).segment(begin, count) = shown.angle_rad.v.head(count);
+        equations_[e]->readings(state_.data(), shown_.data());
+        for (std::size_t c = 0; c < channels_; ++c)
+          reading->row(static_cast<Eigen::Index>(c)).segment(begin, count) = shown_[c].v.head(count);
       }
     }
   }
 
   std::size_t states() const { return n_; }
+  std::size_t channels() const { return channels_; }
   std::size_t columns() const { return n_ + 1 + parameters_; }
 
  private:
@@ -79,7 +80,7 @@ class Differentiator {
   Moving moving(Get&& get) const {
     Moving result{0.0, Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(parameters_))};
     for (std::size_t e = 0; e < equations_.size(); ++e) {
-      const Jet instant = get(equations_[e]);
+      const Jet instant = get(*equations_[e]);
       result.value = instant.a;
       for (std::size_t p = 0; p < parameters_; ++p)
         if ((n_ + 1 + p) / width == e)
@@ -88,10 +89,9 @@ class Differentiator {
     return result;
   }
 
-  std::size_t n_, parameters_;
-  std::vector<plant::Equations<Jet>> equations_;
-  std::array<Jet, plant::largest_state_count> state_, rate_;
-  plant::Instant<Jet> now_;
+  std::size_t n_, channels_, parameters_;
+  std::vector<std::unique_ptr<plant::Equations<Jet>>> equations_;
+  std::vector<Jet> state_, rate_, shown_;
 };
 
 template <int Size>
@@ -100,22 +100,22 @@ using Square = Eigen::Matrix<double, Size, Size>;
 // e^x and phi_1(x) = (e^x - 1)/x for a matrix, by the Pade approximant (2,2) after scaling by 8: with D its
 // denominator, phi_1 is 1/D there, and phi_1(2x) = (e^x + 1) phi_1(x) / 2. Fast, strongly damped modes stay damped.
 template <int Size>
-[[gnu::flatten]] void exponential(const Square<Size>& x, Square<Size>& exp_x, Square<Size>& phi_1) {
-  const Square<Size> one = Square<Size>::Identity(), scaled = x / 8.0;
-  Square<Size> square = scaled.lazyProduct(scaled);
+SINEW_FLATTEN void exponential(const Square<Size>& x, Square<Size>& exp_x, Square<Size>& phi_1) {
+  const Square<Size> one = Square<Size>::Identity(x.rows(), x.cols()), scaled = x / 8.0;
+  Square<Size> square = product<Size>(scaled, scaled);
   square /= 12.0;
   phi_1 = Square<Size>(one - 0.5 * scaled + square).partialPivLu().inverse();
-  exp_x = phi_1.lazyProduct(Square<Size>(one + 0.5 * scaled + square));
-  Square<Size> product;
+  exp_x = product<Size>(phi_1, Square<Size>(one + 0.5 * scaled + square));
+  Square<Size> twice;
   for (int i = 0; i < 3; ++i) {
-    product = exp_x.lazyProduct(phi_1);
-    phi_1 = 0.5 * (product + phi_1);
-    product = exp_x.lazyProduct(exp_x);
-    exp_x = product;
+    twice = product<Size>(exp_x, phi_1);
+    phi_1 = 0.5 * (twice + phi_1);
+    twice = product<Size>(exp_x, exp_x);
+    exp_x = twice;
   }
 }
 
-// Whether the derivatives of the rates change so much within a step that it must hold a corner of the hysteresis.
+// Whether the derivatives of the rates change so much within a step that it must hold a corner.
 constexpr int corner_parts = 6;
 bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to,
                 double step_s) {
@@ -124,24 +124,24 @@ bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<
 }
 
 // The sensitivities at the start are the integrator's own.
-Eigen::MatrixXd first_sensitivity(const plant::Limb<double>& limb, const plant::Start& start,
+Eigen::MatrixXd first_sensitivity(const plant::Plant& plant, const plant::Start& start,
                                   const plant::NumericalSettings& numerics, const plant::SensitivityRequest& request) {
-  if (request.columns() == 0) return Eigen::MatrixXd(static_cast<Eigen::Index>(plant::layout_of(limb.on).size()), 0);
-  return plant::Integrator(limb, start, numerics, request).state_sensitivity();
+  if (request.columns() == 0) return Eigen::MatrixXd(static_cast<Eigen::Index>(plant.states().size()), 0);
+  return plant::Integrator(plant, start, numerics, request).state_sensitivity();
 }
 
 struct Follower {
   const FitData& data;
-  plant::Limb<double> limb;
+  plant::Plant with_;
   plant::Start start;
   plant::NumericalSettings numerics;
   plant::SensitivityRequest request;
 
-  // visit(sample, reading, sensitivity of the reading [3 x columns]); points, where wanted, one a sample.
+  // visit(sample, reading, sensitivity of the readings [channels x columns]); points, where wanted, one a sample.
   template <class Visit>
   bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
     if (!sensitivities && !points) return run_plain(visit);
-    return with_padded_size(plant::layout_of(limb.on).size(),
+    return with_padded_size(with_.states().size(),
                             [&](auto size) { return run_linearised<size.value>(sensitivities, points, visit); });
   }
 
@@ -149,12 +149,12 @@ struct Follower {
   template <class Visit>
   bool run_plain(Visit&& visit) const {
     const auto& samples = data.recording->samples;
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> nothing;
-    plant::Integrator integrator(limb, start, numerics);
+    const Eigen::MatrixXd nothing;
+    plant::Integrator integrator(with_, start, numerics);
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
-      visit(k, integrator.reading(), nothing);
-      integrator.hold(samples[k].duty_fraction);
+      visit(k, integrator.readings(), nothing);
+      sim::command_sample(integrator, with_.system(), samples, k);
     }
     return true;
   }
@@ -162,26 +162,27 @@ struct Follower {
   template <int Size, class Visit>
   bool run_linearised(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
     const auto& samples = data.recording->samples;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> shown;
-    Differentiator differentiator(limb, sensitivities ? request.parameters : std::vector<std::size_t>{});
-    const plant::Equations<double> equations(limb);
-    plant::Integrator integrator(limb, start, numerics);
+    Eigen::MatrixXd shown;
+    Differentiator differentiator(with_, sensitivities ? request.parameters : std::vector<plant::ParameterId>{});
+    const std::unique_ptr<plant::Equations<double>> equations = with_.equations();
+    plant::Integrator integrator(with_, start, numerics);
     const auto n = static_cast<Eigen::Index>(differentiator.states());
     const auto parameters = static_cast<Eigen::Index>(request.parameters.size());
     const Eigen::Index wanted = sensitivities ? static_cast<Eigen::Index>(request.columns()) : 0;
-    Eigen::Matrix<double, Size, Eigen::Dynamic> state_sensitivity = Eigen::MatrixXd::Zero(Size, wanted), next(state_sensitivity);
-    if (sensitivities) state_sensitivity.topRows(n) = first_sensitivity(limb, start, numerics, request);
-    Square<Size> linear = Square<Size>::Zero(), exp_x, phi_1;
-    Eigen::Matrix<double, Size, Eigen::Dynamic> moved = Eigen::MatrixXd::Zero(Size, parameters);  // rates by parameters
+    const Eigen::Index rows = Size == Eigen::Dynamic ? n : Size;
+    Eigen::Matrix<double, Size, Eigen::Dynamic> state_sensitivity = Eigen::MatrixXd::Zero(rows, wanted), next(state_sensitivity);
+    if (sensitivities) state_sensitivity.topRows(n) = first_sensitivity(with_, start, numerics, request);
+    Square<Size> linear = Square<Size>::Zero(rows, rows), exp_x, phi_1;
+    Eigen::Matrix<double, Size, Eigen::Dynamic> moved = Eigen::MatrixXd::Zero(rows, parameters);  // rates by parameters
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
     Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start),
         at_end(at_start);
-    Eigen::MatrixXd seen(3, at_start.cols());
+    Eigen::MatrixXd seen(static_cast<Eigen::Index>(differentiator.channels()), at_start.cols());
     std::vector<double> y_start, y(static_cast<std::size_t>(n)), rate_start(y), rate_end(y);
-    differentiator.at(integrator.instant().given, integrator.state(), &at_end, &seen, &rate_end);
+    differentiator.at(integrator.situation(), integrator.state(), &at_end, &seen, &rate_end);
     if (points) points->resize(data.sample_count);
 
-    const auto delay = differentiator.command_delay();
+    const auto delay = differentiator.input_delay();
     const auto switches = differentiator.switches();
     struct Event {
       double time_s;
@@ -191,32 +192,32 @@ struct Follower {
     // Where the rates jump from f- to f+ at an instant that a parameter moves: dS = (f- - f+) d instant/dp.
     const auto jump = [&](const plant::Situation& before, const Eigen::RowVectorXd& moves) {
       if (!sensitivities || moves.isZero()) return;
-      plant::Instant<double> now;
       Eigen::VectorXd rate_before(n), rate_after(n);
-      equations.evaluate(before, integrator.state().data(), now, rate_before.data());
-      equations.evaluate(integrator.instant().given, integrator.state().data(), now, rate_after.data());
+      equations->rates(before, integrator.state().data(), rate_before.data());
+      equations->rates(integrator.situation(), integrator.state().data(), rate_after.data());
       state_sensitivity.topLeftCorner(n, parameters).noalias() += (rate_before - rate_after) * moves;
     };
     for (const auto& moving : switches)
       if (moving.value > 0.0) events.push_back({moving.value, &moving.derivatives});
 
-    plant::PerCoil<double> commanded = start.duty_fraction;
+    std::vector<double> commanded = start.inputs;
+    commanded.resize(with_.system().inputs().size(), 0.0);
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       double time_s = samples[k].time_s - samples.front().time_s;
       if (integrator.advance_to(time_s)) return false;
-      plant::Situation given = integrator.instant().given;
+      plant::Situation given = integrator.situation();
       if (sensitivities) {
         shown = seen.leftCols(n).lazyProduct(state_sensitivity.topRows(n));
         shown.leftCols(parameters) += seen.rightCols(parameters);
       }
-      visit(k, integrator.reading(), shown);
+      visit(k, integrator.readings(), shown);
       if (points) {
         (*points)[k].reading = seen.leftCols(n);
         (*points)[k].reading_ambient = seen.col(n);
       }
-      integrator.hold(samples[k].duty_fraction);
-      if (samples[k].duty_fraction != commanded) {
-        commanded = samples[k].duty_fraction;
+      sim::command_sample(integrator, with_.system(), samples, k);
+      if (samples[k].inputs != commanded) {
+        commanded = samples[k].inputs;
         if (delay.value > 0.0)
           events.push_back({time_s + delay.value, &delay.derivatives});
         else
@@ -232,8 +233,8 @@ struct Follower {
         phi_1 *= step_s;
         if (sensitivities) {
           moved.topRows(n) = rates.rightCols(parameters);
-          next = exp_x.lazyProduct(state_sensitivity);
-          next.leftCols(parameters) += phi_1.lazyProduct(moved);
+          next = product<Size>(exp_x, state_sensitivity);
+          next.leftCols(parameters) += product<Size>(phi_1, moved);
           state_sensitivity.swap(next);
         }
         if (points) {
@@ -253,7 +254,7 @@ struct Follower {
         const double stop_s = event == events.end() ? end_s : std::max(time_s, event->time_s);
         const double step_s = stop_s - time_s;
         if (step_s > 1e-9) {
-          given = integrator.instant().given;
+          given = integrator.situation();
           y_start = integrator.state();
           if (jumped) {
             differentiator.at(given, y_start, &at_start, nullptr, &rate_start);
@@ -291,20 +292,22 @@ struct Follower {
   }
 };
 
-// The same start of a limb with other effects on: what they bring begins at rest.
-plant::Start carried_over(const plant::Start& start, const plant::Limb<double>& from, const plant::Limb<double>& to) {
-  const plant::Layout before = plant::layout_of(from.on), after = plant::layout_of(to.on);
-  plant::Start result{std::vector<std::optional<double>>(after.size()), start.duty_fraction};
-  for (std::size_t i = 0; i < before.size() && !start.given.empty(); ++i)
-    for (std::size_t j = 0; j < after.size(); ++j)
-      if (after.entries[j].key == before.entries[i].key) result.given[j] = start.given[i];
+// The same start of a plant with other effects on: what they bring begins at rest.
+plant::Start carried_over(const plant::Start& start, const plant::Plant& from, const plant::Plant& to) {
+  const plant::States before = from.states(), after = to.states();
+  plant::Start result{std::vector<std::optional<double>>(after.size()), start.inputs};
+  if (start.given.empty()) return result;
+  for (const plant::StateId i : before.ids())
+    for (const plant::StateId j : after.ids())
+      if (after[j].key == before[i].key) result.given[j.index] = start.given[i.index];
   return result;
 }
 
 }  // namespace
 
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
-  const plant::Limb<double> limb = problem.limb_at(z);
+  const plant::Plant plant = problem.plant_at(z);
+  const plant::System& system = problem.system();
   const std::size_t unknowns = problem.unknowns().size(), parameters = problem.parameters().size();
   const std::size_t states = problem.free_states().size();
   path.residuals.assign(problem.rows().size(), 0.0);
@@ -315,19 +318,18 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = parameters + r * states;
     const Follower follower{
-        data, limb, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
+        data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
     const bool fine = follower.run(
         want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
-        [&](std::size_t k, const plant::Reading<double>& reading,
-            const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
-          for (std::size_t c = 0; c < channel_count; ++c) {
+        [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
+          for (const plant::ChannelId c : system.channels().ids()) {
             const double target = measured(data.recording->samples[k], c);
             if (std::isnan(target)) continue;
-            path.residuals[row] = (shown(reading, c) - target) / data.deviation[c];
+            path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
             if (!path.jacobian.empty()) {
               double* out = path.jacobian.data() + row * unknowns;
-              const double weight = 1.0 / (data.deviation[c] * channels[c].internal_per_unit);
-              const auto channel = static_cast<Eigen::Index>(c);
+              const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
+              const auto channel = static_cast<Eigen::Index>(c.index);
               for (std::size_t u = 0; u < parameters; ++u)
                 out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].deviation;
               for (std::size_t i = 0; i < states; ++i)
@@ -342,29 +344,30 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
 }
 
-bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Limb<double>& limb,
-                    const std::vector<std::size_t>& parameters, std::vector<double>& columns) {
-  const plant::Limb<double> without = problem.limb_at(z);
+bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with,
+                    const std::vector<plant::ParameterId>& parameters, std::vector<double>& columns) {
+  const plant::Plant without = problem.plant_at(z);
+  const plant::System& system = problem.system();
   columns.assign(problem.rows().size() * parameters.size(), 0.0);
   std::vector<double> scale;
-  for (const std::size_t p : parameters) {
-    const auto& declared = plant::parameters()[p].declaration;
+  for (const plant::ParameterId p : parameters) {
+    const auto& declared = system.parameters()[p].declaration;
     scale.push_back(declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0);
   }
   std::size_t row = 0;
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
-    const plant::Start start = carried_over(problem.start_at(z, r), without, limb);
-    const Follower follower{data, limb, start, problem.numerics(), {parameters, {}}};
+    const plant::Start start = carried_over(problem.start_at(z, r), without, with);
+    const Follower follower{data, with, start, problem.numerics(), {parameters, {}}};
     const bool fine = follower.run(
         true, nullptr,
-        [&](std::size_t k, const plant::Reading<double>&, const Eigen::Matrix<double, 3, Eigen::Dynamic>& sensitivity) {
-          for (std::size_t c = 0; c < channel_count; ++c) {
+        [&](std::size_t k, const std::vector<double>&, const Eigen::MatrixXd& sensitivity) {
+          for (const plant::ChannelId c : system.channels().ids()) {
             if (std::isnan(measured(data.recording->samples[k], c))) continue;
-            const double weight = 1.0 / (data.deviation[c] * channels[c].internal_per_unit);
+            const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
             for (std::size_t p = 0; p < parameters.size(); ++p)
               columns[row * parameters.size() + p] =
-                  sensitivity(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(p)) * weight * scale[p];
+                  sensitivity(static_cast<Eigen::Index>(c.index), static_cast<Eigen::Index>(p)) * weight * scale[p];
             ++row;
           }
         });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A limb's path through recordings, and the linear equations that hold along it.
+// A plant's path through recordings, and the linear equations that hold along it.
 //
 // The path is integrated as everywhere. Sensitivities follow from the derivatives of the equations half-way between samples,
 // taken as constant there, by the exponential midpoint rule
@@ -18,12 +18,12 @@
 namespace sinew::diagnose {
 
 // From one sample to the next, to first order: dx' = transition dx + integral g, for a push g on the rates that stays the
-// same in between; and what the readings (internal units) at the sample make of dx. n: all states of the limb.
+// same in between; and what the readings (internal units) at the sample make of dx. n: all states of the plant.
 struct PathPoint {
   Eigen::MatrixXd transition, integral;  // [n x n]; of the last sample: empty
-  Eigen::VectorXd ambient;               // [n]: d rates / d ambient temperature, in between
-  Eigen::MatrixXd reading;               // [3 x n]
-  Eigen::VectorXd reading_ambient;       // [3]
+  Eigen::VectorXd ambient;               // [n]: d rates / d the surroundings' parameter, in between; 0 where there is none
+  Eigen::MatrixXd reading;               // [channels x n]
+  Eigen::VectorXd reading_ambient;       // [channels]
 };
 
 struct Path {
@@ -38,9 +38,9 @@ enum class Want { residuals, points, everything };
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path);
 
 // Columns of further parameters at a path, [rows x parameters], row-major, in the scale of their prior deviations (or, where
-// a parameter has none, of 1): `limb` has them on, at their nulls or not; its states begin at rest but for what `start` of
+// a parameter has none, of 1): `with` has them on, at their nulls or not; its states begin at rest but for what `start` of
 // the problem gives.
-bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Limb<double>& limb,
-                    const std::vector<std::size_t>& parameters, std::vector<double>& columns);
+bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with,
+                    const std::vector<plant::ParameterId>& parameters, std::vector<double>& columns);
 
 }  // namespace sinew::diagnose

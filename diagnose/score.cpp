@@ -12,13 +12,13 @@
 namespace sinew::diagnose {
 namespace {
 
-using Shape = std::map<std::size_t, double>;  // parameter, internal value
+using Shape = std::map<plant::ParameterId, double>;  // parameter, internal value
 
 // Whether the effect switches at an instant that one of its parameters is; such instants are tried all over the
 // recording.
-bool switches(std::size_t effect) {
-  const plant::Limb<double> limb = with_effect({}, effect);
-  return !plant::Equations<double>(limb).switch_times_s().empty();
+bool switches(const plant::System& system, plant::EffectId effect) {
+  const plant::Plant nominal(system.shared_from_this());
+  return !with_effect(nominal, effect).equations()->switch_times_s().empty();
 }
 
 std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant, double duration_s) {
@@ -38,20 +38,20 @@ std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant,
 }
 
 // The first shape parameter runs over its grid; every further one over its own while the first is typical.
-std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
-  const auto& info = plant::effects()[effect];
-  const bool instant = switches(effect);
+std::vector<Shape> shapes_of(const plant::System& system, plant::EffectId effect, double duration_s) {
+  const auto& info = system.effects()[effect];
+  const bool instant = switches(system, effect);
   Shape typical;
-  std::vector<std::size_t> free;
-  for (const std::size_t p : info.parameters) {
+  std::vector<plant::ParameterId> free;
+  for (const plant::ParameterId p : info.parameters) {
     if (p == info.strength) continue;
-    const auto& declared = plant::parameters()[p].declaration;
+    const auto& declared = system.parameters()[p].declaration;
     typical[p] = declared.typical * declared.unit.internal_per_unit;
     if (declared.prior_deviation > 0.0) free.push_back(p);
   }
   std::vector<Shape> shapes;
   for (std::size_t i = 0; i < free.size(); ++i)
-    for (const double value : grid_of(plant::parameters()[free[i]].declaration, instant, duration_s)) {
+    for (const double value : grid_of(system.parameters()[free[i]].declaration, instant, duration_s)) {
       Shape shape = typical;
       shape[free[i]] = value;
       if (i == 0 || value != typical[free[i]]) shapes.push_back(shape);
@@ -61,23 +61,22 @@ std::vector<Shape> shapes_of(std::size_t effect, double duration_s) {
 }
 
 // Whether physics allows the strength on both sides of its null.
-bool two_sided(const Score& score) {
-  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
-  return declared.null_value && declared.range.lowest < *declared.null_value &&
-         declared.range.highest > *declared.null_value;
+bool is_two_sided(const plant::Declaration& strength) {
+  return strength.null_value && strength.range.lowest < *strength.null_value && strength.range.highest > *strength.null_value;
 }
 
 struct Job {
-  plant::Limb<double> limb;
+  plant::Plant plant;
   std::vector<std::size_t> scores;  // indices into Scores::all, one a column
-  bool difference = false;          // between the path with the effect as it is in `limb` and the one without
+  bool difference = false;          // between the path with the effect as it is in `plant` and the one without
 };
 
 }  // namespace
 
-Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, int threads) {
+Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidates, int threads) {
   const FitProblem& problem = *at.problem;
-  const plant::Limb<double> fitted = at.limb();
+  const plant::System& system = at.system();
+  const plant::Plant fitted = at.model();
   double duration_s = 0.0;
   for (const FitData& data : problem.data())
     duration_s = std::max(
@@ -87,14 +86,16 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   std::vector<Job> jobs;
   // Effects share integrations: the k-th shape of each goes into the k-th job.
   std::vector<std::size_t> shared;
-  for (const std::size_t e : candidates) {
-    const auto& info = plant::effects()[e];
-    const bool toggle = plant::parameters()[info.strength].declaration.kind == plant::Kind::toggle;
-    const std::vector<Shape> shapes = shapes_of(e, duration_s);
+  for (const plant::EffectId e : candidates) {
+    const auto& info = system.effects()[e];
+    const auto& strength = system.parameters()[info.strength].declaration;
+    const bool toggle = strength.kind == plant::Kind::toggle;
+    const std::vector<Shape> shapes = shapes_of(system, e, duration_s);
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       Score score;
       score.effect = e;
-      for (const auto& [parameter, value] : shapes[k]) score.shape[plant::parameters()[parameter].key()] = value;
+      score.two_sided = is_two_sided(strength);
+      for (const auto& [parameter, value] : shapes[k]) score.shape[system.parameters()[parameter].key()] = value;
       std::size_t job = jobs.size();
       if (!toggle) {
         if (k >= shared.size()) {
@@ -105,11 +106,9 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
       } else {
         jobs.push_back({fitted, {}, toggle});
       }
-      plant::Limb<double>& limb = jobs[job].limb;
-      const plant::Limb<double> raised = with_effect(limb, e);
-      for (const std::size_t p : info.parameters) plant::set(limb, p, plant::get(raised, p));
-      limb.on[e] = true;
-      for (const auto& [parameter, value] : shapes[k]) plant::set(limb, parameter, value);
+      plant::Plant& with = jobs[job].plant;
+      with = with_effect(with, e);
+      for (const auto& [parameter, value] : shapes[k]) with.set(parameter, value);
       jobs[job].scores.push_back(result.all.size());
       result.all.push_back(std::move(score));
     }
@@ -128,7 +127,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
 
   const auto judge = [&](Score& score, Eigen::VectorXd s, double scale, bool difference) {
-    const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
+    const auto& declared = system.parameters()[system.effects()[score.effect].strength].declaration;
     const double whole = s.squaredNorm();
     const Eigen::VectorXd coefficients = factor.solve(absorbed.transpose() * s);
     s -= absorbed * coefficients;
@@ -157,7 +156,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     const Job& job = jobs[j];
     if (job.difference) {
       // The problem with the effect on, all else as it is.
-      const FitProblem with(job.limb, problem.parameters(), problem.data(),
+      const FitProblem with(job.plant, problem.parameters(), problem.data(),
                             problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated,
                             problem.numerics());
       const Guess here = at.as_guess();
@@ -172,21 +171,21 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
       if (!column.allFinite()) return;
       noise.whiten(column);
       Score& score = result.all[job.scores.front()];
-      const std::size_t strength = plant::effects()[score.effect].strength;
-      const auto& declared = plant::parameters()[strength].declaration;
+      const plant::ParameterId strength = system.effects()[score.effect].strength;
+      const auto& declared = system.parameters()[strength].declaration;
       judge(score, column.col(0),
-            plant::get(job.limb, strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
+            job.plant.get(strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
       return;
     }
-    std::vector<std::size_t> strengths;
-    for (const std::size_t s : job.scores) strengths.push_back(plant::effects()[result.all[s].effect].strength);
+    std::vector<plant::ParameterId> strengths;
+    for (const std::size_t s : job.scores) strengths.push_back(system.effects()[result.all[s].effect].strength);
     std::vector<double> rows;
-    if (!sensitivity_to(problem, at.z.data(), job.limb, strengths, rows)) return;
+    if (!sensitivity_to(problem, at.z.data(), job.plant, strengths, rows)) return;
     Eigen::MatrixXd columns = at.blocks->means(rows.data(), strengths.size());
     if (!columns.allFinite()) return;
     noise.whiten(columns);
     for (std::size_t k = 0; k < job.scores.size(); ++k) {
-      const auto& declared = plant::parameters()[strengths[k]].declaration;
+      const auto& declared = system.parameters()[strengths[k]].declaration;
       judge(result.all[job.scores[k]], columns.col(static_cast<Eigen::Index>(k)),
             declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0, false);
     }
@@ -198,7 +197,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
   constexpr double absorbed_share = 1e-4;
   // At the null of some effects (a body that stores heat, and is given none) the shape does not matter to first order:
   // what is seen there is not what the effect would do, and only a fit can tell.
-  for (const std::size_t e : candidates) {
+  for (const plant::EffectId e : candidates) {
     std::vector<std::size_t> mine;
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effect == e && result.all[i].column.size() > 0) mine.push_back(i);
@@ -209,7 +208,7 @@ Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, 
     for (const std::size_t i : mine) result.all[i].blind = same;
   }
 
-  for (const std::size_t e : candidates) {
+  for (const plant::EffectId e : candidates) {
     std::size_t best = result.all.size();
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effect == e &&
@@ -228,7 +227,7 @@ JointScore joint(const Score& score, const Score& other) {
   JointScore result;
   result.root = (score.root - cosine * other.root) / left;
   result.other_root = (other.root - cosine * score.root) / left;
-  if ((result.root < 0.0 && !two_sided(score)) || (result.other_root < 0.0 && !two_sided(other))) return {};
+  if ((result.root < 0.0 && !score.two_sided) || (result.other_root < 0.0 && !other.two_sided)) return {};
   result.statistic = result.root * score.root + result.other_root * other.root;
   return result;
 }
@@ -252,7 +251,7 @@ double family_wise_probability(const Scores& scores, double statistic, std::uint
     const Eigen::VectorXd drawn = root * normal;
     double largest = 0.0;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const double value = two_sided(*seen[static_cast<std::size_t>(i)]) ? std::abs(drawn(i)) : std::max(0.0, drawn(i));
+      const double value = seen[static_cast<std::size_t>(i)]->two_sided ? std::abs(drawn(i)) : std::max(0.0, drawn(i));
       largest = std::max(largest, value * value);
     }
     reached += largest >= statistic;

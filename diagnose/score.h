@@ -14,7 +14,7 @@
 namespace sinew::diagnose {
 
 struct Score {
-  std::size_t effect;
+  plant::EffectId effect{};
   std::map<std::string, double> shape;  // of its parameters but the strength, by key, internal units
   double statistic = 0.0;               // S, 0 where the sign is one that physics forbids
   double strength = 0.0;                // null + phi, internal units
@@ -22,6 +22,7 @@ struct Score {
   double phi_of_root = 0.0;             // phi, internal units, for a root of 1
   double visible_share = 0.0;           // s^T P s / s^T V^-1 s: what calibration cannot absorb, 0 to 1
   double smallest_seen = 0.0;           // |phi| at which S would be 25 on average, internal units
+  bool two_sided = false;               // physics allows the strength on both sides of its null
   bool blind = false;                   // at the null the shape does not matter to first order: only a fit can tell
   Eigen::VectorXd column;               // P^(1/2) s of length 1, in the sense that physics allows: what only it does to the data
 };
@@ -32,7 +33,7 @@ struct Scores {
 };
 
 // Scores of `candidates` (effects that are off) at an explanation. `threads` do not change the result.
-Scores score(const Explanation& at, const std::vector<std::size_t>& candidates, int threads);
+Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidates, int threads);
 
 // The largest statistic that two scores have together, each in a sense that physics allows, and their roots then.
 struct JointScore {

@@ -16,18 +16,18 @@ namespace {
 
 // Where the fit of one more effect begins: with the shape that scored best and the strength that the score says, `phi`
 // from its null in internal units, within reason.
-void begin_with(Guess& guess, const Score& score, double phi) {
+void begin_with(Guess& guess, const plant::System& system, const Score& score, double phi) {
   if (!score.blind)
     for (const auto& [key, value] : score.shape) guess.values[key] = value;
-  const std::size_t strength = plant::effects()[score.effect].strength;
-  const auto& declared = plant::parameters()[strength].declaration;
+  const plant::ParameterId strength = system.effects()[score.effect].strength;
+  const auto& declared = system.parameters()[strength].declaration;
   if (declared.kind == plant::Kind::toggle) return;
   const double unit = declared.unit.internal_per_unit;
   const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
   const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
   double step = score.blind ? typical : phi;
   if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
-  guess.values[plant::parameters()[strength].key()] = null + std::clamp(step, -most, most);
+  guess.values[system.parameters()[strength].key()] = null + std::clamp(step, -most, most);
 }
 
 Explanation with_added(const Explanation& at, const Score& score, const Guess& guess,
@@ -52,8 +52,8 @@ void keep_better(std::vector<Candidate>& candidates, const Candidate& one) {
 
 class Searcher {
  public:
-  Searcher(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings)
-      : nominal_(nominal), data_(data), settings_(settings) {}
+  Searcher(const plant::Plant& nominal, const std::vector<FitData>& data, const SearchSettings& settings)
+      : nominal_(nominal), system_(nominal.system()), data_(data), settings_(settings) {}
 
   Search run() {
     Search result;
@@ -61,7 +61,7 @@ class Searcher {
     result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
     if (result.core.usable) settle(result.core);
     if (!result.core.usable)
-      throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this limb?");
+      throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this one?");
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
     result.core = first.before;
@@ -91,19 +91,19 @@ class Searcher {
 
   // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
   // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
-  // with small ones, from starts on the branches of the hysteresis, from the effects alone, from the whole path's least
+  // with small ones, from other first values, from the effects alone, from the whole path's least
   // squares.
   void settle(Explanation& explanation) const {
     if (explanation.unrest <= settings_.settled_unrest) return;
-    const ForcingSize small{0.3, 0.02, 2e-3, 2e-5, 0.02, 4e-4};
+    const ForcingSize small = small_forcing(system_);
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
-      if (unknown.parameter != plant::no_effect && plant::parameters()[unknown.parameter].effect != plant::no_effect)
+      if (unknown.parameter && system_.parameters()[*unknown.parameter].effect)
         effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
     if (explanation.unrest <= settings_.settled_unrest) return;
-    for (Guess& begun : on_branches(explanation)) {
+    for (Guess& begun : with_other_starts(explanation)) {
       begun.forcing = small;
       try_from(begun, explanation);
     }
@@ -132,13 +132,13 @@ class Searcher {
   }
 
   std::size_t base_count() const {
-    return static_cast<std::size_t>(std::count(nominal_.on.begin(), nominal_.on.end(), true));
+    return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true));
   }
 
-  std::vector<std::size_t> candidates_at(const Explanation& at) const {
-    const std::vector<std::size_t> on = at.effects();
-    std::vector<std::size_t> candidates;
-    for (std::size_t e = 0; e < plant::effect_count; ++e)
+  std::vector<plant::EffectId> candidates_at(const Explanation& at) const {
+    const std::vector<plant::EffectId> on = at.effects();
+    std::vector<plant::EffectId> candidates;
+    for (const plant::EffectId e : system_.effects().ids())
       if (std::find(on.begin(), on.end(), e) == on.end() &&
           std::find(settings_.without.begin(), settings_.without.end(), e) == settings_.without.end())
         candidates.push_back(e);
@@ -167,8 +167,9 @@ class Searcher {
       Guess guess = guess_with(before, score);
       for (const auto& [name, value] : winner.explanation.as_guess().values)
         if (const auto mine = guess.values.find(name); mine != guess.values.end()) mine->second = value;
-      for (std::size_t q = 0; q < forcing_count; ++q)
-        guess.forcing[q] = std::max(winner.explanation.forcing[q], 0.1 * Guess{}.forcing[q]);
+      const ForcingSize usual = forcing_to_begin_with(system_);
+      for (const plant::EntryGroupId g : usual.ids())
+        guess.forcing[g] = std::max(winner.explanation.forcing[g], 0.1 * usual[g]);
       again[i].explanation = with_added(before, score, guess, shortly);
       if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
         again[i].explanation = with_added(before, score, again[i].explanation.as_guess(), settings_.fit);
@@ -196,9 +197,9 @@ class Searcher {
       candidates[i].explanation = with_added(at, candidates[i].score, guess_with(at, candidates[i].score), shortly);
       if (candidates[i].score.blind) {  // from a weaker one too
         Guess weaker = guess_with(at, candidates[i].score);
-        const std::size_t strength = plant::effects()[candidates[i].effect].strength;
-        const auto& declared = plant::parameters()[strength].declaration;
-        double& value = weaker.values[plant::parameters()[strength].key()];
+        const plant::ParameterId strength = system_.effects()[candidates[i].effect].strength;
+        const auto& declared = system_.parameters()[strength].declaration;
+        double& value = weaker.values[system_.parameters()[strength].key()];
         value = *declared.null_value * declared.unit.internal_per_unit +
                 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
         const Explanation other = with_added(at, candidates[i].score, weaker, shortly);
@@ -262,7 +263,7 @@ class Searcher {
   void try_afresh(Search& result) const {
     const Round& first = result.rounds.front();
     std::vector<Candidate> candidates;
-    for (const std::size_t e : candidates_at(result.core)) {
+    for (const plant::EffectId e : candidates_at(result.core)) {
       const auto scored = std::find_if(first.scores.best.begin(), first.scores.best.end(),
                                        [&](std::size_t s) { return first.scores.all[s].effect == e; });
       if (scored != first.scores.best.end()) candidates.push_back({e, first.scores.all[*scored], {}});
@@ -272,11 +273,11 @@ class Searcher {
     shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
-      const std::size_t strength = plant::effects()[candidates[i].effect].strength;
-      const auto& declared = plant::parameters()[strength].declaration;
+      const plant::ParameterId strength = system_.effects()[candidates[i].effect].strength;
+      const auto& declared = system_.parameters()[strength].declaration;
       Guess guess;
       if (declared.kind != plant::Kind::toggle)
-        guess.values[plant::parameters()[strength].key()] =
+        guess.values[system_.parameters()[strength].key()] =
             0.5 * (*declared.null_value + declared.typical) * declared.unit.internal_per_unit;
       candidates[i].explanation =
           explain(with_effect(result.core.problem->centres(), candidates[i].effect), data_, guess, shortly);
@@ -321,7 +322,7 @@ class Searcher {
     double statistic, root, other_root;
   };
   std::vector<Pair> promising(const Round& first) const {
-    std::map<std::pair<std::size_t, std::size_t>, Pair> best;
+    std::map<std::pair<plant::EffectId, plant::EffectId>, Pair> best;
     const auto& all = first.scores.all;
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t j = i + 1; j < all.size(); ++j) {
@@ -361,8 +362,8 @@ class Searcher {
     std::atomic<std::size_t> done{0};
     sim::in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
       Guess guess = result.core.as_guess();
-      begin_with(guess, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
-      begin_with(guess, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
+      begin_with(guess, system_, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
+      begin_with(guess, system_, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
       tried[i] = explain(
           with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_,
           guess, shortly);
@@ -417,22 +418,22 @@ class Searcher {
     result = std::move(other);
   }
 
-  Explanation reduced(const Explanation& from, std::size_t effect) const {
-    plant::Limb<double> limb = from.problem->centres();
-    limb.on[effect] = false;
+  Explanation reduced(const Explanation& from, plant::EffectId effect) const {
+    plant::Plant without = from.problem->centres();
+    without.turn(effect, false);
     Guess guess = from.as_guess();
-    for (std::size_t q = 0; q < forcing_count; ++q)
-      guess.forcing[q] = std::max(guess.forcing[q], 0.3 * Guess{}.forcing[q]);
-    return explain(limb, data_, guess, settings_.fit);
+    const ForcingSize usual = forcing_to_begin_with(system_);
+    for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(guess.forcing[g], 0.3 * usual[g]);
+    return explain(without, data_, guess, settings_.fit);
   }
 
   // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the
   // best of the others put in its place.
   void weigh(Search& result) const {
-    const std::vector<std::size_t> base = result.core.effects();
+    const std::vector<plant::EffectId> base = result.core.effects();
     const auto mine = [&] {
-      std::vector<std::size_t> added;
-      for (const std::size_t e : result.best.effects())
+      std::vector<plant::EffectId> added;
+      for (const plant::EffectId e : result.best.effects())
         if (std::find(base.begin(), base.end(), e) == base.end()) added.push_back(e);
       return added;
     };
@@ -442,7 +443,7 @@ class Searcher {
           result.rivals[mine()[0]].emplace_back(candidate.effect,
                                                 result.best.log_evidence - candidate.explanation.log_evidence);
     } else {
-      for (const std::size_t e : mine()) {
+      for (const plant::EffectId e : mine()) {
         const Explanation less = reduced(result.best, e);
         if (!less.usable) continue;
         if (less.log_evidence > result.best.log_evidence) {
@@ -451,7 +452,7 @@ class Searcher {
         }
         const std::vector<Candidate> others =
             fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
-        std::size_t kept = e;
+        plant::EffectId kept = e;
         const double with_it = result.best.log_evidence;
         if (!others.empty() && others.front().explanation.usable &&
             others.front().explanation.log_evidence > with_it + 1.0) {
@@ -469,7 +470,8 @@ class Searcher {
       std::stable_sort(others.begin(), others.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   }
 
-  const plant::Limb<double>& nominal_;
+  const plant::Plant& nominal_;
+  const plant::System& system_;
   const std::vector<FitData>& data_;
   const SearchSettings& settings_;
 };
@@ -478,8 +480,8 @@ class Searcher {
 
 Guess guess_with(const Explanation& at, const Score& score) {
   Guess guess = at.as_guess();
-  const auto& declared = plant::parameters()[plant::effects()[score.effect].strength].declaration;
-  begin_with(guess, score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
+  const auto& declared = at.system().parameters()[at.system().effects()[score.effect].strength].declaration;
+  begin_with(guess, at.system(), score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
   return guess;
 }
 
@@ -491,7 +493,7 @@ bool nothing_left(const Search& search, const SearchSettings& settings) {
   return search.best.unrest < as_good_as_nothing(search.core, settings);
 }
 
-Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {
+Search search(const plant::Plant& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {
   return Searcher(nominal, data, settings).run();
 }
 

@@ -30,13 +30,13 @@ struct SearchSettings {
   // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
   double nothing_left_share = 0.002;
   std::size_t pairs = 8;          // fitted at once, where effects one by one leave something
-  std::vector<std::size_t> without;  // effects that may not be named
+  std::vector<plant::EffectId> without;  // effects that may not be named
   Guess guess;                       // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;
 };
 
 struct Candidate {
-  std::size_t effect;        // the one that was added
+  plant::EffectId effect;    // the one that was added
   Score score;
   Explanation explanation;   // with it
 };
@@ -55,7 +55,7 @@ struct Search {
   std::vector<Round> rounds;  // the last one is the one that found nothing more
   Explanation best;
   // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
-  std::map<std::size_t, std::vector<std::pair<std::size_t, double>>> rivals;
+  std::map<plant::EffectId, std::vector<std::pair<plant::EffectId, double>>> rivals;
 };
 
 // Where a fit of one more effect begins: all else as it is, the effect as the score says.
@@ -67,6 +67,6 @@ double as_good_as_nothing(const Explanation& core, const SearchSettings& setting
 // Whether the best explanation leaves no more than noise.
 bool nothing_left(const Search& search, const SearchSettings& settings);
 
-Search search(const plant::Limb<double>& nominal, const std::vector<FitData>& data, const SearchSettings& settings);
+Search search(const plant::Plant& nominal, const std::vector<FitData>& data, const SearchSettings& settings);
 
 }  // namespace sinew::diagnose

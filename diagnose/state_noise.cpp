@@ -9,18 +9,64 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr int padded_forcings = (static_cast<int>(forcing_entries) + 1 + 3) / 4 * 4;  // one may wander
+constexpr int unrolled_forcings = 12;  // of a limb with two coils nine, and one that may wander
 
 }  // namespace
 
+ForcingSize no_forcing(const plant::System& system) { return ForcingSize(system.entry_groups().size(), 0.0); }
+
+ForcingSize forcing_to_begin_with(const plant::System& system) {
+  ForcingSize size;
+  for (const plant::EntryGroup& group : system.entry_groups()) size.push_back(group.begin);
+  return size;
+}
+
+ForcingSize small_forcing(const plant::System& system) {
+  ForcingSize size = forcing_to_begin_with(system);
+  for (const plant::EntryGroupId g : size.ids())
+    if (!system.entry_groups()[g].is_nuisance) size[g] *= 0.1;
+  return size;
+}
+
+ForcingSize only_nuisance(const plant::System& system, double size) {
+  ForcingSize result = no_forcing(system);
+  for (const plant::EntryGroupId g : result.ids())
+    if (system.entry_groups()[g].is_nuisance) result[g] = size;
+  return result;
+}
+
+double nuisance_of(const plant::System& system, const ForcingSize& size) {
+  for (const plant::EntryGroupId g : size.ids())
+    if (system.entry_groups()[g].is_nuisance) return size[g];
+  return 0.0;
+}
+
+FreeForcings all_free(const plant::System& system) { return FreeForcings(system.entry_groups().size(), true); }
+
+FreeForcings nuisance_free(const plant::System& system) {
+  FreeForcings free;
+  for (const plant::EntryGroup& group : system.entry_groups()) free.push_back(group.is_nuisance);
+  return free;
+}
+
+FreeForcings nuisance_and(const plant::System& system, plant::EntryGroupId group) {
+  FreeForcings free = nuisance_free(system);
+  free[group] = true;
+  return free;
+}
+
 Blocks::Blocks(const FitProblem& problem) {
+  const plant::ListOf<plant::ChannelId, std::size_t> none(problem.system().channels().size(), no_row);
+  const double period_s = problem.system().averaging_s();
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
     const auto& samples = data.recording->samples;
     long last = -1;
     for (std::size_t k = 0; k < data.sample_count; ++k) {
-      const long index = static_cast<long>(std::floor((samples[k].time_s - samples.front().time_s) / period_s + 1e-6));
-      if (k == 0 || index != last) blocks_.push_back({r, k, k, 0.0, {no_row, no_row, no_row}});
+      const long index = period_s > 0.0
+                             ? static_cast<long>(std::floor((samples[k].time_s - samples.front().time_s) / period_s + 1e-6))
+                             : static_cast<long>(k);
+      if (k == 0 || index != last) blocks_.push_back({r, k, k, 0.0, none});
       last = index;
       blocks_.back().last_sample = k;
     }
@@ -54,38 +100,29 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
 
 StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path,
                        const VaryingPush* varying)
-    : blocks_(blocks), varies_(varying != nullptr) {
-  const plant::Limb<double> limb = problem.limb_at(z);
-  states_ = plant::layout_of(limb.on).size();
-  padded_states_ = with_padded_size(states_, [](auto size) { return static_cast<Eigen::Index>(size.value); });
-  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcing_entries + (varying ? 1 : 0));
-  const Eigen::Index all = padded_states_ + padded_forcings, last = q - 1;
-  Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(3, q);
-  for (std::size_t e = 0; e < forcing_entries; ++e) {
+    : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr) {
+  const plant::Plant plant = problem.plant_at(z);
+  const std::vector<plant::Entry>& entries = system_.entries();
+  states_ = plant.states().size();
+  padded_states_ = padded(states_);
+  const std::size_t forcings = entries.size() + (varying ? 1 : 0);
+  padded_forcings_ = entries.size() + 1 <= unrolled_forcings ? unrolled_forcings : static_cast<Eigen::Index>(entries.size() + 1);
+  size_ = no_forcing(system_);
+  const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcings),
+             channels = static_cast<Eigen::Index>(system_.channels().size());
+  const Eigen::Index all = padded_states_ + padded_forcings_, last = q - 1;
+  Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(channels, q);
+  std::vector<Eigen::Index> along_the_path;  // entries that push by what the path itself says
+  for (std::size_t e = 0; e < entries.size(); ++e) {
     const auto j = static_cast<Eigen::Index>(e);
-    const auto coil = static_cast<Eigen::Index>(forcing_entry[e].coil);
-    switch (forcing_entry[e].forcing) {
-      case Forcing::air:
-        break;  // changes along the path
-      case Forcing::heat:
-        push(coil, j) = 1.0 / limb.core.heat_capacity_J_K[forcing_entry[e].coil];
-        break;
-      case Forcing::transformation:
-        push(2 + coil, j) = 1.0;
-        break;
-      case Forcing::moment:
-        push(static_cast<Eigen::Index>(plant::core_state::angular_velocity), j) = 1.0 / limb.core.beam_inertia_kgm2;
-        break;
-      case Forcing::temperature_reading:
-        direct(coil, j) = 1.0;
-        break;
-      case Forcing::angle_reading:
-        direct(2, j) = 1.0;
-        break;
-    }
+    if (entries[e].state)
+      push(static_cast<Eigen::Index>(entries[e].state->index), j) =
+          entries[e].divided_by ? 1.0 / plant.get(*entries[e].divided_by) : 1.0;
+    if (entries[e].channel) direct(static_cast<Eigen::Index>(entries[e].channel->index), j) = 1.0;
+    if (entries[e].parameter) along_the_path.push_back(j);
   }
   // A block's state is that of its first sample; what its mean shows is what each of its samples makes of that state.
-  Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), product = Eigen::MatrixXd::Zero(all, all);
+  Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), moved = Eigen::MatrixXd::Zero(all, all);
   for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
     const Blocks::Block& block = blocks_.blocks()[b];
     const FitData& data = problem.data()[block.recording];
@@ -94,98 +131,111 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     Step step;
     step.first_of_recording = b == 0 || blocks_.blocks()[b - 1].recording != block.recording;
     step.transition = last_transition;
-    Eigen::MatrixXd reading = Eigen::MatrixXd::Zero(3, all);
+    Eigen::MatrixXd reading = Eigen::MatrixXd::Zero(channels, all);
     since.setIdentity();
     for (std::size_t k = block.first_sample; k <= block.last_sample; ++k) {
       const PathPoint& point = points[k];
-      direct.col(0) = point.reading_ambient;
+      for (const Eigen::Index j : along_the_path) direct.col(j) = point.reading_ambient;
       if (varying) direct.col(last) = varying->readings[block.recording][k];
       reading.noalias() += point.reading * since.topRows(n);
       reading.noalias() += direct * since.middleRows(padded_states_, q);
       if (point.transition.size() == 0) continue;
-      push.col(0) = point.ambient;
+      for (const Eigen::Index j : along_the_path) push.col(j) = point.ambient;
       if (varying) push.col(last) = varying->rates[block.recording][k];
       const Eigen::MatrixXd pushed = point.integral * push;
-      product.topRows(n).noalias() = point.transition * since.topRows(n);
-      product.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
+      moved.topRows(n).noalias() = point.transition * since.topRows(n);
+      moved.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
       for (std::size_t e = 0; e < static_cast<std::size_t>(q); ++e) {
         const Eigen::Index j = forcing_state(e);
-        const double tau_s = e < forcing_entries
-                                 ? forcings[static_cast<std::size_t>(forcing_entry[e].forcing)].correlation_time_s
-                                 : varying->correlation_time_s;
-        product.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
+        const double tau_s = e < entries.size() ? system_.entry_groups()[entries[e].group].correlation_time_s
+                                                : varying->correlation_time_s;
+        moved.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
-      since = product;
+      since = moved;
     }
     last_transition = since;
     reading /= static_cast<double>(block.last_sample - block.first_sample + 1);
-    for (std::size_t c = 0; c < channel_count; ++c)
-      reading.row(static_cast<Eigen::Index>(c)) /= channels[c].internal_per_unit * data.deviation[c];
+    for (const plant::ChannelId c : system_.channels().ids())
+      reading.row(static_cast<Eigen::Index>(c.index)) /= system_.channels()[c].unit.internal_per_unit * data.deviation[c];
     step.reading = reading.transpose();
     steps_.push_back(std::move(step));
   }
 }
 
-void StateNoise::filter(std::vector<Eigen::MatrixXd>* predicted) {
-  with_padded_size(states_, [&](auto size) { filter_padded<size.value>(predicted); });
+template <class Work>
+decltype(auto) StateNoise::with_sizes(Work&& work) const {
+  using Any = std::integral_constant<int, Eigen::Dynamic>;
+  if (padded_forcings_ != unrolled_forcings) return work(Any{}, Any{});
+  return with_padded_size(states_, [&](auto size) {
+    if constexpr (size.value == Eigen::Dynamic)
+      return work(Any{}, Any{});
+    else
+      return work(size, std::integral_constant<int, unrolled_forcings>{});
+  });
 }
 
-// With the limb's states above and the forcings' below, a step is [A B; 0 D] with D diagonal: of the covariance [X Y; Y^T Z] that
+void StateNoise::filter(std::vector<Eigen::MatrixXd>* predicted) {
+  with_sizes([&](auto size, auto forcings) { filter_padded<size.value, forcings.value>(predicted); });
+}
+
+// With the plant's states above and the forcings' below, a step is [A B; 0 D] with D diagonal: of the covariance [X Y; Y^T Z] that
 // makes X' = (A X + B Y^T) A^T + (A Y + B Z) B^T and Y' = (A Y + B Z) D.
-template <int Size>
-[[gnu::flatten]] void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predicted) {
-  constexpr int all = Size + padded_forcings;
+template <int Size, int Forcings>
+SINEW_FLATTEN void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predicted) {
+  constexpr int all = Size == Eigen::Dynamic ? Eigen::Dynamic : Size + Forcings;
+  const Eigen::Index n = padded_states_, q = padded_forcings_, m = n + q;
   using Whole = Eigen::Matrix<double, all, all>;
-  using Limb = Eigen::Matrix<double, Size, Size>;
-  using Push = Eigen::Matrix<double, Size, padded_forcings>;
-  using Forced = Eigen::Matrix<double, padded_forcings, padded_forcings>;
-  Eigen::Vector<double, padded_forcings> variance_of = Eigen::Vector<double, padded_forcings>::Zero();
-  for (std::size_t e = 0; e < forcing_entries; ++e)
-    variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[static_cast<std::size_t>(forcing_entry[e].forcing)], 2);
-  if (varies_) variance_of(static_cast<Eigen::Index>(forcing_entries)) = std::pow(varying_size_, 2);
+  using Own = Eigen::Matrix<double, Size, Size>;
+  using Push = Eigen::Matrix<double, Size, Forcings>;
+  using Forced = Eigen::Matrix<double, Forcings, Forcings>;
+  using Column = Eigen::Vector<double, all>;
+  const std::vector<plant::Entry>& entries = system_.entries();
+  Eigen::Vector<double, Forcings> variance_of = Eigen::Vector<double, Forcings>::Zero(q);
+  for (std::size_t e = 0; e < entries.size(); ++e)
+    variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[entries[e].group], 2);
+  if (varies_) variance_of(static_cast<Eigen::Index>(entries.size())) = std::pow(varying_size_, 2);
   gains_.resize(steps_.size());
   if (predicted) predicted->clear();
   log_determinant_ = 0.0;
-  Whole covariance;
+  Whole covariance(m, m);
   for (std::size_t b = 0; b < steps_.size(); ++b) {
     const Step& step = steps_[b];
     if (step.first_of_recording) {
       covariance.setZero();
-      covariance.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal() = variance_of;
+      covariance.bottomRightCorner(q, q).diagonal() = variance_of;
     } else {
-      const Eigen::Map<const Whole> transition(step.transition.data());
-      const Limb a = transition.template topLeftCorner<Size, Size>(), x = covariance.template topLeftCorner<Size, Size>();
-      const Push push = transition.template topRightCorner<Size, padded_forcings>(),
-                 y = covariance.template topRightCorner<Size, padded_forcings>();
-      const Eigen::Vector<double, padded_forcings> decay =
-          transition.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal();
-      Forced z = covariance.template bottomRightCorner<padded_forcings, padded_forcings>();
-      Limb limb = a.lazyProduct(x);
-      limb += push.lazyProduct(y.transpose());
-      Push across = a.lazyProduct(y);
-      across += push.lazyProduct(z);
-      Limb spread = limb.lazyProduct(a.transpose());
-      spread += across.lazyProduct(push.transpose());
+      const Eigen::Map<const Whole> transition(step.transition.data(), m, m);
+      const Own a = transition.template topLeftCorner<Size, Size>(n, n), x = covariance.template topLeftCorner<Size, Size>(n, n);
+      const Push push = transition.template topRightCorner<Size, Forcings>(n, q),
+                 y = covariance.template topRightCorner<Size, Forcings>(n, q);
+      const Eigen::Vector<double, Forcings> decay = transition.template bottomRightCorner<Forcings, Forcings>(q, q).diagonal();
+      Forced z = covariance.template bottomRightCorner<Forcings, Forcings>(q, q);
+      Own own = product<Size>(a, x);
+      own += product<Size>(push, y.transpose());
+      Push across = product<Size>(a, y);
+      across += product<Size>(push, z);
+      Own spread = product<Size>(own, a.transpose());
+      spread += product<Size>(across, push.transpose());
       across = across * decay.asDiagonal();
       z = decay.asDiagonal() * z * decay.asDiagonal();
       z.diagonal() += variance_of.cwiseProduct((1.0 - decay.array().square()).matrix());
-      covariance.template topLeftCorner<Size, Size>() = spread;
-      covariance.template topRightCorner<Size, padded_forcings>() = across;
-      covariance.template bottomLeftCorner<padded_forcings, Size>() = across.transpose();
-      covariance.template bottomRightCorner<padded_forcings, padded_forcings>() = z;
+      covariance.template topLeftCorner<Size, Size>(n, n) = spread;
+      covariance.template topRightCorner<Size, Forcings>(n, q) = across;
+      covariance.template bottomLeftCorner<Forcings, Size>(q, n) = across.transpose();
+      covariance.template bottomRightCorner<Forcings, Forcings>(q, q) = z;
     }
     if (predicted) predicted->push_back(covariance);
     Gain& gain = gains_[b];
-    gain.gain.resize(all, static_cast<Eigen::Index>(channel_count));
-    for (std::size_t c = 0; c < channel_count; ++c) {
-      gain.variance[c] = 0.0;
+    gain.gain.resize(m, static_cast<Eigen::Index>(system_.channels().size()));
+    gain.variance = per_channel(system_);
+    for (const plant::ChannelId c : system_.channels().ids()) {
       const std::size_t row = blocks_.blocks()[b].row[c];
       if (row == Blocks::no_row) continue;
-      const auto column = static_cast<Eigen::Index>(c);
-      const Eigen::Map<const Eigen::Vector<double, all>> h(step.reading.col(column).data());
-      const Eigen::Vector<double, all> seen = covariance.lazyProduct(h);
+      const auto column = static_cast<Eigen::Index>(c.index);
+      const Eigen::Map<const Column> h(step.reading.col(column).data(), m);
+      const Column seen = product<Size>(covariance, h);
       const double variance = h.dot(seen) + 1.0 / blocks_.rows()[row].count;
-      const Eigen::Vector<double, all> by = seen / variance;
+      const Column by = seen / variance;
       covariance -= by.lazyProduct(seen.transpose());
       gain.gain.col(column) = by;
       gain.variance[c] = variance;
@@ -203,32 +253,33 @@ void StateNoise::set(const ForcingSize& size, double varying) {
 }
 
 void StateNoise::whiten(Eigen::Ref<Eigen::MatrixXd> columns) const {
-  with_padded_size(states_, [&](auto size) { whiten_padded<size.value>(columns); });
+  with_sizes([&](auto size, auto forcings) { whiten_padded<size.value, forcings.value>(columns); });
 }
 
-template <int Size>
-[[gnu::flatten]] void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const {
-  constexpr int all = Size + padded_forcings;
+template <int Size, int Forcings>
+SINEW_FLATTEN void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  constexpr int all = Size == Eigen::Dynamic ? Eigen::Dynamic : Size + Forcings;
+  const Eigen::Index n = padded_states_, q = padded_forcings_, m = n + q;
   using Whole = Eigen::Matrix<double, all, all>;
-  Eigen::Matrix<double, all, Eigen::Dynamic> state = Eigen::MatrixXd::Zero(all, columns.cols());
-  Eigen::Matrix<double, Size, Eigen::Dynamic> next(Size, columns.cols());
+  Eigen::Matrix<double, all, Eigen::Dynamic> state = Eigen::MatrixXd::Zero(m, columns.cols());
+  Eigen::Matrix<double, Size, Eigen::Dynamic> next(n, columns.cols());
   Eigen::RowVectorXd innovation(columns.cols());
   for (std::size_t b = 0; b < gains_.size(); ++b) {
     const Gain& gain = gains_[b];
     if (steps_[b].first_of_recording) {
       state.setZero();
     } else {
-      const Eigen::Map<const Whole> transition(steps_[b].transition.data());
-      next = transition.template topRows<Size>().lazyProduct(state);
-      const auto decay = transition.template bottomRightCorner<padded_forcings, padded_forcings>().diagonal();
-      state.template bottomRows<padded_forcings>().array().colwise() *= decay.array();
-      state.template topRows<Size>() = next;
+      const Eigen::Map<const Whole> transition(steps_[b].transition.data(), m, m);
+      next = product<Size>(transition.template topRows<Size>(n), state);
+      const auto decay = transition.template bottomRightCorner<Forcings, Forcings>(q, q).diagonal();
+      state.template bottomRows<Forcings>(q).array().colwise() *= decay.array();
+      state.template topRows<Size>(n) = next;
     }
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : system_.channels().ids()) {
       if (gain.variance[c] == 0.0) continue;
-      const auto row = static_cast<Eigen::Index>(blocks_.blocks()[b].row[c]), column = static_cast<Eigen::Index>(c);
-      const Eigen::Map<const Eigen::Vector<double, all>> h(steps_[b].reading.col(column).data()),
-          by(gain.gain.col(column).data());
+      const auto row = static_cast<Eigen::Index>(blocks_.blocks()[b].row[c]), column = static_cast<Eigen::Index>(c.index);
+      const Eigen::Map<const Eigen::Vector<double, all>> h(steps_[b].reading.col(column).data(), m),
+          by(gain.gain.col(column).data(), m);
       innovation = columns.row(row) - h.transpose().lazyProduct(state);
       state += by.lazyProduct(innovation);
       columns.row(row) = innovation / std::sqrt(gain.variance[c]);
@@ -242,23 +293,28 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
   return -0.5 * (whitened.squaredNorm() + log_determinant_);
 }
 
-ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
-                                 const FreeForcings& free, double most_air_K, double finest_factor) {
+ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
+                                 double finest_factor) {
   // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
   // the strength that wanders.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
-  constexpr std::size_t all = forcing_count + 1;
-  std::array<double, all> best{}, typical{};
-  std::array<bool, all> is_free{};
-  for (std::size_t q = 0; q < forcing_count; ++q)
-    best[q] = begin[q], typical[q] = forcings[q].typical, is_free[q] = free[q];
-  best.back() = varying_size_;
-  typical.back() = 1.0;
-  is_free.back() = varies_;
-  const auto likelihood_of = [&](const std::array<double, all>& size) {
-    ForcingSize forcing;
-    std::copy_n(size.begin(), forcing_count, forcing.begin());
-    set(forcing, size.back());
+  using Sizes = std::vector<double>;
+  const std::size_t groups = system_.entry_groups().size(), all = groups + 1;
+  Sizes best, typical, most;
+  std::vector<bool> is_free;
+  for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
+    const plant::EntryGroup& group = system_.entry_groups()[g];
+    best.push_back(begin[g]);
+    typical.push_back(group.typical);
+    most.push_back(group.most > 0.0 ? group.most : group.typical * most_share);
+    is_free.push_back(free[g]);
+  }
+  best.push_back(varying_size_);
+  typical.push_back(1.0);
+  most.push_back(most_share);
+  is_free.push_back(varies_);
+  const auto likelihood_of = [&](const Sizes& size) {
+    set(ForcingSize(Sizes(size.begin(), size.end() - 1)), size.back());
     return log_likelihood(residual);
   };
   for (std::size_t q = 0; q < all; ++q)
@@ -269,7 +325,7 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
     bool moved = false;
     for (std::size_t q = 0; q < all; ++q) {
       if (!is_free[q]) continue;
-      const double lowest = typical[q] * floor_share, highest = q == 0 ? most_air_K : typical[q] * most_share;
+      const double lowest = typical[q] * floor_share, highest = most[q];
       for (const double by : {factor, 1.0 / factor}) {
         bool helped = false;
         for (int step = 0; step < 6; ++step) {
@@ -298,46 +354,46 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
   std::vector<Eigen::MatrixXd> covariance;
   again.filter(&covariance);
   const std::size_t count = again.gains_.size();
-  const Eigen::Index m = padded_states_ + padded_forcings;
+  const Eigen::Index m = padded_states_ + padded_forcings_;
+  const std::size_t entries = system_.entries().size();
   std::vector<Eigen::VectorXd> predicted(count);
-  std::vector<std::array<double, channel_count>> innovation(count);
+  std::vector<PerChannel> innovation(count, per_channel(system_));
   Eigen::VectorXd state = Eigen::VectorXd::Zero(m);
   for (std::size_t b = 0; b < count; ++b) {
     const Gain& gain = again.gains_[b];
     state = steps_[b].first_of_recording ? Eigen::VectorXd::Zero(m) : Eigen::VectorXd(steps_[b].transition * state);
     predicted[b] = state;
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : system_.channels().ids()) {
       if (gain.variance[c] == 0.0) continue;
-      const auto column = static_cast<Eigen::Index>(c);
+      const auto column = static_cast<Eigen::Index>(c.index);
       innovation[b][c] = residual(static_cast<Eigen::Index>(blocks_.blocks()[b].row[c])) - steps_[b].reading.col(column).dot(state);
       state += gain.gain.col(column) * innovation[b][c];
     }
   }
   Smoothed result;
   const auto blocks = static_cast<Eigen::Index>(count);
-  for (std::size_t q = 0; q < forcing_entries; ++q) {
-    result.forcing[q] = Eigen::VectorXd::Zero(blocks);
-    result.deviation[q] = Eigen::VectorXd::Zero(blocks);
-  }
+  result.forcing.assign(entries, Eigen::VectorXd::Zero(blocks));
+  result.deviation = result.forcing;
   if (varies_) result.varying = result.varying_deviation = Eigen::VectorXd::Zero(blocks);
   Eigen::VectorXd adjoint = Eigen::VectorXd::Zero(m);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(m, m);
   for (std::size_t b = count; b-- > 0;) {
     const Gain& gain = again.gains_[b];
-    for (std::size_t c = channel_count; c-- > 0;) {
+    for (std::size_t k = system_.channels().size(); k-- > 0;) {
+      const plant::ChannelId c{k};
       if (gain.variance[c] == 0.0) continue;
-      const auto column = static_cast<Eigen::Index>(c);
+      const auto column = static_cast<Eigen::Index>(k);
       const Eigen::VectorXd h = steps_[b].reading.col(column);
       const Eigen::MatrixXd through = Eigen::MatrixXd::Identity(m, m) - gain.gain.col(column) * h.transpose();
       adjoint = h * (innovation[b][c] / gain.variance[c]) + through.transpose() * adjoint;
       information = h * h.transpose() / gain.variance[c] + through.transpose() * information * through;
     }
     const Eigen::VectorXd smoothed = predicted[b] + covariance[b] * adjoint;
-    for (std::size_t q = 0; q < forcing_entries + (varies_ ? 1 : 0); ++q) {
+    for (std::size_t q = 0; q < entries + (varies_ ? 1 : 0); ++q) {
       const Eigen::Index i = forcing_state(q);
       const Eigen::RowVectorXd row = covariance[b].row(i);
-      (q < forcing_entries ? result.forcing[q] : result.varying)(static_cast<Eigen::Index>(b)) = smoothed(i);
-      (q < forcing_entries ? result.deviation[q] : result.varying_deviation)(static_cast<Eigen::Index>(b)) =
+      (q < entries ? result.forcing[q] : result.varying)(static_cast<Eigen::Index>(b)) = smoothed(i);
+      (q < entries ? result.deviation[q] : result.varying_deviation)(static_cast<Eigen::Index>(b)) =
           std::sqrt(std::max(0.0, covariance[b](i, i) - (row * information).dot(row)));
     }
     if (steps_[b].first_of_recording) {
@@ -348,25 +404,24 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
       information = (steps_[b].transition.transpose() * information * steps_[b].transition).eval();
     }
   }
-  // What each forcing alone would do: the limb's linearised equations, driven by its estimate.
-  result.response =
-      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()), static_cast<Eigen::Index>(forcing_count));
-  for (std::size_t f = 0; f < forcing_count; ++f) {
-    if (size_[f] == 0.0) continue;
+  // What each forcing alone would do: the plant's linearised equations, driven by its estimate.
+  result.response = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()),
+                                          static_cast<Eigen::Index>(system_.entry_groups().size()));
+  for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
+    if (size_[g] == 0.0) continue;
     Eigen::VectorXd driven = Eigen::VectorXd::Zero(m);
     for (std::size_t b = 0; b < count; ++b) {
       if (steps_[b].first_of_recording)
         driven.setZero();
       else
         driven.head(padded_states_) = (steps_[b].transition.topRows(padded_states_) * driven).eval();
-      for (std::size_t q = 0; q < forcing_entries; ++q)
-        driven(forcing_state(q)) = static_cast<std::size_t>(forcing_entry[q].forcing) == f
-                                                          ? result.forcing[q](static_cast<Eigen::Index>(b))
-                                                          : 0.0;
-      for (std::size_t c = 0; c < channel_count; ++c)
+      for (std::size_t e = 0; e < entries; ++e)
+        driven(forcing_state(e)) =
+            system_.entries()[e].group == g ? result.forcing[e](static_cast<Eigen::Index>(b)) : 0.0;
+      for (const plant::ChannelId c : system_.channels().ids())
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
-          result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(f)) =
-              steps_[b].reading.col(static_cast<Eigen::Index>(c)).dot(driven);
+          result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(g.index)) =
+              steps_[b].reading.col(static_cast<Eigen::Index>(c.index)).dot(driven);
     }
   }
   return result;

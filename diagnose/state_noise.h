@@ -9,7 +9,7 @@
 // A Kalman filter along the trajectory multiplies by W with W V W^T = 1 and gives log det V, in time that grows linearly with
 // the recording; its smoother says which forcing would explain a residual.
 //
-// Residuals are first averaged over blocks of half a second: the limb has no faster motion that ten samples a second would
+// Residuals are first averaged over blocks (System::averaging_s): a limb has no faster motion that ten samples a second would
 // show and five averaged ones would not, and it makes the filter five times as fast.
 //
 // Source: Kristensen, Madsen, Jorgensen 2004, Automatica 40:225 (noise in the state to find what a grey-box model lacks);
@@ -17,76 +17,50 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <string_view>
 #include <vector>
 
 #include "diagnose/path.h"
 
 namespace sinew::diagnose {
 
-// Where a forcing enters. `air` moves around every limb and is no sign of missing physics; all others are.
-enum class Forcing : std::size_t { air, heat, transformation, moment, temperature_reading, angle_reading };
-inline constexpr std::size_t forcing_count = 6;
-
-struct ForcingInfo {
-  std::string_view name;        // for programs
-  std::string_view words;       // "the wires' heat balances"
-  std::string_view unit;        // of eta
-  double typical;               // a size that matters, in internal units
-  double correlation_time_s;    // tau
-  std::size_t entries;          // 2 where each coil has its own, else 1
-};
-inline constexpr std::array<ForcingInfo, forcing_count> forcings{
-    ForcingInfo{"air", "the air around the limb", "K", 0.3, 30.0, 1},
-    ForcingInfo{"heat", "the wires' heat balances", "W", 0.2, 4.0, 2},
-    ForcingInfo{"transformation", "the transformation's rate", "1/s", 0.05, 2.0, 2},
-    ForcingInfo{"moment", "the beam's moment balance", "Nm", 5e-4, 2.0, 1},
-    ForcingInfo{"temperature_reading", "the thermocouples' readings", "K", 0.5, 6.0, 2},
-    ForcingInfo{"angle_reading", "the bend sensor's reading", "rad", 0.01, 6.0, 1}};
-
-inline constexpr std::size_t forcing_entries = 9;
-struct ForcingEntry {
-  Forcing forcing;
-  std::size_t coil;
-};
-inline constexpr std::array<ForcingEntry, forcing_entries> forcing_entry{
-    ForcingEntry{Forcing::air, 0},           ForcingEntry{Forcing::heat, 0},
-    ForcingEntry{Forcing::heat, 1},          ForcingEntry{Forcing::transformation, 0},
-    ForcingEntry{Forcing::transformation, 1}, ForcingEntry{Forcing::moment, 0},
-    ForcingEntry{Forcing::temperature_reading, 0}, ForcingEntry{Forcing::temperature_reading, 1},
-    ForcingEntry{Forcing::angle_reading, 0}};
-
-// One more forcing: an effect whose strength wanders (varying.h). What it does to the limb along a path, for a strength that
+// One more forcing: an effect whose strength wanders (varying.h). What it does to the plant along a path, for a strength that
 // is typical of it, sample by sample.
 struct VaryingPush {
   double correlation_time_s;
   std::vector<std::vector<Eigen::VectorXd>> rates;     // [n] of each recording's samples
-  std::vector<std::vector<Eigen::Vector3d>> readings;  // internal units
+  std::vector<std::vector<Eigen::VectorXd>> readings;  // [channels], internal units
 };
 
-// Standard deviation of each forcing, internal units; 0 takes it out.
-using ForcingSize = std::array<double, forcing_count>;
-using FreeForcings = std::array<bool, forcing_count>;  // which sizes are estimated
-inline constexpr FreeForcings all_free{true, true, true, true, true, true}, air_free{true};
+// Standard deviation of the forcing of each group of entries (System::entry_groups), internal units; 0 takes it out.
+using ForcingSize = plant::ListOf<plant::EntryGroupId, double>;
+using FreeForcings = plant::ListOf<plant::EntryGroupId, bool>;  // which sizes are estimated
 
-// The sensors' noise and nothing else, or with air that wanders by `air_K`.
-inline ForcingSize only_air(double air_K) { return {air_K, 0.0, 0.0, 0.0, 0.0, 0.0}; }
+ForcingSize no_forcing(const plant::System& system);
+ForcingSize forcing_to_begin_with(const plant::System& system);
+// The same, but for the surroundings a tenth: forcings that leave the parameters what they can explain.
+ForcingSize small_forcing(const plant::System& system);
+// The sensors' noise and nothing else, or with surroundings that wander by `size`.
+ForcingSize only_nuisance(const plant::System& system, double size);
+// The size of the surroundings' forcing, 0 where a system has none.
+double nuisance_of(const plant::System& system, const ForcingSize& size);
+FreeForcings all_free(const plant::System& system);
+FreeForcings nuisance_free(const plant::System& system);
+FreeForcings nuisance_and(const plant::System& system, plant::EntryGroupId group);
 
 // Rows of a FitProblem averaged over blocks of time, channel by channel.
 class Blocks {
  public:
   struct Row {
-    std::size_t recording, block, channel;
+    std::size_t recording, block;
+    plant::ChannelId channel;
     double count;  // samples in it
   };
   struct Block {
     std::size_t recording, first_sample, last_sample;  // both inclusive
     double time_s;                                     // middle, recording's own time
-    std::array<std::size_t, channel_count> row;        // no_row where the channel has no sample here
+    plant::ListOf<plant::ChannelId, std::size_t> row;  // no_row where the channel has no sample here
   };
   static constexpr std::size_t no_row = static_cast<std::size_t>(-1);
-  static constexpr double period_s = 0.5;
 
   explicit Blocks(const FitProblem& problem);
   const std::vector<Row>& rows() const { return rows_; }
@@ -103,11 +77,11 @@ class Blocks {
 
 // What the smoother says of a residual.
 struct Smoothed {
-  // Of each forcing entry over all blocks: estimate and standard deviation, internal units.
-  std::array<Eigen::VectorXd, forcing_entries> forcing, deviation;
+  // Of each entry (System::entries) over all blocks: estimate and standard deviation, internal units.
+  std::vector<Eigen::VectorXd> forcing, deviation;
   // Of the strength that wanders, in units of what is typical; empty where there is none.
   Eigen::VectorXd varying, varying_deviation;
-  // What each forcing alone does to the rows, in standard deviations of the sensors: [rows x forcing_count].
+  // What each forcing alone does to the rows, in standard deviations of the sensors: [rows x groups].
   Eigen::MatrixXd response;
 };
 
@@ -133,14 +107,14 @@ class StateNoise {
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
-  // help end at 0; air is kept within `most_air_K`. The strength that wanders, where there is one, is free, too, and
+  // help end at 0; no size passes EntryGroup::most, where that is given. The strength that wanders, where there is one, is free, too, and
   // begins at its size here. Sizes are found to
   // within `finest_factor`. Leaves the object at the result.
-  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin,
-                       const FreeForcings& free, double most_air_K, double finest_factor);
+  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
+                       double finest_factor);
 
  private:
-  // The limb's states, padded, then the forcings', padded.
+  // The plant's states, padded, then the forcings', padded.
   struct Step {
     Eigen::MatrixXd transition;   // [all x all], from the block before
     Eigen::MatrixXd reading;      // [all x channels], in standard deviations of the sensors
@@ -149,21 +123,25 @@ class StateNoise {
   // Of each block: gains [all x channels] and variances of the innovations (0 where there is no row).
   struct Gain {
     Eigen::MatrixXd gain;
-    std::array<double, channel_count> variance{};
+    PerChannel variance;
   };
   // Each block's covariance before its measurements goes to `predicted`, unless that is null.
   void filter(std::vector<Eigen::MatrixXd>* predicted);
-  template <int Size>
+  // work(states, forcings): both as integral constants, Eigen::Dynamic where they are larger than what is unrolled.
+  template <class Work>
+  decltype(auto) with_sizes(Work&& work) const;
+  template <int Size, int Forcings>
   void filter_padded(std::vector<Eigen::MatrixXd>* predicted);
-  template <int Size>
+  template <int Size, int Forcings>
   void whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns) const;
   Eigen::Index forcing_state(std::size_t entry) const { return padded_states_ + static_cast<Eigen::Index>(entry); }
 
+  const plant::System& system_;
   const Blocks& blocks_;
   std::vector<Step> steps_;
-  std::size_t states_ = 0;  // of the limb
-  Eigen::Index padded_states_ = 0;
-  ForcingSize size_{};
+  std::size_t states_ = 0;  // of the plant
+  Eigen::Index padded_states_ = 0, padded_forcings_ = 0;
+  ForcingSize size_;
   bool varies_ = false;
   double varying_size_ = 0.0;
   std::vector<Gain> gains_;

@@ -3,7 +3,7 @@
 //
 // A disturbance that comes and goes, or a law of another form than the plant's, is a constant that changes from one moment
 // to the next: the strength of an effect, a parameter of the core, the gain of a sensor. As one more slow forcing
-// (state_noise.h) it enters where that constant does, in both coils at once and in proportion to what it multiplies;
+// (state_noise.h) it enters where that constant does, in all parts at once and in proportion to what it multiplies;
 // forcings of the single equations know none of that. Which of them carries a recording best says where to look, and its
 // course in time, as a function of what.
 //
@@ -11,6 +11,7 @@
 // smoothing); Kristensen, Madsen, Jorgensen 2004, Automatica 40:225.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "diagnose/state_noise.h"
@@ -19,18 +20,17 @@ namespace sinew::diagnose {
 
 struct Wanderer {
   std::string words;  // "the beam's stiffness", "the strength of supply_sag"
-  plant::Place place;
-  std::size_t effect = plant::no_effect;  // its strength wanders ...
-  std::vector<std::size_t> parameters;    // ... or these do, together, by `scale` ...
-  int sensor = -1;                        // ... or a sensor's gain does: 0 the thermocouples', 1 the bend sensor's
+  std::string_view place;
+  std::optional<plant::EffectId> effect;        // its strength wanders ...
+  std::optional<plant::Constant> constant;      // ... or this does
   // The forcing counts in units of `scale`: what is said of it is centre + scale times that, in `unit`.
   double centre = 0.0, scale = 10.0;
   std::string unit = "%";
 };
 
-// All that may wander in a limb: effects that are off there, have no states of their own, delay nothing and are not the gain
-// of a sensor; what the core holds for constant; the sensors' gains.
-std::vector<Wanderer> wanderers(const plant::Limb<double>& limb, const std::vector<std::size_t>& without);
+// All that may wander in a plant: effects that are off there, have no states of their own, delay nothing and are not the gain
+// of a sensor upstream; what the core holds for constant; the sensors' gains.
+std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<plant::EffectId>& without);
 
 struct Varying {
   Wanderer of;

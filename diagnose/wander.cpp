@@ -12,9 +12,9 @@ namespace {
 constexpr double first_time_s = 30.0;  // correlation time with which all are tried
 constexpr std::array other_times_s{10.0, 100.0};
 
-bool upstream(plant::Place place) {
-  return place == plant::Place::thermal || place == plant::Place::actuation ||
-         place == plant::Place::sensor_temperature;
+bool is_upstream(const plant::System& system, std::string_view place) {
+  const auto& places = system.upstream_places();
+  return std::find(places.begin(), places.end(), place) != places.end();
 }
 
 }  // namespace
@@ -34,8 +34,9 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
     if (one.explanation.usable) one.gain = one.explanation.log_evidence - core.log_evidence;
   };
   std::vector<Tried> all;
-  for (const Wanderer& one : wanderers(core.limb(), settings.without))
-    if (upstream(one.place) == settings.temperatures_are_off) all.push_back({{one, first_time_s}, {}});
+  for (const Wanderer& one : wanderers(core.model(), settings.without))
+    if (is_upstream(core.system(), one.place) == settings.upstream_is_off) all.push_back({{one, first_time_s}, {}});
+  if (all.empty()) return std::nullopt;
   sim::in_parallel(all.size(), settings.threads, [&](std::size_t i) { try_it(all[i]); });
   std::stable_sort(all.begin(), all.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
   const Tried& leading = all.front();
@@ -44,7 +45,7 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
   });
   const double margin = leading.gain - std::max(0.0, elsewhere == all.end() ? 0.0 : elsewhere->gain);
   if (leading.gain < settings.least_gain ||
-      margin < (settings.temperatures_are_off ? settings.least_margin : settings.least_margin_of_angle))
+      margin < (settings.upstream_is_off ? settings.least_margin : settings.least_margin_downstream))
     return std::nullopt;
 
   std::array<Tried, other_times_s.size()> again;
@@ -82,9 +83,7 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
   result.lowest = sorted[sorted.size() / 20];
   result.highest = sorted[sorted.size() - 1 - sorted.size() / 20];
   const auto course = Eigen::Map<const Eigen::VectorXd>(result.value.data(), smoothed.varying.size());
-  for (const std::size_t coil : {2, 0, 1})
-    if (Dependence found = depends_on(by, course, coil); found.explained_share > result.on.explained_share)
-      result.on = std::move(found);
+  result.on = depends_on(by, course, {});
   return result;
 }
 

@@ -10,13 +10,13 @@
 namespace sinew::diagnose {
 
 struct WanderSettings {
-  std::vector<std::size_t> without{};  // effects that may not be named
-  // What is upstream of the temperatures moves the angle, too: where the temperatures are off, only that is asked.
-  bool temperatures_are_off = true;
+  std::vector<plant::EffectId> without{};  // effects that may not be named
+  // What is upstream of some channels moves the others, too: where those are off, only that is asked (System::upstream_kind).
+  bool upstream_is_off = true;
   int threads = 1;
-  // In log evidence, over forcings of the single equations, and over the best in another place. What moves the angle
-  // alone is harder to tell apart. Chosen on seeds of development (docs/diagnosis.md).
-  double least_gain = 100.0, least_margin = 50.0, least_margin_of_angle = 300.0;
+  // In log evidence, over forcings of the single equations, and over the best in another place. What moves the
+  // last channels alone is harder to tell apart. Chosen on seeds of development (docs/diagnosis.md).
+  double least_gain = 100.0, least_margin = 50.0, least_margin_downstream = 300.0;
 };
 
 struct Wandering {

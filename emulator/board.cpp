@@ -26,6 +26,12 @@ constexpr std::uint32_t frequency_Hz = 16'000'000;
 constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, ocr1a = 0x88,
               ocr1b = 0x8a;
 
+// Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
+struct GatePin {
+  int pin, mode_bit, compare;
+};
+constexpr PerCoil<GatePin> gate_pins{{{1, 6, ocr1a}, {2, 4, ocr1b}}};
+
 void log_errors(avr_t*, const int level, const char* format, va_list arguments) {
   if (level <= LOG_ERROR) std::vfprintf(stderr, format, arguments);
 }
@@ -71,8 +77,8 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_uart, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT), on_spi, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, this);
-  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select_a, this);
-  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select_b, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select<0>, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
   for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
     avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register, this);
 }
@@ -131,11 +137,11 @@ void Board::look_at_gates() {
                                   (std::uint64_t{r[portb]} << 48) | (std::uint64_t{r[tccr1b]} << 56);
   if (registers == gate_registers_) return;
   gate_registers_ = registers;
-  plant::PerCoil<double> duty{};
+  PerCoil<double> duty{};
   const double top = r[icr1] + 256.0 * r[icr1 + 1];
-  for (const std::size_t j : plant::coils) {
-    const int pin = j == plant::A ? 1 : 2, mode = (r[tccr1a] >> (j == plant::A ? 6 : 4)) & 3;
-    const int at = j == plant::A ? ocr1a : ocr1b;
+  for (std::size_t j = 0; j < board_coils; ++j) {
+    const auto& [pin, mode_bit, at] = gate_pins[j];
+    const int mode = (r[tccr1a] >> mode_bit) & 3;
     if (!((r[ddrb] >> pin) & 1)) continue;
     if (mode == 0)
       duty[j] = (r[portb] >> pin) & 1;
@@ -180,7 +186,7 @@ void Board::on_uart(avr_irq_t*, std::uint32_t value, void* self) {
 
 void Board::on_spi(avr_irq_t*, std::uint32_t, void* self) {
   Board& board = *static_cast<Board*>(self);
-  const std::uint8_t byte = board.selected_ < 2 ? board.surroundings_.clock_out(board.selected_) : 0xff;
+  const std::uint8_t byte = board.selected_ ? board.surroundings_.clock_out(*board.selected_) : 0xff;
   avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_INPUT), byte);
 }
 
@@ -191,19 +197,13 @@ void Board::on_adc(avr_irq_t*, std::uint32_t, void* self) {
 }
 
 // Chip selects are active low.
-void Board::on_select_a(avr_irq_t*, std::uint32_t value, void* self) {
+template <std::size_t coil>
+void Board::on_select(avr_irq_t*, std::uint32_t value, void* self) {
   Board& board = *static_cast<Board*>(self);
   const bool selected = (value & 1) == 0;
-  if (selected) board.selected_ = plant::A;
-  if (!selected && board.selected_ == plant::A) board.selected_ = 2;
-  board.surroundings_.select(board.now_us(), plant::A, selected);
-}
-void Board::on_select_b(avr_irq_t*, std::uint32_t value, void* self) {
-  Board& board = *static_cast<Board*>(self);
-  const bool selected = (value & 1) == 0;
-  if (selected) board.selected_ = plant::B;
-  if (!selected && board.selected_ == plant::B) board.selected_ = 2;
-  board.surroundings_.select(board.now_us(), plant::B, selected);
+  if (selected) board.selected_ = coil;
+  if (!selected && board.selected_ == coil) board.selected_.reset();
+  board.surroundings_.select(board.now_us(), coil, selected);
 }
 
 }  // namespace sinew::emulator

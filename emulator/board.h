@@ -5,13 +5,13 @@
 // those. Time is the processor's count of cycles and never goes back.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include "plant/scalar.h"
 
 struct avr_t;
 struct avr_irq_t;
@@ -20,12 +20,17 @@ namespace sinew::emulator {
 
 inline constexpr std::int64_t cycles_per_us = 16;
 
+// The board's coils: a gate, an amplifier and a chip select each. BOARD_COILS of its firmware.
+inline constexpr std::size_t board_coils = 2;
+template <class Value>
+using PerCoil = std::array<Value, board_coils>;
+
 // What is soldered to the pins.
 class Surroundings {
  public:
   virtual ~Surroundings() = default;
   // Duty that reaches the gates: from now on.
-  virtual void gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) = 0;
+  virtual void gates(std::int64_t now_us, const PerCoil<double>& duty_fraction) = 0;
   virtual void select(std::int64_t now_us, std::size_t coil, bool selected) = 0;
   virtual std::uint8_t clock_out(std::size_t coil) = 0;  // the amplifier's next byte
   virtual int bend_sensor_mV(std::int64_t now_us) = 0;
@@ -54,7 +59,7 @@ class Board {
   void hang(bool interrupts_served);
   // Sets the firmware's millisecond count, so that a wrap need not be waited for.
   void set_time_ms(std::uint32_t time_ms);
-  const plant::PerCoil<double>& gates() const { return gates_; }
+  const PerCoil<double>& gates() const { return gates_; }
   bool relay() const;  // PD7
 
  private:
@@ -72,15 +77,15 @@ class Board {
   std::vector<std::uint8_t> sent_;
   std::uint64_t gate_registers_ = 0;
   bool gates_written_ = true;
-  plant::PerCoil<double> gates_{};
-  std::size_t selected_ = 2;
+  PerCoil<double> gates_{};
+  std::optional<std::size_t> selected_;  // coil whose amplifier hears the clock
   std::uint32_t time_ms_address_ = 0;
   static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
   static void on_uart(::avr_irq_t*, std::uint32_t, void*);
   static void on_spi(::avr_irq_t*, std::uint32_t, void*);
   static void on_adc(::avr_irq_t*, std::uint32_t, void*);
-  static void on_select_a(::avr_irq_t*, std::uint32_t, void*);
-  static void on_select_b(::avr_irq_t*, std::uint32_t, void*);
+  template <std::size_t coil>
+  static void on_select(::avr_irq_t*, std::uint32_t, void*);
 };
 
 }  // namespace sinew::emulator

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "emulator/fault.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -38,13 +39,13 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
 const FaultDescription& description(FaultKind kind) { return descriptions[static_cast<std::size_t>(kind)]; }
 
 std::string fault_help() {
-  std::string text = "KIND[:COIL]@FROM_s[+FOR_s][=VALUE], COIL A or B. Kinds:\n";
+  std::string text = "KIND[:COIL]@FROM_s[+FOR_s][=VALUE], COIL a coil's name, as A or B. Kinds:\n";
   for (const FaultDescription& one : descriptions)
     text += std::string("  ") + one.name + (one.of_a_coil ? ":COIL" : "") + (one.has_value ? " (=VALUE)" : "") + ": " + one.meaning + "\n";
   return text;
 }
 
-Fault parse_fault(const std::string& text) {
+Fault parse_fault(const std::string& text, const std::vector<std::string>& coils) {
   const auto fail = [&](const std::string& advice) -> void {
     throw sim::InputError({.key = "--fault", .value = text, .advice = advice + "\n" + fault_help()});
   };
@@ -55,8 +56,13 @@ Fault parse_fault(const std::string& text) {
   bool has_coil = false;
   if (const std::size_t colon = kind.find(':'); colon != std::string::npos) {
     const std::string coil = kind.substr(colon + 1);
-    if (coil != "A" && coil != "B") fail("the coil must be A or B");
-    fault.coil = coil == "A" ? plant::A : plant::B;
+    const auto named = std::find(coils.begin(), coils.end(), coil);
+    if (named == coils.end()) {
+      std::string names;
+      for (const std::string& name : coils) names += (names.empty() ? "" : " or ") + name;
+      fail("the coil must be " + names);
+    }
+    fault.coil = static_cast<std::size_t>(named - coils.begin());
     has_coil = true;
     kind.resize(colon);
   }

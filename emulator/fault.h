@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "plant/scalar.h"
-
 namespace sinew::emulator {
 
 enum class FaultKind {
@@ -44,14 +42,14 @@ const FaultDescription& description(FaultKind kind);
 
 struct Fault {
   FaultKind kind;
-  std::size_t coil = plant::A;
+  std::size_t coil = 0;
   std::int64_t from_us = 0;
   std::int64_t until_us = std::numeric_limits<std::int64_t>::max();
   double value = 0.0;
 };
 
-// Throws sim::InputError.
-Fault parse_fault(const std::string& text);
+// `coils`: their names; the first is meant where the text names none. Throws sim::InputError.
+Fault parse_fault(const std::string& text, const std::vector<std::string>& coils);
 std::string fault_help();
 
 }  // namespace sinew::emulator

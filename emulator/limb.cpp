@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "plant/units.h"
+#include "sim/input_error.h"
 #include "sim/text.h"
 
 namespace sinew::emulator {
@@ -27,10 +28,38 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
     : scenario_(scenario),
       faults_(std::move(faults)),
       trace_(trace),
-      integrator_(scenario.limb, plant::Start{scenario.start, {}}, {plant::Method::automatic, 1e-7}),
-      temperature_noise_{sim::RandomStream(static_cast<std::uint64_t>(scenario.seed), "temperature_A.noise"),
-                         sim::RandomStream(static_cast<std::uint64_t>(scenario.seed), "temperature_B.noise")},
-      angle_noise_(static_cast<std::uint64_t>(scenario.seed), "angle.noise") {
+      integrator_(scenario.plant, plant::Start{scenario.start, {}}, {plant::Method::automatic, 1e-7}) {
+  const plant::System& system = scenario.plant.system();
+  const auto fail = [](const std::string& key, std::size_t found, const std::string& advice) {
+    throw sim::InputError({.key = key, .value = std::to_string(found), .advice = advice});
+  };
+  if (system.inputs().size() != board_coils)
+    fail("plant: number of coils", system.inputs().size(), "the emulated board has " + std::to_string(board_coils));
+  std::size_t angles = 0;
+  PerCoil<std::size_t> thermocouples{};
+  for (const plant::ChannelId c : system.channels().ids()) {
+    const plant::ChannelInfo& channel = system.channels()[c];
+    noise_.emplace_back(static_cast<std::uint64_t>(scenario.seed), channel.short_name + ".noise");
+    if (channel.kind == "angle") angle_ = c, ++angles;
+    if (channel.kind == "temperature" && channel.driven_by) thermocouples_[channel.driven_by->index] = c, ++thermocouples[channel.driven_by->index];
+  }
+  if (angles != 1) fail("plant: number of bend sensors", angles, "the emulated board has 1");
+  for (const plant::InputId i : system.inputs().ids())
+    if (thermocouples[i.index] != 1)
+      fail("plant: number of thermocouples on coil " + system.inputs()[i].name, thermocouples[i.index], "the emulated board has 1 on each");
+  supply_ = system.parameter("supply_voltage_V");
+  ambient_ = system.parameter("ambient_temperature_degC");
+  const plant::States states = scenario.plant.states();
+  std::string coils_header;
+  trace_csv_ = "time_s";
+  for (const plant::InputId i : system.inputs().ids()) {
+    const std::string& name = system.inputs()[i].name;
+    for (const plant::StateId s : states.ids())
+      if (states[s].key == "temperature_" + name + "_degC") wires_[i.index] = s;
+    trace_csv_ += ",gate_" + name;
+    coils_header += ",coil_" + name + "_degC";
+  }
+  trace_csv_ += coils_header + "\n";
   row(0);
 }
 
@@ -51,28 +80,29 @@ void Limb::move_plant(std::int64_t now_us) {
 
 // What flows: a welded switch conducts, an open coil does not, and heat goes with the square of the supply.
 void Limb::hold(std::int64_t now_us) {
-  plant::PerCoil<double> duty = gates_;
-  for (const std::size_t j : plant::coils) {
+  std::vector<double> duty(gates_.begin(), gates_.end());
+  for (std::size_t j = 0; j < board_coils; ++j) {
     if (active(FaultKind::coil_welded, j, now_us)) duty[j] = 1.0;
     if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
     if (const Fault* sag = active(FaultKind::supply_V, j, now_us))
-      duty[j] *= std::pow(sag->value / scenario_.limb.core.supply_voltage_V, 2);
+      duty[j] *= std::pow(sag->value / scenario_.plant.get(supply_), 2);
   }
   integrator_.hold(duty);
 }
 
 void Limb::row(std::int64_t now_us) {
   if (!trace_) return;
-  const auto now = integrator_.instant();
   sim::append_shortest(trace_csv_, static_cast<double>(now_us) / 1e6);
-  for (const double value : {gates_[0], gates_[1], now.temperature_degC[0], now.temperature_degC[1]}) {
+  const auto put = [&](double value) {
     trace_csv_ += ',';
     sim::append_shortest(trace_csv_, value);
-  }
+  };
+  for (const double gate : gates_) put(gate);
+  for (const plant::StateId wire : wires_) put(integrator_.state()[wire.index]);
   trace_csv_ += '\n';
 }
 
-void Limb::gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) {
+void Limb::gates(std::int64_t now_us, const PerCoil<double>& duty_fraction) {
   move_plant(now_us);
   gates_ = duty_fraction;
   hold(now_us);
@@ -100,7 +130,7 @@ std::int64_t Limb::next_us() const {
 void Limb::advance(std::int64_t now_us) {
   move_plant(now_us);
   hold(now_us);
-  for (const std::size_t j : plant::coils)
+  for (std::size_t j = 0; j < board_coils; ++j)
     if (amplifiers_[j].begun_us >= 0 && now_us >= amplifiers_[j].begun_us + conversion_us) {
       amplifiers_[j].shown = convert(j, now_us);
       amplifiers_[j].begun_us = -1;
@@ -110,10 +140,11 @@ void Limb::advance(std::int64_t now_us) {
 
 std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
   const std::uint64_t n = amplifiers_[coil].conversions++;
-  const std::size_t from = active(FaultKind::sensors_swapped, coil, now_us) ? 1 - coil : coil;
-  const sim::SensorSettings& settings = scenario_.sensors.temperature[coil];
-  double shown = integrator_.reading().temperature_degC[from] + settings.bias + settings.noise * temperature_noise_[coil].normal(n);
-  double junction = scenario_.limb.core.ambient_temperature_degC;
+  const std::size_t from = active(FaultKind::sensors_swapped, coil, now_us) ? board_coils - 1 - coil : coil;
+  const std::size_t channel = thermocouples_[coil].index;
+  const sim::SensorSettings& settings = scenario_.sensors[channel];
+  double shown = integrator_.readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
+  double junction = scenario_.plant.get(ambient_);
   if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
     shown -= drift->value * static_cast<double>(now_us - drift->from_us) / 1e6;
   // The chip adds its cold junction to what the thermocouple says: an error there is one here.
@@ -150,9 +181,9 @@ std::uint8_t Limb::clock_out(std::size_t coil) {
 }
 
 int Limb::bend_sensor_mV(std::int64_t) {
-  const sim::SensorSettings& settings = scenario_.sensors.angle;
-  const double noise_deg = settings.noise * std::sqrt(conversions_summed) * angle_noise_.normal(angle_conversions_++);
-  const double shown_deg = integrator_.reading().angle_rad / plant::radians_per_degree + settings.bias + noise_deg;
+  const sim::SensorSettings& settings = scenario_.sensors[angle_.index];
+  const double noise_deg = settings.noise * std::sqrt(conversions_summed) * noise_[angle_.index].normal(angle_conversions_++);
+  const double shown_deg = integrator_.readings()[angle_.index] / plant::radians_per_degree + settings.bias + noise_deg;
   return static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
 }
 

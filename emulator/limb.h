@@ -16,10 +16,11 @@ namespace sinew::emulator {
 
 class Limb : public Surroundings {
  public:
-  // `trace`: keep a row every 10 ms and whenever the gates change.
+  // `trace`: keep a row every 10 ms and whenever the gates change. Throws sim::InputError where the scenario's plant has other coils
+  // and sensors than the board.
   Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace);
 
-  void gates(std::int64_t now_us, const plant::PerCoil<double>& duty_fraction) override;
+  void gates(std::int64_t now_us, const PerCoil<double>& duty_fraction) override;
   void select(std::int64_t now_us, std::size_t coil, bool selected) override;
   std::uint8_t clock_out(std::size_t coil) override;
   int bend_sensor_mV(std::int64_t now_us) override;
@@ -46,14 +47,17 @@ class Limb : public Surroundings {
   std::vector<Fault> faults_;
   bool trace_;
   plant::Integrator integrator_;
-  plant::PerCoil<double> gates_{};
+  PerCoil<plant::StateId> wires_;
+  PerCoil<plant::ChannelId> thermocouples_;
+  plant::ChannelId angle_;
+  plant::ParameterId supply_, ambient_;
+  PerCoil<double> gates_{};
   bool relay_closed_ = true;
-  plant::PerCoil<Amplifier> amplifiers_;
-  plant::PerCoil<sim::RandomStream> temperature_noise_;
-  sim::RandomStream angle_noise_;
+  PerCoil<Amplifier> amplifiers_;
+  std::vector<sim::RandomStream> noise_;  // one a channel
   std::uint64_t angle_conversions_ = 0;
   std::int64_t moved_us_ = 0;
-  std::string trace_csv_ = "time_s,gate_A,gate_B,coil_A_degC,coil_B_degC\n";
+  std::string trace_csv_;
 };
 
 }  // namespace sinew::emulator

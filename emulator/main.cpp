@@ -156,8 +156,10 @@ void real_time(Emulation& emulation, const std::string& link) {
 int emulate(const Arguments& arguments) {
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
+  std::vector<std::string> coils;
+  for (const plant::InputInfo& input : scenario.plant.system().inputs()) coils.push_back(input.name);
   std::vector<Fault> faults;
-  for (const std::string& text : arguments.faults) faults.push_back(parse_fault(text));
+  for (const std::string& text : arguments.faults) faults.push_back(parse_fault(text, coils));
   Emulation emulation(arguments, scenario, faults);
   if (arguments.lock_step)
     lock_step(emulation);

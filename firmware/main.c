@@ -17,10 +17,15 @@
 #include <avr/wdt.h>
 #include <string.h>
 
+#include "firmware/board.h"
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
 #include "hil/frame.h"
 #include "hil/message.h"
+
+#if BOARD_COILS != 2 || BOARD_THERMOCOUPLES != BOARD_COILS || BOARD_ANGLES != 1
+#error "pins and timer below are those of two coils, their thermocouples and one bend sensor"
+#endif
 
 #define PWM_TOP 19999u /* 100 Hz with 16 MHz / 8 */
 #define LATE_MAIN_LOOP_ms 20u
@@ -51,6 +56,7 @@ static volatile uint8_t receive[RECEIVE_BYTES], receive_in, receive_out;
 static volatile uint8_t send[SEND_BYTES], send_in, send_out;
 static volatile uint16_t lost_bytes;
 
+static const struct board_parts board = {BOARD_COILS, BOARD_THERMOCOUPLES, BOARD_ANGLES};
 static struct supervisor supervisor;
 static struct frame_decoder decoder;
 static struct frame frame; /* received, then reused for what is sent */
@@ -128,7 +134,12 @@ static void send_frame(uint32_t time_us) {
 }
 
 static void send_hello(uint32_t time_us) {
-  const struct message_hello hello = {SINEW_FIRMWARE_HASH, limits_hash(), reset_cause, supervisor.state, supervisor.trip_cause};
+  const struct message_hello hello = {.firmware_hash = SINEW_FIRMWARE_HASH,
+                                      .limits_hash = limits_hash(BOARD_COILS),
+                                      .reset_cause = reset_cause,
+                                      .state = supervisor.state,
+                                      .trip_cause = supervisor.trip_cause,
+                                      .parts = board};
   put_hello(&frame, &hello);
   send_frame(time_us);
 }
@@ -145,7 +156,7 @@ static void send_telemetry(uint32_t time_us) {
   telemetry.last_sequence = last_command;
   telemetry.state = supervisor.state;
   telemetry.trip_cause = supervisor.trip_cause;
-  for (j = 0; j < 2; ++j) {
+  for (j = 0; j < BOARD_COILS; ++j) {
     const struct thermocouple* const t = &supervisor.thermocouple[j];
     telemetry.sensor[j] = t->fault;
     telemetry.duty[j] = supervisor.duty[j];
@@ -153,15 +164,15 @@ static void send_telemetry(uint32_t time_us) {
     telemetry.temperature_cdegC[j] = t->temperature_cdegC;
   }
   telemetry.temperature_age_ms = (uint16_t)((time_us - supervisor.last_reading_us) / 1000u);
-  telemetry.angle_raw = angle_raw;
+  telemetry.angle_raw[0] = angle_raw;
   /* 16 conversions of 1023 over 180 degrees, zero in the middle; each is cut off, not rounded: half a step, 8 in all. */
-  telemetry.angle_cdeg = (int16_t)(((int32_t)angle_raw + 8 - 8184) * 18000 / 16368);
+  telemetry.angle_cdeg[0] = (int16_t)(((int32_t)angle_raw + 8 - 8184) * 18000 / 16368);
   for (j = 0; j < FRAME_FAULTS; ++j) telemetry.counters[j] = decoder.refused[j];
   for (; j < DEVICE_COUNTERS; ++j) telemetry.counters[j] = counters[j - FRAME_FAULTS];
   cli();
   telemetry.counters[COUNT_LOST_BYTES] = lost_bytes;
   sei();
-  put_telemetry(&frame, &telemetry);
+  put_telemetry(&frame, &board, &telemetry);
   send_frame(time_us);
 }
 
@@ -225,7 +236,7 @@ static void obey(uint32_t time_us) {
   last_sequence = heard;
   if (type == FRAME_COMMAND) {
     struct message_command command;
-    get_command(&frame, &command);
+    get_command(&frame, &board, &command);
     switch (supervisor_command(&supervisor, &command, frame.time_us, time_us)) {
       case COMMAND_TAKEN: last_command = heard; break;
       case COMMAND_STALE: count(COUNT_STALE); break;
@@ -243,7 +254,7 @@ static void obey(uint32_t time_us) {
     }
     if (arm.firmware_hash != SINEW_FIRMWARE_HASH) {
       answer = ANSWER_WRONG_FIRMWARE;
-    } else if (arm.limits_hash != limits_hash()) {
+    } else if (arm.limits_hash != limits_hash(BOARD_COILS)) {
       answer = ANSWER_WRONG_LIMITS;
     } else {
       answer = supervisor_arm(&supervisor, time_us);
@@ -365,7 +376,7 @@ int main(void) {
   uint16_t reading_in_ms = LIMIT_READING_PERIOD_ms; /* the first conversion needs its time */
   uint8_t telemetry_in_ms = 20;
   start_hardware();
-  frame_decoder_start(&decoder);
+  frame_decoder_start(&decoder, &board);
   supervisor_start(&supervisor, cause_at_start(), 0);
   set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
@@ -386,7 +397,7 @@ int main(void) {
       supervisor_tick(&supervisor, now_us());
       set_pins();
       if (reading_in_ms <= passed) {
-        uint32_t raw[2];
+        uint32_t raw[BOARD_COILS];
         raw[0] = read_amplifier(_BV(PD5));
         raw[1] = read_amplifier(_BV(PD6));
         supervisor_reading(&supervisor, raw, now_us());

@@ -9,27 +9,29 @@ void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us) {
   uint8_t j;
   memset(s, 0, sizeof *s);
   s->last_tick_us = s->last_reading_us = s->bucket_us = now_us;
-  for (j = 0; j < 2; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
+  for (j = 0; j < BOARD_COILS; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
   if (latched != TRIP_NONE) supervisor_trip(s, latched);
 }
 
+static void all_off(struct supervisor* s) { memset(s->duty, 0, sizeof s->duty); }
+
 void supervisor_disarm(struct supervisor* s) {
-  s->duty[0] = s->duty[1] = 0;
+  all_off(s);
   if (s->state == DEVICE_ARMED) s->state = DEVICE_DISARMED;
 }
 
 /* The first cause is the one that is kept: what follows is often its consequence. */
 void supervisor_trip(struct supervisor* s, uint8_t cause) {
-  s->duty[0] = s->duty[1] = 0;
+  all_off(s);
   if (s->state != DEVICE_TRIPPED) s->trip_cause = cause;
   s->state = DEVICE_TRIPPED;
 }
 
 static enum answer cool_and_believed(const struct supervisor* s) {
   uint8_t j;
-  for (j = 0; j < 2; ++j)
+  for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].fault != TRIP_NONE) return ANSWER_SENSOR;
-  for (j = 0; j < 2; ++j)
+  for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].temperature_cdegC >= LIMIT_COOL_cdegC) return ANSWER_HOT;
   return ANSWER_DONE;
 }
@@ -39,7 +41,7 @@ enum answer supervisor_arm(struct supervisor* s, uint32_t now_us) {
   if (s->state == DEVICE_TRIPPED) return ANSWER_TRIPPED;
   answer = cool_and_believed(s);
   if (answer != ANSWER_DONE) return answer;
-  s->duty[0] = s->duty[1] = 0;
+  all_off(s);
   s->state = DEVICE_ARMED;
   s->valid_until_us = now_us + LIMIT_DEAD_MAN_ms * 1000ul;
   return ANSWER_DONE;
@@ -60,12 +62,13 @@ enum command_result supervisor_command(struct supervisor* s, const struct messag
                                        uint32_t now_us) {
   uint32_t live_us = (command->time_to_live_ms < LIMIT_DEAD_MAN_ms ? command->time_to_live_ms : LIMIT_DEAD_MAN_ms) * 1000ul;
   const int32_t age_us = since_us(now_us, stamped_us);
+  uint8_t j;
   if (s->state != DEVICE_ARMED) return COMMAND_NOT_ARMED;
   /* The host's estimate of this clock may be off by some milliseconds, not by more. */
   if (age_us < -20000 || age_us >= (int32_t)live_us) return COMMAND_STALE;
-  if (command->duty[0] > LIMIT_HIGHEST_DUTY || command->duty[1] > LIMIT_HIGHEST_DUTY) return COMMAND_TOO_MUCH;
-  s->duty[0] = command->duty[0];
-  s->duty[1] = command->duty[1];
+  for (j = 0; j < BOARD_COILS; ++j)
+    if (command->duty[j] > LIMIT_HIGHEST_DUTY) return COMMAND_TOO_MUCH;
+  for (j = 0; j < BOARD_COILS; ++j) s->duty[j] = command->duty[j];
   /* A stamp ahead of time must not lengthen the life. */
   s->valid_until_us = (age_us < 0 ? now_us : stamped_us) + live_us;
   return COMMAND_TAKEN;
@@ -82,7 +85,7 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   const uint32_t step_us = now_us - s->last_tick_us;
   uint8_t j;
   s->last_tick_us = now_us;
-  for (j = 0; j < 2; ++j) {
+  for (j = 0; j < BOARD_COILS; ++j) {
     const uint32_t on = step_us / ON_STEP_us * s->duty[j];
     s->thermocouple[j].on += on;
     s->thermocouple[j].unchanged_on += on;
@@ -90,12 +93,12 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   }
   if (since_us(now_us, s->bucket_us) >= 1000000) {
     s->bucket_us += 1000000u;
-    for (j = 0; j < 2; ++j) {
+    for (j = 0; j < BOARD_COILS; ++j) {
       s->on_ms[j][s->bucket] = (uint16_t)(ON_us(s->bucket_on[j]) / 1000u);
       s->bucket_on[j] = 0;
     }
     s->bucket = (uint8_t)((s->bucket + 1u) % LIMIT_ON_TIME_WINDOW_s);
-    for (j = 0; j < 2; ++j)
+    for (j = 0; j < BOARD_COILS; ++j)
       if (s->state == DEVICE_ARMED && on_time_ms(s, j) > LIMIT_ON_TIME_ms) supervisor_trip(s, TRIP_ON_TIME);
   }
   if (s->state != DEVICE_ARMED) return;
@@ -157,12 +160,12 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
   return TRIP_NONE;
 }
 
-void supervisor_reading(struct supervisor* s, const uint32_t raw[2], uint32_t now_us) {
+void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], uint32_t now_us) {
   int32_t period_ms = since_us(now_us, s->last_reading_us) / 1000;
   uint8_t j;
   if (period_ms < 1) period_ms = 1;
   s->last_reading_us = now_us;
-  for (j = 0; j < 2; ++j) {
+  for (j = 0; j < BOARD_COILS; ++j) {
     struct thermocouple* const t = &s->thermocouple[j];
     int32_t rise_cK;
     t->fault = read_thermocouple(t, raw[j], period_ms);

@@ -10,6 +10,7 @@
 
 #include <stdint.h>
 
+#include "firmware/board.h"
 #include "hil/limits.h"
 #include "hil/message.h"
 
@@ -37,13 +38,13 @@ struct thermocouple {
 
 struct supervisor {
   uint8_t state, trip_cause;
-  uint16_t duty[2];
+  uint16_t duty[BOARD_COILS];
   uint32_t valid_until_us; /* of the duty */
   uint32_t last_tick_us, last_reading_us;
-  struct thermocouple thermocouple[2];
-  uint16_t on_ms[2][LIMIT_ON_TIME_WINDOW_s]; /* duty times time, a bucket a second */
-  uint32_t bucket_us;                        /* when the current one began */
-  uint32_t bucket_on[2];
+  struct thermocouple thermocouple[BOARD_COILS]; /* on each coil */
+  uint16_t on_ms[BOARD_COILS][LIMIT_ON_TIME_WINDOW_s]; /* duty times time, a bucket a second */
+  uint32_t bucket_us;                                  /* when the current one began */
+  uint32_t bucket_on[BOARD_COILS];
   uint8_t bucket;
 };
 
@@ -64,7 +65,7 @@ enum command_result supervisor_command(struct supervisor* s, const struct messag
 /* Every millisecond or so. */
 void supervisor_tick(struct supervisor* s, uint32_t now_us);
 /* Every LIMIT_READING_PERIOD_ms: the 32 bits of each amplifier. */
-void supervisor_reading(struct supervisor* s, const uint32_t raw[2], uint32_t now_us);
+void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], uint32_t now_us);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hil/device.h"
 
+#include <algorithm>
+
 namespace sinew::hil {
 namespace {
 
@@ -30,6 +32,17 @@ const std::array<std::string_view, DEVICE_COUNTERS> counter_names{
 std::string_view words(trip_cause cause) { return word_of(trip_words, cause); }
 std::string_view words(reset_cause cause) { return word_of(reset_words, cause); }
 std::string_view words(answer answer) { return word_of(answer_words, answer); }
+
+std::string misfit_of(const board_parts& parts) {
+  const auto wrong = [](const char* what, int offset, int count, int least) {
+    return "the board's hello, payload byte " + std::to_string(MESSAGE_HELLO_COILS_AT + static_cast<unsigned>(offset)) + ": " + std::to_string(count) + " " + what +
+           "; must be " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST);
+  };
+  if (parts.coils < 1 || parts.coils > BOARD_PARTS_MOST) return wrong("coils", 0, parts.coils, 1);
+  if (parts.thermocouples > BOARD_PARTS_MOST) return wrong("thermocouples", 1, parts.thermocouples, 0);
+  if (parts.angles > BOARD_PARTS_MOST) return wrong("angles", 2, parts.angles, 0);
+  return "";
+}
 
 std::uint32_t Device::send(frame& out) {
   out.version = FRAME_VERSION;
@@ -89,10 +102,14 @@ std::optional<answer> Device::disarm() {
   return ask(out);
 }
 
-std::uint32_t Device::command(const std::array<std::uint16_t, 2>& duty, std::uint16_t time_to_live_ms) {
+std::uint32_t Device::command(std::span<const std::uint16_t> duty, std::uint16_t time_to_live_ms) {
   frame out{};
-  const message_command message{{duty[0], duty[1]}, time_to_live_ms};
-  put_command(&out, &message);
+  if (duty.size() != decoder_.parts.coils)
+    throw std::logic_error(std::to_string(duty.size()) + " duties for a board of " + std::to_string(decoder_.parts.coils) + " coils");
+  message_command message{};
+  std::copy(duty.begin(), duty.end(), message.duty);
+  message.time_to_live_ms = time_to_live_ms;
+  put_command(&out, &decoder_.parts, &message);
   awaited_sequence_ = send(out);
   awaited_since_us_ = now_us_;
   return awaited_sequence_;
@@ -125,12 +142,13 @@ bool Device::take(const frame& in) {
   if (in.type == FRAME_HELLO) {
     hello_.emplace();
     get_hello(&in, &*hello_);
+    decoder_.parts = board_parts_fit(&hello_->parts) ? hello_->parts : board_parts{};
   } else if (in.type == FRAME_ANSWER) {
     answer_.emplace();
     get_answer(&in, &*answer_);
-  } else if (in.type == FRAME_TELEMETRY) {
+  } else if (in.type == FRAME_TELEMETRY && board_parts_fit(&decoder_.parts)) {
     telemetry_.emplace();
-    get_telemetry(&in, &telemetry_->said);
+    get_telemetry(&in, &decoder_.parts, &telemetry_->said);
     telemetry_->arrived_us = now_us_;
     telemetry_->made_us = made_us;
     if (awaited_sequence_ != 0 && telemetry_->said.last_sequence == awaited_sequence_) {

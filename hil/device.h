@@ -4,13 +4,13 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "hil/clock.h"
 #include "hil/link.h"
 #include "hil/message.h"
-#include "plant/scalar.h"
 
 namespace sinew::hil {
 
@@ -18,6 +18,9 @@ std::string_view words(trip_cause cause);
 std::string_view words(reset_cause cause);
 std::string_view words(answer answer);
 extern const std::array<std::string_view, DEVICE_COUNTERS> counter_names;
+
+// What of a board's hello the wire cannot carry, with its place in the payload; empty: nothing.
+std::string misfit_of(const board_parts& parts);
 
 struct Telemetry {
   message_telemetry said;
@@ -34,16 +37,17 @@ struct LinkCounters {
 
 class Device {
  public:
-  Device(Link& link, std::uint16_t session) : link_(link), session_(session) { frame_decoder_start(&decoder_); }
+  Device(Link& link, std::uint16_t session) : link_(link), session_(session) { frame_decoder_start(&decoder_, nullptr); }
 
-  // Begins the session: the device is disarmed. Nothing within 2.4 s: nullopt.
+  // Begins the session: the device is disarmed. Nothing within 2.4 s: nullopt. Telemetry is heard from a hello with parts that fit on.
   std::optional<message_hello> hello(std::uint8_t telemetry_period_ms);
   // Nothing: no answer came.
   std::optional<answer> arm(std::uint32_t firmware_hash, std::uint32_t limits_hash);
   std::optional<answer> clear_trip(std::uint8_t cause);
   std::optional<answer> disarm();
 
-  std::uint32_t command(const std::array<std::uint16_t, 2>& duty, std::uint16_t time_to_live_ms);
+  // One duty a coil, as many as the hello said.
+  std::uint32_t command(std::span<const std::uint16_t> duty, std::uint16_t time_to_live_ms);
 
   // Handles what comes until then. `stop_at`: returns early after a frame of that type.
   void listen_until(std::int64_t deadline_us, std::uint8_t stop_at = 0);

@@ -19,17 +19,22 @@ uint32_t frame_crc32(const uint8_t* bytes, uint16_t count) {
   return ~crc;
 }
 
-uint8_t frame_payload_length(uint8_t type) {
+uint8_t board_parts_fit(const struct board_parts* parts) {
+  return parts->coils >= 1 && parts->coils <= BOARD_PARTS_MOST && parts->thermocouples <= BOARD_PARTS_MOST &&
+         parts->angles <= BOARD_PARTS_MOST;
+}
+
+uint8_t frame_payload_length(uint8_t type, const struct board_parts* parts) {
   switch (type) {
     case FRAME_HELLO_REQUEST: return MESSAGE_HELLO_REQUEST_BYTES;
     case FRAME_ARM: return MESSAGE_ARM_BYTES;
     case FRAME_DISARM: return 0;
-    case FRAME_COMMAND: return MESSAGE_COMMAND_BYTES;
+    case FRAME_COMMAND: return board_parts_fit(parts) ? MESSAGE_COMMAND_BYTES(parts) : FRAME_ANY_LENGTH;
     case FRAME_CLEAR_TRIP: return MESSAGE_CLEAR_TRIP_BYTES;
     case FRAME_HELLO: return MESSAGE_HELLO_BYTES;
     case FRAME_ANSWER: return MESSAGE_ANSWER_BYTES;
-    case FRAME_TELEMETRY: return MESSAGE_TELEMETRY_BYTES;
-    default: return 0xff;
+    case FRAME_TELEMETRY: return board_parts_fit(parts) ? MESSAGE_TELEMETRY_BYTES(parts) : FRAME_ANY_LENGTH;
+    default: return FRAME_NO_TYPE;
   }
 }
 
@@ -58,7 +63,10 @@ uint8_t frame_encode(const struct frame* frame, uint8_t* wire) {
   return out;
 }
 
-void frame_decoder_start(struct frame_decoder* decoder) { memset(decoder, 0, sizeof *decoder); }
+void frame_decoder_start(struct frame_decoder* decoder, const struct board_parts* parts) {
+  memset(decoder, 0, sizeof *decoder);
+  if (parts) decoder->parts = *parts;
+}
 
 static enum frame_result refuse(struct frame_decoder* decoder, enum frame_fault fault) {
   if (decoder->refused[fault] != 0xffffu) ++decoder->refused[fault];
@@ -80,7 +88,7 @@ static uint8_t unstuff(uint8_t* bytes, uint8_t count) {
 
 static enum frame_result finish(struct frame_decoder* decoder, struct frame* frame) {
   uint8_t* const bytes = decoder->bytes;
-  uint8_t at = 0, check_at, length;
+  uint8_t at = 0, check_at, length, due;
   const uint8_t stuffed = decoder->fill;
   decoder->fill = 0;
   if (decoder->overflowed) {
@@ -95,8 +103,9 @@ static enum frame_result finish(struct frame_decoder* decoder, struct frame* fra
   if (get_u32(bytes, &check_at) != frame_crc32(bytes, (uint16_t)(length - FRAME_CHECK_BYTES)))
     return refuse(decoder, FRAME_BAD_CHECK);
   if (bytes[0] != FRAME_VERSION) return refuse(decoder, FRAME_OTHER_VERSION);
-  if (frame_payload_length(bytes[1]) == 0xffu) return refuse(decoder, FRAME_UNKNOWN_TYPE);
-  if (length - FRAME_HEADER_BYTES - FRAME_CHECK_BYTES != frame_payload_length(bytes[1]))
+  due = frame_payload_length(bytes[1], &decoder->parts);
+  if (due == FRAME_NO_TYPE) return refuse(decoder, FRAME_UNKNOWN_TYPE);
+  if (due != FRAME_ANY_LENGTH && length - FRAME_HEADER_BYTES - FRAME_CHECK_BYTES != due)
     return refuse(decoder, FRAME_BAD_LENGTH);
   frame->version = bytes[at++];
   frame->type = bytes[at++];

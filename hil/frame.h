@@ -4,8 +4,8 @@
  *   frame = COBS(header, payload, CRC-32) 0x00
  *
  * Header, 12 bytes, little endian as all numbers here: version u8, type u8, session u16, sequence u32, time_us u32.
- * The CRC is that of IEEE 802.3 over header and payload. A payload has the one length of its type. COBS: Cheshire and
- * Baker 1999. What other boards must do with these: docs/protocol.md. */
+ * The CRC is that of IEEE 802.3 over header and payload. A payload has the one length of its type and of what the board has:
+ * its coils, thermocouples and angles. COBS: Cheshire and Baker 1999. What other boards must do with these: docs/protocol.md. */
 #pragma once
 
 #include <stdint.h>
@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define FRAME_VERSION 1u
+#define FRAME_VERSION 2u
 
 enum frame_type {
   /* to the device */
@@ -37,15 +37,25 @@ enum frame_fault {
   FRAME_BAD_CHECK,      /* the CRC is another */
   FRAME_OTHER_VERSION,
   FRAME_UNKNOWN_TYPE,
-  FRAME_BAD_LENGTH,     /* not the length of its type */
+  FRAME_BAD_LENGTH,     /* not the length of its type, for what the board has */
   FRAME_FAULTS
 };
 
 #define FRAME_HEADER_BYTES 12u
 #define FRAME_CHECK_BYTES 4u
-#define FRAME_PAYLOAD_MOST 72u
+#define FRAME_PAYLOAD_MOST 154u /* telemetry of a board that has the most of all */
 #define FRAME_PLAIN_MOST (FRAME_HEADER_BYTES + FRAME_PAYLOAD_MOST + FRAME_CHECK_BYTES)
 #define FRAME_WIRE_MOST (FRAME_PLAIN_MOST + 2u) /* one COBS length, for fewer than 254 bytes, and the 0x00 */
+
+/* What a board has. Commands and telemetry have an element for each, in the board's order. */
+#define BOARD_PARTS_MOST 8u
+struct board_parts {
+  uint8_t coils;         /* 1 to BOARD_PARTS_MOST */
+  uint8_t thermocouples; /* at most BOARD_PARTS_MOST */
+  uint8_t angles;        /* at most BOARD_PARTS_MOST */
+};
+/* 1 where the wire can carry it, else 0. */
+uint8_t board_parts_fit(const struct board_parts* parts);
 
 struct frame {
   uint8_t version;
@@ -59,8 +69,10 @@ struct frame {
 
 uint32_t frame_crc32(const uint8_t* bytes, uint16_t count);
 
-/* The length that a payload of that type has; 0xff: no such type. */
-uint8_t frame_payload_length(uint8_t type);
+/* The length that a payload of that type has. */
+#define FRAME_NO_TYPE 0xffu    /* no such type */
+#define FRAME_ANY_LENGTH 0xfeu /* a command or telemetry of a board of which nothing fit is known */
+uint8_t frame_payload_length(uint8_t type, const struct board_parts* parts);
 
 /* Writes the frame as it goes over the wire, its 0x00 included; at most FRAME_WIRE_MOST bytes. Returns how many. */
 uint8_t frame_encode(const struct frame* frame, uint8_t* wire);
@@ -70,11 +82,14 @@ enum frame_result { FRAME_NOTHING, FRAME_READY, FRAME_REFUSED };
 struct frame_decoder {
   uint8_t fill;
   uint8_t overflowed;
+  struct board_parts parts;       /* no coils: not known yet */
   uint16_t refused[FRAME_FAULTS]; /* each stops at 65535 */
   uint8_t bytes[FRAME_WIRE_MOST];
 };
 
-void frame_decoder_start(struct frame_decoder* decoder);
+/* A board begins with its own parts. A host begins with none, and sets `parts` by the first hello that it believes; until then
+ * commands and telemetry of any length are whole frames, whose payload must not be read. */
+void frame_decoder_start(struct frame_decoder* decoder, const struct board_parts* parts);
 
 /* Takes one byte. FRAME_READY: `frame` is whole and valid. An empty frame (0x00 after 0x00) is nothing. */
 enum frame_result frame_decoder_take(struct frame_decoder* decoder, uint8_t byte, struct frame* frame);

@@ -3,7 +3,7 @@
 
 #include "hil/message.h"
 
-uint32_t limits_hash(void) {
+uint32_t limits_hash(uint8_t coils) {
   static const int32_t values[] = {LIMIT_COIL_cdegC,
                                    LIMIT_TRIP_cdegC,
                                    LIMIT_HOST_cdegC,
@@ -26,8 +26,9 @@ uint32_t limits_hash(void) {
                                    LIMIT_ON_TIME_WINDOW_s,
                                    LIMIT_READING_PERIOD_ms,
                                    LIMIT_READING_SILENCE_ms};
-  uint8_t bytes[4 * (sizeof values / sizeof values[0])];
+  uint8_t bytes[4 * (sizeof values / sizeof values[0] + 1)];
   uint8_t at = 0, i;
   for (i = 0; i < sizeof values / sizeof values[0]; ++i) put_u32(bytes, &at, (uint32_t)values[i]);
+  put_u32(bytes, &at, coils);
   return frame_crc32(bytes, at);
 }

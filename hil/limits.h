@@ -17,7 +17,7 @@ extern "C" {
 #define LIMIT_TRIP_cdegC 14000
 /* The host keeps its prediction below this. */
 #define LIMIT_HOST_cdegC 13000
-/* Arming wants both coils cooler than this. */
+/* Arming wants all coils cooler than this. */
 #define LIMIT_COOL_cdegC 5000
 #define LIMIT_COLDEST_cdegC (-1000)
 
@@ -52,8 +52,8 @@ extern "C" {
 #define LIMIT_READING_PERIOD_ms 105u
 #define LIMIT_READING_SILENCE_ms 240u
 
-/* Over all of the above. */
-uint32_t limits_hash(void);
+/* Over all of the above, and the number of coils that they are for. */
+uint32_t limits_hash(uint8_t coils);
 
 #ifdef __cplusplus
 }

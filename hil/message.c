@@ -47,18 +47,16 @@ void put_disarm(struct frame* frame) {
   frame->length = 0;
 }
 
-void put_command(struct frame* frame, const struct message_command* message) {
-  uint8_t at = 0;
+void put_command(struct frame* frame, const struct board_parts* parts, const struct message_command* message) {
+  uint8_t at = 0, i;
   frame->type = FRAME_COMMAND;
-  put_u16(frame->payload, &at, message->duty[0]);
-  put_u16(frame->payload, &at, message->duty[1]);
+  for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->duty[i]);
   put_u16(frame->payload, &at, message->time_to_live_ms);
   frame->length = at;
 }
-void get_command(const struct frame* frame, struct message_command* message) {
-  uint8_t at = 0;
-  message->duty[0] = get_u16(frame->payload, &at);
-  message->duty[1] = get_u16(frame->payload, &at);
+void get_command(const struct frame* frame, const struct board_parts* parts, struct message_command* message) {
+  uint8_t at = 0, i;
+  for (i = 0; i < parts->coils; ++i) message->duty[i] = get_u16(frame->payload, &at);
   message->time_to_live_ms = get_u16(frame->payload, &at);
 }
 
@@ -77,6 +75,9 @@ void put_hello(struct frame* frame, const struct message_hello* message) {
   frame->payload[at++] = message->reset_cause;
   frame->payload[at++] = message->state;
   frame->payload[at++] = message->trip_cause;
+  frame->payload[at++] = message->parts.coils;
+  frame->payload[at++] = message->parts.thermocouples;
+  frame->payload[at++] = message->parts.angles;
   frame->length = at;
 }
 void get_hello(const struct frame* frame, struct message_hello* message) {
@@ -86,6 +87,9 @@ void get_hello(const struct frame* frame, struct message_hello* message) {
   message->reset_cause = frame->payload[at++];
   message->state = frame->payload[at++];
   message->trip_cause = frame->payload[at++];
+  message->parts.coils = frame->payload[at++];
+  message->parts.thermocouples = frame->payload[at++];
+  message->parts.angles = frame->payload[at++];
 }
 
 void put_answer(struct frame* frame, const struct message_answer* message) {
@@ -103,33 +107,33 @@ void get_answer(const struct frame* frame, struct message_answer* message) {
   message->sequence = get_u32(frame->payload, &at);
 }
 
-void put_telemetry(struct frame* frame, const struct message_telemetry* message) {
+void put_telemetry(struct frame* frame, const struct board_parts* parts, const struct message_telemetry* message) {
   uint8_t at = 0, i;
   frame->type = FRAME_TELEMETRY;
   put_u32(frame->payload, &at, message->last_sequence);
   frame->payload[at++] = message->state;
   frame->payload[at++] = message->trip_cause;
-  for (i = 0; i < 2; ++i) frame->payload[at++] = message->sensor[i];
-  for (i = 0; i < 2; ++i) put_u16(frame->payload, &at, message->duty[i]);
-  for (i = 0; i < 2; ++i) put_u32(frame->payload, &at, message->thermocouple_raw[i]);
-  for (i = 0; i < 2; ++i) put_u32(frame->payload, &at, (uint32_t)message->temperature_cdegC[i]);
+  for (i = 0; i < parts->thermocouples; ++i) frame->payload[at++] = message->sensor[i];
+  for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->duty[i]);
+  for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, message->thermocouple_raw[i]);
+  for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, (uint32_t)message->temperature_cdegC[i]);
   put_u16(frame->payload, &at, message->temperature_age_ms);
-  put_u16(frame->payload, &at, message->angle_raw);
-  put_u16(frame->payload, &at, (uint16_t)message->angle_cdeg);
+  for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, message->angle_raw[i]);
+  for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, (uint16_t)message->angle_cdeg[i]);
   for (i = 0; i < DEVICE_COUNTERS; ++i) put_u16(frame->payload, &at, message->counters[i]);
   frame->length = at;
 }
-void get_telemetry(const struct frame* frame, struct message_telemetry* message) {
+void get_telemetry(const struct frame* frame, const struct board_parts* parts, struct message_telemetry* message) {
   uint8_t at = 0, i;
   message->last_sequence = get_u32(frame->payload, &at);
   message->state = frame->payload[at++];
   message->trip_cause = frame->payload[at++];
-  for (i = 0; i < 2; ++i) message->sensor[i] = frame->payload[at++];
-  for (i = 0; i < 2; ++i) message->duty[i] = get_u16(frame->payload, &at);
-  for (i = 0; i < 2; ++i) message->thermocouple_raw[i] = get_u32(frame->payload, &at);
-  for (i = 0; i < 2; ++i) message->temperature_cdegC[i] = (int32_t)get_u32(frame->payload, &at);
+  for (i = 0; i < parts->thermocouples; ++i) message->sensor[i] = frame->payload[at++];
+  for (i = 0; i < parts->coils; ++i) message->duty[i] = get_u16(frame->payload, &at);
+  for (i = 0; i < parts->thermocouples; ++i) message->thermocouple_raw[i] = get_u32(frame->payload, &at);
+  for (i = 0; i < parts->thermocouples; ++i) message->temperature_cdegC[i] = (int32_t)get_u32(frame->payload, &at);
   message->temperature_age_ms = get_u16(frame->payload, &at);
-  message->angle_raw = get_u16(frame->payload, &at);
-  message->angle_cdeg = (int16_t)get_u16(frame->payload, &at);
+  for (i = 0; i < parts->angles; ++i) message->angle_raw[i] = get_u16(frame->payload, &at);
+  for (i = 0; i < parts->angles; ++i) message->angle_cdeg[i] = (int16_t)get_u16(frame->payload, &at);
   for (i = 0; i < DEVICE_COUNTERS; ++i) message->counters[i] = get_u16(frame->payload, &at);
 }

@@ -75,7 +75,7 @@ struct message_arm {
   uint32_t limits_hash;
 };
 struct message_command {
-  uint16_t duty[2];
+  uint16_t duty[BOARD_PARTS_MOST]; /* of each coil */
   uint16_t time_to_live_ms; /* from the frame's time_us on */
 };
 struct message_clear_trip {
@@ -87,6 +87,7 @@ struct message_hello {
   uint8_t reset_cause;
   uint8_t state;
   uint8_t trip_cause;
+  struct board_parts parts;
 };
 struct message_answer {
   uint8_t type; /* of the frame that is answered */
@@ -97,41 +98,45 @@ struct message_telemetry {
   uint32_t last_sequence; /* of the last command that was taken */
   uint8_t state;
   uint8_t trip_cause;
-  uint8_t sensor[2];      /* a trip_cause: why this thermocouple is not believed; TRIP_NONE: it is */
-  uint16_t duty[2];       /* at the pins */
-  uint32_t thermocouple_raw[2]; /* the 32 bits of the MAX31855 */
-  int32_t temperature_cdegC[2];
-  uint16_t temperature_age_ms;  /* since they were read from the amplifiers */
-  uint16_t angle_raw;           /* sum of ADC conversions */
-  int16_t angle_cdeg;
+  /* Of each thermocouple: a trip_cause, why it is not believed; TRIP_NONE: it is. */
+  uint8_t sensor[BOARD_PARTS_MOST];
+  uint16_t duty[BOARD_PARTS_MOST];             /* of each coil, at the pins */
+  uint32_t thermocouple_raw[BOARD_PARTS_MOST]; /* of each thermocouple, the 32 bits of the MAX31855 */
+  int32_t temperature_cdegC[BOARD_PARTS_MOST];
+  uint16_t temperature_age_ms;          /* since they were read from the amplifiers */
+  uint16_t angle_raw[BOARD_PARTS_MOST]; /* of each angle, sum of ADC conversions */
+  int16_t angle_cdeg[BOARD_PARTS_MOST];
   uint16_t counters[DEVICE_COUNTERS];
 };
 
 #define MESSAGE_HELLO_REQUEST_BYTES 1u
 #define MESSAGE_ARM_BYTES 8u
-#define MESSAGE_COMMAND_BYTES 6u
+#define MESSAGE_COMMAND_BYTES(parts) ((uint8_t)(2u + 2u * (parts)->coils))
 #define MESSAGE_CLEAR_TRIP_BYTES 1u
-#define MESSAGE_HELLO_BYTES 11u
+#define MESSAGE_HELLO_BYTES 14u
+#define MESSAGE_HELLO_COILS_AT 11u /* the byte of the payload at which `parts` begin */
 #define MESSAGE_ANSWER_BYTES 6u
-#define MESSAGE_TELEMETRY_BYTES (34u + 2u * (unsigned)DEVICE_COUNTERS)
+#define MESSAGE_TELEMETRY_BYTES(parts) \
+  ((uint8_t)(8u + 2u * (parts)->coils + 9u * (parts)->thermocouples + 4u * (parts)->angles + 2u * (unsigned)DEVICE_COUNTERS))
 
-/* Each put_ fills type, length and payload of a frame; each get_ reads the payload of a frame of that type. */
+/* Each put_ fills type, length and payload of a frame; each get_ reads the payload of a frame of that type. `parts` must fit, and for
+ * get_ be those that the decoder of the frame had. */
 void put_hello_request(struct frame* frame, const struct message_hello_request* message);
 void put_arm(struct frame* frame, const struct message_arm* message);
 void put_disarm(struct frame* frame);
-void put_command(struct frame* frame, const struct message_command* message);
+void put_command(struct frame* frame, const struct board_parts* parts, const struct message_command* message);
 void put_clear_trip(struct frame* frame, const struct message_clear_trip* message);
 void put_hello(struct frame* frame, const struct message_hello* message);
 void put_answer(struct frame* frame, const struct message_answer* message);
-void put_telemetry(struct frame* frame, const struct message_telemetry* message);
+void put_telemetry(struct frame* frame, const struct board_parts* parts, const struct message_telemetry* message);
 
 void get_hello_request(const struct frame* frame, struct message_hello_request* message);
 void get_arm(const struct frame* frame, struct message_arm* message);
-void get_command(const struct frame* frame, struct message_command* message);
+void get_command(const struct frame* frame, const struct board_parts* parts, struct message_command* message);
 void get_clear_trip(const struct frame* frame, struct message_clear_trip* message);
 void get_hello(const struct frame* frame, struct message_hello* message);
 void get_answer(const struct frame* frame, struct message_answer* message);
-void get_telemetry(const struct frame* frame, struct message_telemetry* message);
+void get_telemetry(const struct frame* frame, const struct board_parts* parts, struct message_telemetry* message);
 
 /* Little endian; `at` moves on. */
 void put_u16(uint8_t* bytes, uint8_t* at, uint16_t value);

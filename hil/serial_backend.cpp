@@ -34,7 +34,8 @@ sim::Measurement SerialBackend::begin() {
 }
 
 sim::Measurement SerialBackend::exchange(const sim::Command& command) {
-  const std::array<std::uint16_t, 2> duty{on_wire(command.duty_fraction[0]), on_wire(command.duty_fraction[1])};
+  std::vector<std::uint16_t> duty;
+  for (const Coil& coil : parts_.coils) duty.push_back(on_wire(command.inputs[coil.input.index]));
   const std::int64_t end_us = deadline_us(command.tick + 1);
   const std::int64_t parts = (period_us_ + longest_silence_us - 1) / longest_silence_us;
   for (std::int64_t part = 1; part <= parts; ++part) {
@@ -46,11 +47,14 @@ sim::Measurement SerialBackend::exchange(const sim::Command& command) {
 
 sim::Measurement SerialBackend::measure(std::int64_t tick) {
   const auto& telemetry = device_.telemetry();
-  if (!telemetry || telemetry->arrived_us == measured_arrival_us_) return {tick, {nan, nan}, nan};
+  sim::Measurement measured{tick, std::vector<double>(parts_.thermocouples.size() + parts_.angles.size(), nan)};
+  heard_ = telemetry && telemetry->arrived_us != measured_arrival_us_;
+  if (!heard_) return measured;
   measured_arrival_us_ = telemetry->arrived_us;
-  sim::Measurement measured{tick, {nan, nan}, telemetry->said.angle_cdeg / 100.0};
-  for (const std::size_t j : plant::coils)
-    if (telemetry->said.sensor[j] == TRIP_NONE) measured.temperature_degC[j] = telemetry->said.temperature_cdegC[j] / 100.0;
+  const message_telemetry& said = telemetry->said;
+  for (std::size_t k = 0; k < parts_.thermocouples.size(); ++k)
+    if (said.sensor[k] == TRIP_NONE) measured.channels[parts_.thermocouples[k].index] = said.temperature_cdegC[k] / 100.0;
+  for (std::size_t k = 0; k < parts_.angles.size(); ++k) measured.channels[parts_.angles[k].index] = said.angle_cdeg[k] / 100.0;
   return measured;
 }
 

@@ -6,18 +6,22 @@
 #pragma once
 
 #include "hil/device.h"
+#include "hil/limb_parts.h"
 #include "sim/signals.h"
 
 namespace sinew::hil {
 
 class SerialBackend : public sim::Backend {
  public:
-  SerialBackend(Device& device, std::int64_t period_us) : device_(device), period_us_(period_us) {}
+  // `device` and `parts` must outlive this.
+  SerialBackend(Device& device, const LimbParts& parts, std::int64_t period_us) : device_(device), parts_(parts), period_us_(period_us) {}
 
   sim::Measurement begin() override;
   // A tick without a new telemetry frame is NaN in all channels.
   sim::Measurement exchange(const sim::Command& command) override;
 
+  // Whether the last measurement had a new telemetry frame.
+  bool heard() const { return heard_; }
   // Of the last exchange: what the device says is at its pins, and the frame that said so.
   const std::optional<Telemetry>& telemetry() const { return device_.telemetry(); }
   std::int64_t deadline_us(std::int64_t tick) const { return begin_us_ + tick * period_us_; }
@@ -25,6 +29,8 @@ class SerialBackend : public sim::Backend {
  private:
   sim::Measurement measure(std::int64_t tick);
   Device& device_;
+  const LimbParts& parts_;
+  bool heard_ = false;
   std::int64_t period_us_, begin_us_ = 0, measured_arrival_us_ = -1;
 };
 

@@ -9,7 +9,9 @@
 
 #include "firmware_hash.h"
 #include "hil/limits.h"
+#include "sim/input_error.h"
 #include "sim/manifest.h"
+#include "sim/recording.h"
 #include "sim/text.h"
 
 namespace sinew::hil {
@@ -60,20 +62,23 @@ class Session {
         settings_(settings),
         period_us_(std::llround(scenario.sample_period_s * 1e6)),
         link_(link),
+        parts_(parts_of(scenario.plant)),
         device_(link, settings.session),
-        backend_(device_, period_us_),
-        driver_(scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
+        backend_(device_, parts_, period_us_),
+        driver_(scenario.plant.system(), scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
+    if (settings.twin && sim::columns_of(settings.twin->system()) != sim::columns_of(scenario.plant.system()))
+      throw sim::InputError({.key = "twin", .advice = "its inputs and channels must be those of the scenario's plant"});
   }
 
   SessionResult run() {
     greet();
     ready();
-    result_.recording_csv = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
+    result_.recording_csv = sim::header_of(sim::columns_of(scenario_.plant.system()));
     // From here on the device may be armed, whatever its answer.
     bool begun = false;
     try {
       arm();
-      supervisor_.emplace(scenario_.limb, start_of(scenario_.limb, scenario_.start), scenario_.sample_period_s);
+      supervisor_.emplace(scenario_.plant, start_of(scenario_.plant, scenario_.start), scenario_.sample_period_s);
       if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
       begun = true;
       loop();
@@ -114,22 +119,34 @@ class Session {
                           : "no answer to the hello\n  is the board powered, and is this its port? `sinew doctor --port ...` looks further");
     }
     hello_ = *hello;
+    if (const std::string misfit = misfit_of(hello_.parts); !misfit.empty())
+      throw Refused(misfit + "\n  flash the firmware that belongs to this program: docs/hardware.md");
+    std::string others;
+    const auto same = [&](const char* what, std::size_t of_plant, std::size_t of_board) {
+      if (of_plant != of_board)
+        others += (others.empty() ? "the plant has " : "; the plant has ") + std::to_string(of_plant) + " " + what + ", the board " + std::to_string(of_board);
+    };
+    same("coils", parts_.coils.size(), hello_.parts.coils);
+    same("thermocouples", parts_.thermocouples.size(), hello_.parts.thermocouples);
+    same("angles", parts_.angles.size(), hello_.parts.angles);
+    if (!others.empty()) throw Refused(others + "\n  the scenario's plant must be that of the limb at this board");
     if (hello_.firmware_hash != SINEW_FIRMWARE_HASH)
       throw Refused("the device's firmware is " + hexadecimal(hello_.firmware_hash) + ", this program's is " +
                     hexadecimal(SINEW_FIRMWARE_HASH) + "\n  flash the firmware that belongs to this program: docs/hardware.md");
-    if (hello_.limits_hash != limits_hash())
+    const std::uint32_t limits = limits_hash(hello_.parts.coils);
+    if (hello_.limits_hash != limits)
       throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" +
-                    hexadecimal(limits_hash()) + ")\n  build and flash both from the same hil/limits.h");
+                    hexadecimal(limits) + ")\n  build and flash both from the same hil/limits.h");
     if (hello_.reset_cause == RESET_WATCHDOG || hello_.reset_cause == RESET_BROWN_OUT)
       say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
   }
 
   // Telemetry of both sensors is there, and no trip.
   void ready() {
-    // Both thermocouples are believed from their second conversion on.
+    // Thermocouples are believed from their second conversion on.
     const auto believed = [&] {
       const auto& t = device_.telemetry();
-      return t && t->said.sensor[0] == TRIP_NONE && t->said.sensor[1] == TRIP_NONE;
+      return t && std::all_of(t->said.sensor, t->said.sensor + parts_.thermocouples.size(), [](std::uint8_t why) { return why == TRIP_NONE; });
     };
     const std::int64_t give_up_us = device_.now_us() + 1'000'000;
     while (!believed() && device_.now_us() < give_up_us) device_.listen_until(give_up_us, FRAME_TELEMETRY);
@@ -138,14 +155,14 @@ class Session {
       const std::string cause{words(static_cast<trip_cause>(hello_.trip_cause))};
       if (!settings_.clear_trip)
         throw Refused("the device is tripped: " + cause +
-                      "\n  find out why; then give --clear-trip, with both coils below " + degrees(LIMIT_COOL_cdegC / 100.0));
+                      "\n  find out why; then give --clear-trip, with all coils below " + degrees(LIMIT_COOL_cdegC / 100.0));
       must(device_.clear_trip(hello_.trip_cause), "clearing the trip (" + cause + ")");
       say("trip cleared: " + cause);
     }
   }
 
   void arm() {
-    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash()), "arming");
+    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils)), "arming");
     // Telemetry that was on its way still tells of before.
     const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
     while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
@@ -158,23 +175,27 @@ class Session {
     if (*got == ANSWER_DONE) return;
     std::string why = what + ": " + std::string(words(*got));
     const message_telemetry& said = device_.telemetry()->said;
-    for (const std::size_t j : plant::coils) {
-      if (*got == ANSWER_HOT) why += std::string(j ? ", B " : "\n  A ") + degrees(said.temperature_cdegC[j] / 100.0);
-      if (*got == ANSWER_SENSOR)
-        why += std::string(j ? ", B " : "\n  A ") + std::string(words(static_cast<trip_cause>(said.sensor[j])));
+    const char* between = "\n  ";
+    for (const Coil& coil : parts_.coils) {
+      if (*got != ANSWER_HOT && *got != ANSWER_SENSOR) break;
+      why += between + coil.name + " ";
+      between = ", ";
+      why += *got == ANSWER_HOT ? degrees(said.temperature_cdegC[coil.thermocouple] / 100.0)
+                                : std::string(words(static_cast<trip_cause>(said.sensor[coil.thermocouple])));
     }
     if (*got == ANSWER_HOT) why += "; must be below " + degrees(LIMIT_COOL_cdegC / 100.0);
     throw Refused(why);
   }
 
   // As the scenario says, but for wires that are found at another temperature: warm from the session before.
-  plant::Start start_of(const plant::Limb<double>& limb, std::vector<std::optional<double>> given) const {
+  plant::Start start_of(const plant::Plant& limb, std::vector<std::optional<double>> given) const {
     constexpr double same_K = 2.0;
-    given.resize(plant::layout_of(limb.on).size());
-    for (const std::size_t j : plant::coils) {
-      std::optional<double>& wire_degC = given[plant::core_state::temperature + j];
-      const double found_degC = device_.telemetry()->said.temperature_cdegC[j] / 100.0;
-      if (std::abs(found_degC - wire_degC.value_or(limb.core.ambient_temperature_degC)) > same_K) wire_degC = found_degC;
+    const LimbParts parts = parts_of(limb);
+    given.resize(limb.states().size());
+    for (const Coil& coil : parts.coils) {
+      std::optional<double>& wire_degC = given[coil.temperature.index];
+      const double found_degC = device_.telemetry()->said.temperature_cdegC[coil.thermocouple] / 100.0;
+      if (std::abs(found_degC - wire_degC.value_or(limb.get(parts.ambient_temperature))) > same_K) wire_degC = found_degC;
     }
     return {given, {}};
   }
@@ -187,8 +208,8 @@ class Session {
       view.time_s = scenario_.time_s(tick);
       view.measured = measured;
       const Telemetry before = *backend_.telemetry();
-      if (std::isnan(measured.angle_deg)) ++ticks_without_telemetry_;
-      supervisor_->look(measured, {before.said.thermocouple_raw[0], before.said.thermocouple_raw[1]});
+      if (!backend_.heard()) ++ticks_without_telemetry_;
+      supervisor_->look(measured, before.said.thermocouple_raw);
       if (twin_) {
         const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
         view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
@@ -200,14 +221,14 @@ class Session {
       if (settings_.should_stop && settings_.should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
       sim::Command command = driver_.command(measured, view.time_s);
       const std::int64_t lowered = supervisor_->lowered();
-      command.duty_fraction = supervisor_->lower(command.duty_fraction, measured);
+      command.inputs = supervisor_->lower(command.inputs, measured);
       command.tick = tick;
       if (supervisor_->objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_->objection());
       const bool ends = tick == last || result_.status != SessionStatus::finished;
-      if (ends) command.duty_fraction = {};
+      if (ends) command.inputs.assign(command.inputs.size(), 0.0);
       view.lowered = supervisor_->lowered() > lowered;
       view.predicted_degC = supervisor_->predicted_degC();
-      view.duty_fraction = command.duty_fraction;
+      view.duty_fraction = command.inputs;
       if (!ends) {
         try {
           measured = backend_.exchange(command);
@@ -217,8 +238,9 @@ class Session {
         }
         const Telemetry& now = *backend_.telemetry();
         // The pins' own word; where it did not come, what was sent.
-        if (!std::isnan(measured.angle_deg))
-          for (const std::size_t j : plant::coils) view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
+        if (backend_.heard())
+          for (std::size_t j = 0; j < parts_.coils.size(); ++j)
+            view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
         supervisor_->applied(view.duty_fraction);
         if (twin_) twin_->applied(view.duty_fraction);
         const std::int64_t late_us = device_.now_us() - backend_.deadline_us(tick + 1);
@@ -243,14 +265,14 @@ class Session {
 
   void row(const SessionView& view) {
     std::string& csv = result_.recording_csv;
-    bool first = true;
-    for (const double value : {view.time_s, view.duty_fraction[0], view.duty_fraction[1], view.measured.temperature_degC[0],
-                               view.measured.temperature_degC[1], view.measured.angle_deg}) {
-      if (!first) csv += ',';
-      first = false;
+    const auto put = [&](double value) {
       if (!std::isnan(value)) sim::append_shortest(csv, value);
-    }
-    csv += '\n';
+      csv += ',';
+    };
+    put(view.time_s);
+    for (const double value : view.duty_fraction) put(value);
+    for (const double value : view.measured.channels) put(value);
+    csv.back() = '\n';
     ++result_.ticks;
   }
 
@@ -259,7 +281,7 @@ class Session {
   void bring_to_rest() noexcept {
     try {
       if (const auto& t = device_.telemetry()) counters_at_end_ = t->said;
-      device_.command({0, 0}, LIMIT_DEAD_MAN_ms);
+      device_.command(std::vector<std::uint16_t>(parts_.coils.size(), 0), LIMIT_DEAD_MAN_ms);
       const auto answered = device_.disarm();
       result_.brought_to_rest = answered.has_value();
       if (answered) {
@@ -322,7 +344,7 @@ class Session {
     json["round_trip"] = histogram(std::move(round_trips));
     json["age_of_data"] = histogram(ages_us_);
     for (const Departure& one : departures_)
-      json["departures_from_twin"].push_back({{"channel", channel_names[one.channel]}, {"onset_s", one.onset_s}, {"said_s", one.said_s}});
+      json["departures_from_twin"].push_back({{"channel", scenario_.plant.system().channels()[one.channel].short_name}, {"onset_s", one.onset_s}, {"said_s", one.said_s}});
     return json;
   }
 
@@ -330,6 +352,7 @@ class Session {
   const SessionSettings& settings_;
   std::int64_t period_us_;
   Link& link_;
+  LimbParts parts_;
   Device device_;
   SerialBackend backend_;
   std::optional<HostSupervisor> supervisor_;

@@ -26,12 +26,12 @@ class Refused : public std::runtime_error {
 struct SessionView {
   double time_s = 0.0;
   sim::Measurement measured;
-  plant::PerCoil<double> duty_fraction{};      // at the pins
-  plant::PerCoil<double> predicted_degC{};     // by the host's supervisor, hottest over its horizon
+  std::vector<double> duty_fraction;           // at the pins, one a coil
+  std::vector<double> predicted_degC;          // of each coil, by the host's supervisor, hottest over its horizon
   bool lowered = false;                        // it lowered this command
   std::uint8_t state = DEVICE_DISARMED;
-  std::optional<std::array<double, 3>> residual;  // against the twin
-  std::vector<Departure> departures;              // said now
+  std::optional<std::vector<double>> residual;  // against the twin, one a channel
+  std::vector<Departure> departures;            // said now
 };
 
 struct SessionSettings {
@@ -39,7 +39,7 @@ struct SessionSettings {
   bool clear_trip = false;
   bool allow_overruns = false;
   bool real_time_priority = false;  // of the host's loop; for the report
-  std::optional<plant::Limb<double>> twin;
+  std::optional<plant::Plant> twin;  // with the inputs and channels of the scenario's plant
   std::function<bool(std::int64_t tick)> should_stop;
   std::function<void(const SessionView&)> show;
   std::function<void(const std::string&)> say;  // a line that is worth keeping
@@ -64,7 +64,8 @@ struct SessionResult {
   bool brought_to_rest = false;  // the device said that it is disarmed, or tripped
 };
 
-// Throws Refused, and LinkLost where not even the hello came through.
+// Throws Refused, and LinkLost where not even the hello came through; sim::InputError where the plant or the twin is none of a
+// board's (limb_parts.h).
 SessionResult run_session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings);
 
 // session.json: what happened, how the link and the clock did, and the hashes of the files beside it.

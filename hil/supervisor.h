@@ -12,9 +12,11 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
-#include "hil/message.h"
+#include "hil/limb_parts.h"
 #include "plant/integrator.h"
 #include "sim/signals.h"
 
@@ -22,30 +24,34 @@ namespace sinew::hil {
 
 class HostSupervisor {
  public:
-  HostSupervisor(const plant::Limb<double>& limb, const plant::Start& start, double period_s);
+  HostSupervisor(const plant::Plant& limb, const plant::Start& start, double period_s);
 
-  // The duty that may pass, at most the one that is wanted.
-  plant::PerCoil<double> lower(const plant::PerCoil<double>& wanted, const sim::Measurement& measured);
+  // The duty that may pass, at most the one that is wanted. One an input, here and below.
+  std::vector<double> lower(const std::vector<double>& wanted, const sim::Measurement& measured);
   // What the device applied since, one period on.
-  void applied(const plant::PerCoil<double>& duty_fraction);
-  // The amplifier's own words, and how old they are. Says why the session must end, once it must.
-  void look(const sim::Measurement& measured, const std::array<std::uint32_t, 2>& raw);
+  void applied(const std::vector<double>& duty_fraction);
+  // The amplifiers' own words, in the order of the wire. Says why the session must end, once it must.
+  void look(const sim::Measurement& measured, std::span<const std::uint32_t> raw);
 
   const std::optional<std::string>& objection() const { return objection_; }
   std::int64_t lowered() const { return lowered_; }  // commands
-  plant::PerCoil<double> predicted_degC() const { return predicted_degC_; }  // hottest over the horizon
+  const std::vector<double>& predicted_degC() const { return predicted_degC_; }  // of each coil, hottest over the horizon
 
  private:
-  plant::PerCoil<double> hottest_degC(const plant::PerCoil<double>& duty) const;
-  plant::Limb<double> limb_;
+  struct Watch {  // of one coil
+    double correction_K = 0.0;  // measured less observed; up at once, down slowly
+    std::deque<double> on_s;
+    double on_sum_s = 0.0, off_for_s = 0.0, missing_s = 0.0;
+    std::optional<double> last_degC;
+  };
+  std::vector<double> hottest_degC(const std::vector<double>& duty) const;
+  plant::Plant limb_;
+  LimbParts parts_;
   double period_s_;
   plant::Integrator observer_;
   std::int64_t ticks_ = 0;
-  plant::PerCoil<double> correction_K_{};  // measured less observed; up at once, down slowly
-  plant::PerCoil<std::deque<double>> on_s_;
-  plant::PerCoil<double> on_sum_s_{}, predicted_degC_{}, off_for_s_{};
-  plant::PerCoil<std::optional<double>> last_degC_;
-  plant::PerCoil<double> missing_s_{};
+  std::vector<Watch> watch_;
+  std::vector<double> predicted_degC_;
   std::optional<std::string> objection_;
   std::int64_t lowered_ = 0;
 };

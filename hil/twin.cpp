@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "plant/units.h"
+#include "sim/simulation.h"
 
 namespace sinew::hil {
 namespace {
@@ -20,19 +20,22 @@ constexpr double timing_K = 0.25, timing_deg = 0.35;
 
 }  // namespace
 
-Twin::Twin(const plant::Limb<double>& limb, const plant::Start& start, const sim::Sensors& sensors, double period_s)
-    : plant_(limb, start, {plant::Method::automatic, 1e-6}), period_s_(period_s) {
-  const auto noise = [](const sim::SensorSettings& one, double timing) {
-    return std::sqrt(one.noise * one.noise + one.step * one.step / 12.0 + timing * timing);
-  };
-  noise_ = {noise(sensors.temperature[0], timing_K), noise(sensors.temperature[1], timing_K), noise(sensors.angle, timing_deg)};
+Twin::Twin(const plant::Plant& limb, const plant::Start& start, const std::vector<sim::SensorSettings>& sensors, double period_s)
+    : system_(limb.shared_system()), plant_(limb, start, {plant::Method::automatic, 1e-6}), period_s_(period_s) {
+  for (const plant::ChannelId c : system_->channels().ids()) {
+    const sim::SensorSettings& one = sensors.at(c.index);
+    Watch watch;
+    watch.is_temperature = system_->channels()[c].kind == "temperature";
+    const double timing = watch.is_temperature ? timing_K : timing_deg;
+    watch.noise = std::sqrt(one.noise * one.noise + one.step * one.step / 12.0 + timing * timing);
+    watch_.push_back(watch);
+  }
+  residual_.assign(watch_.size(), 0.0);
   remember();
 }
 
 void Twin::remember() {
-  const plant::Reading<double> shown = plant_.reading();
-  moments_.push_back({plant_.time_s(),
-                      {shown.temperature_degC[0], shown.temperature_degC[1], shown.angle_rad / plant::radians_per_degree}});
+  moments_.push_back({plant_.time_s(), sim::in_file_units(*system_, plant_.readings())});
   while (moments_.front().time_s < plant_.time_s() - kept_s) moments_.pop_front();
 }
 
@@ -45,7 +48,7 @@ double Twin::shown_at(std::size_t channel, double time_s) const {
   return before->shown[channel] + share * (after->shown[channel] - before->shown[channel]);
 }
 
-void Twin::applied(const plant::PerCoil<double>& duty_fraction) {
+void Twin::applied(const std::vector<double>& duty_fraction) {
   if (failed_) return;
   plant_.hold(duty_fraction);
   const double begin_s = static_cast<double>(ticks_) * period_s_;
@@ -62,19 +65,18 @@ void Twin::applied(const plant::PerCoil<double>& duty_fraction) {
 std::vector<Departure> Twin::compare(const sim::Measurement& measured, double temperature_age_s, double angle_age_s) {
   std::vector<Departure> departures;
   const double now_s = static_cast<double>(ticks_) * period_s_;
-  const std::array<double, 3> values{measured.temperature_degC[0], measured.temperature_degC[1], measured.angle_deg};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double made_s = now_s - (c < 2 ? temperature_age_s : angle_age_s);
-    residual_[c] = values[c] - shown_at(c, made_s);
+  for (std::size_t c = 0; c < watch_.size(); ++c) {
+    Watch& watch = watch_[c];
+    const double made_s = now_s - (watch.is_temperature ? temperature_age_s : angle_age_s);
+    residual_[c] = measured.channels[c] - shown_at(c, made_s);
     if (std::isnan(residual_[c]) || failed_) continue;
-    const double scaled = residual_[c] / noise_[c];
-    for (int side = 0; side < 2; ++side) {
-      double& sum = sum_[c][static_cast<std::size_t>(side)];
-      sum = std::max(0.0, sum + std::min(most_a_step, side == 0 ? scaled : -scaled) - allowance);
-      if (sum == 0.0) since_s_[c][static_cast<std::size_t>(side)] = now_s;
-      if (sum > alarm && !said_[c]) {
-        said_[c] = true;
-        departures.push_back({c, since_s_[c][static_cast<std::size_t>(side)], now_s});
+    const double scaled = residual_[c] / watch.noise;
+    for (Side* side : {&watch.above, &watch.below}) {
+      side->sum = std::max(0.0, side->sum + std::min(most_a_step, side == &watch.above ? scaled : -scaled) - allowance);
+      if (side->sum == 0.0) side->since_s = now_s;
+      if (side->sum > alarm && !watch.said) {
+        watch.said = true;
+        departures.push_back({plant::ChannelId{c}, side->since_s, now_s});
       }
     }
   }

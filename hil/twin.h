@@ -3,51 +3,58 @@
 #pragma once
 
 #include <deque>
-#include <optional>
-#include <string>
+#include <memory>
+#include <vector>
 
-#include "hil/supervisor.h"
-#include "sim/scenario.h"
+#include "plant/integrator.h"
+#include "sim/sensor.h"
+#include "sim/signals.h"
 
 namespace sinew::hil {
 
 // A channel that left the noise for longer than chance allows.
 struct Departure {
-  std::size_t channel;  // 0, 1: temperature A, B; 2: angle
+  plant::ChannelId channel;
   double onset_s, said_s;
 };
-inline constexpr std::array<const char*, 3> channel_names{"temperature_A", "temperature_B", "angle"};
 
 class Twin {
  public:
-  Twin(const plant::Limb<double>& limb, const plant::Start& start, const sim::Sensors& sensors, double period_s);
+  // `sensors`: one a channel.
+  Twin(const plant::Plant& limb, const plant::Start& start, const std::vector<sim::SensorSettings>& sensors, double period_s);
 
-  // The limb measured this at the tick; temperatures are that old, the angle is the mean over its sixteen milliseconds.
+  // The limb measured this at the tick; temperatures are that old, an angle is the mean over its sixteen milliseconds.
   // Returns what it has to say now, each channel once.
   std::vector<Departure> compare(const sim::Measurement& measured, double temperature_age_s, double angle_age_s);
-  void applied(const plant::PerCoil<double>& duty_fraction);
+  void applied(const std::vector<double>& duty_fraction);
 
-  const std::array<double, 3>& residual() const { return residual_; }  // measured less twin: K, K, deg; NaN: missing
+  // Measured less twin, by channel, in the units of files; NaN: missing.
+  const std::vector<double>& residual() const { return residual_; }
   bool failed() const { return failed_; }
 
  private:
   struct Moment {
     double time_s;
-    std::array<double, 3> shown;
+    std::vector<double> shown;
+  };
+  struct Side {  // of a two-sided cumulated sum (Page 1954), and when it last was zero
+    double sum = 0.0, since_s = 0.0;
+  };
+  struct Watch {  // of one channel
+    bool is_temperature = false;
+    double noise = 0.0;
+    Side above, below;
+    bool said = false;
   };
   double shown_at(std::size_t channel, double time_s) const;
   void remember();
+  std::shared_ptr<const plant::System> system_;
   plant::Integrator plant_;
   double period_s_;
-  std::array<double, 3> noise_;
   std::int64_t ticks_ = 0;
   std::deque<Moment> moments_;
-  std::array<double, 3> residual_{};
-  // Two-sided cumulated sums (Page 1954) a channel, and when each last was zero.
-  std::array<std::array<double, 2>, 3> sum_{};
-  std::array<std::array<double, 2>, 3> since_s_{};
-  std::array<bool, 3> said_{};
-  std::array<std::optional<double>, 2> last_degC_;
+  std::vector<double> residual_;
+  std::vector<Watch> watch_;
   bool failed_ = false;
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/dataset.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "plant/equations.h"
 #include "sim/fields.h"
 #include "sim/plant_file.h"
 
@@ -30,18 +30,11 @@ constexpr SensorKey sensor_keys[] = {
     {"stuck_from_s", false, sim::any_time_s, [](sim::SensorSettings& s) -> double& { return stuck(s).from_s; }},
     {"stuck_until_s", false, sim::any_time_s, [](sim::SensorSettings& s) -> double& { return stuck(s).until_s; }}};
 
-// Of "temperature_A" and "noise_degC"; null where there is none.
-const SensorKey* sensor_key(std::string_view sensor, std::string_view key) {
-  const std::string unit = sensor == "angle" ? "_deg" : "_degC";
+// Null where there is none.
+const SensorKey* sensor_key(const plant::ChannelInfo& channel, std::string_view key) {
   for (const SensorKey& one : sensor_keys)
-    if (key == std::string(one.name) + (one.unit ? unit : "")) return &one;
+    if (key == std::string(one.name) + (one.unit ? "_" + std::string(channel.unit.text) : "")) return &one;
   return nullptr;
-}
-
-sim::SensorSettings& sensor_of(sim::Sensors& sensors, std::string_view name) {
-  if (name == "temperature_A") return sensors.temperature[plant::A];
-  if (name == "temperature_B") return sensors.temperature[plant::B];
-  return sensors.angle;
 }
 
 Draw read_draw(const sim::YamlValue& value, const plant::Range& range) {
@@ -79,10 +72,11 @@ double drawn(const Draw& draw, double nominal, const plant::Range& range, std::u
   throw std::runtime_error(name + ": no draw around " + sim::shortest(nominal) + " lies in its range");
 }
 
-std::size_t parameter_named(const std::string& owner, std::string_view name, const sim::YamlValue& value) {
+plant::ParameterId parameter_named(const plant::System& system, const std::string& owner, std::string_view name,
+                                   const sim::YamlValue& value) {
   std::vector<std::string_view> known;
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p) {
-    const auto& info = plant::parameters()[p];
+  for (const plant::ParameterId p : system.parameters().ids()) {
+    const plant::ParameterInfo& info = system.parameters()[p];
     if (info.owner != owner || info.declaration.kind != plant::Kind::real) continue;
     if (info.declaration.name == name) return p;
     known.push_back(info.declaration.name);
@@ -91,11 +85,21 @@ std::size_t parameter_named(const std::string& owner, std::string_view name, con
   value.complain("no such number to draw" + (near.empty() ? std::string() : "; did you mean " + near + "?"));
 }
 
+// "a, b and c"
+std::string names_of_sensors(const plant::System& system) {
+  std::string text;
+  for (const plant::ChannelId c : system.channels().ids()) {
+    const bool last = c.index + 1 == system.channels().size();
+    text += (c.index == 0 ? "" : last ? " and " : ", ") + system.channels()[c].short_name;
+  }
+  return text;
+}
+
 }  // namespace
 
-Domain read_domain(const std::filesystem::path& file) { return read_domain(sim::read_yaml(file)); }
+Domain read_domain(const std::filesystem::path& file, const plant::System& system) { return read_domain(sim::read_yaml(file), system); }
 
-Domain read_domain(const sim::YamlValue& root) {
+Domain read_domain(const sim::YamlValue& root, const plant::System& system) {
   sim::YamlMap map(root);
   if (const auto* format = map.find("format"); format && format->whole_number() != 1)
     format->complain("must be 1, the format that this version reads");
@@ -109,36 +113,37 @@ Domain read_domain(const sim::YamlValue& root) {
     for (const auto& entry : value->map) take(entry.key, entry.value);
   };
   each(parameters, [&](const std::string& name, const sim::YamlValue& value) {
-    const std::size_t p = parameter_named("", name, value);
-    domain.parameters.emplace_back(p, read_draw(value, plant::parameters()[p].declaration.range));
+    const plant::ParameterId p = parameter_named(system, "", name, value);
+    domain.parameters.emplace_back(p, read_draw(value, system.parameters()[p].declaration.range));
   });
   each(effects, [&](const std::string& name, const sim::YamlValue& value) {
     Domain::Effect effect;
     std::vector<std::string_view> known;
-    for (const auto& one : plant::effects()) known.push_back(one.name);
+    for (const auto& one : system.effects()) known.push_back(one.name);
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end()) {
       const std::string near = sim::nearest(name, known);
       value.complain("no such effect" + (near.empty() ? std::string() : "; did you mean " + near + "?") + " `sinew effects` lists all of them");
     }
-    effect.effect = static_cast<std::size_t>(found - known.begin());
+    effect.effect = plant::EffectId{static_cast<std::size_t>(found - known.begin())};
     each(&value, [&](const std::string& key, const sim::YamlValue& one) {
       if (key == "probability") {
         effect.probability = one.number_in(sim::fraction);
         return;
       }
-      const std::size_t p = parameter_named(name, key, one);
-      effect.parameters.emplace_back(p, read_draw(one, plant::parameters()[p].declaration.range));
+      const plant::ParameterId p = parameter_named(system, name, key, one);
+      effect.parameters.emplace_back(p, read_draw(one, system.parameters()[p].declaration.range));
     });
     domain.effects.push_back(effect);
   });
   each(sensors, [&](const std::string& name, const sim::YamlValue& value) {
-    if (name != "temperature_A" && name != "temperature_B" && name != "angle")
-      value.complain("no such sensor; there are temperature_A, temperature_B and angle");
+    const auto found = std::find_if(system.channels().begin(), system.channels().end(), [&](const auto& one) { return one.short_name == name; });
+    if (found == system.channels().end()) value.complain("no such sensor; there are " + names_of_sensors(system));
+    const plant::ChannelId channel{static_cast<std::size_t>(found - system.channels().begin())};
     each(&value, [&](const std::string& key, const sim::YamlValue& one) {
-      const SensorKey* known = sensor_key(name, key);
+      const SensorKey* known = sensor_key(*found, key);
       if (!known) one.complain("no such number of this sensor; there are noise, step and bias, each with its unit, dropout_fraction, stuck_from_s and stuck_until_s");
-      domain.sensors.emplace_back(name + "." + key, read_draw(one, known->range));
+      domain.sensors.push_back({channel, key, read_draw(one, known->range)});
     });
   });
   each(input, [&](const std::string& name, const sim::YamlValue& value) {
@@ -161,33 +166,34 @@ DrawnRun drawn_run(const sim::Scenario& scenario, const Domain& domain, std::int
   sim::Scenario& one = result.scenario;
   one.seed = scenario.seed * seeds_apart + run;
   const auto seed = static_cast<std::uint64_t>(one.seed);
-  const auto draw_parameter = [&](std::size_t p, const Draw& draw) {
-    const auto& info = plant::parameters()[p];
-    const double value = drawn(draw, plant::get_in_file_units(one.limb, p), info.declaration.range, seed, info.key());
-    plant::set_in_file_units(one.limb, p, value);
+  const plant::System& system = one.plant.system();
+  const auto draw_parameter = [&](plant::ParameterId p, const Draw& draw) {
+    const plant::ParameterInfo& info = system.parameters()[p];
+    const double value = drawn(draw, one.plant.get_in_file_units(p), info.declaration.range, seed, info.key());
+    one.plant.set_in_file_units(p, value);
     result.drawn.emplace_back(info.key(), value);
   };
   for (const auto& [p, draw] : domain.parameters) draw_parameter(p, draw);
   for (const Domain::Effect& effect : domain.effects) {
-    const auto& info = plant::effects()[effect.effect];
+    const plant::EffectInfo& info = system.effects()[effect.effect];
     if (sim::RandomStream(seed, "domain." + std::string(info.name)).uniform(0) >= effect.probability) continue;
-    one.limb.on[effect.effect] = true;
-    for (const std::size_t p : info.parameters) plant::set_in_file_units(one.limb, p, plant::parameters()[p].declaration.typical);
+    one.plant.turn(effect.effect, true);
+    for (const plant::ParameterId p : info.parameters) one.plant.set_in_file_units(p, system.parameters()[p].declaration.typical);
     for (const auto& [p, draw] : effect.parameters) draw_parameter(p, draw);
   }
   // An effect that came brings states of its own, at rest.
-  const plant::Layout before = plant::layout_of(scenario.limb.on), after = plant::layout_of(one.limb.on);
+  const plant::States before = scenario.plant.states(), after = one.plant.states();
   if (!scenario.start.empty()) {
     one.start.assign(after.size(), std::nullopt);
-    for (std::size_t i = 0; i < after.size(); ++i)
-      for (std::size_t k = 0; k < before.size(); ++k)
-        if (after.entries[i].key == before.entries[k].key) one.start[i] = scenario.start[k];
+    for (const plant::StateId i : after.ids())
+      for (const plant::StateId k : before.ids())
+        if (after[i].key == before[k].key) one.start[i.index] = scenario.start[k.index];
   }
-  for (const auto& [name, draw] : domain.sensors) {
-    const std::size_t dot = name.find('.');
-    sim::SensorSettings& sensor = sensor_of(one.sensors, name.substr(0, dot));
-    const SensorKey& key = *sensor_key(name.substr(0, dot), name.substr(dot + 1));
-    double& field = key.field(sensor);
+  for (const auto& [channel, key_name, draw] : domain.sensors) {
+    const plant::ChannelInfo& info = system.channels()[channel];
+    const std::string name = info.short_name + "." + key_name;
+    const SensorKey& key = *sensor_key(info, key_name);
+    double& field = key.field(one.sensors[channel.index]);
     const double value = field = drawn(draw, field, key.range, seed, "sensors." + name);
     result.drawn.emplace_back(name, value);
   }

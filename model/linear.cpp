@@ -7,11 +7,11 @@
 namespace sinew::model {
 namespace {
 
-// Row of the regression at sample k, with the angles before taken from `angle`.
-Vector<double> row_at(Index order, const Matrix<double>& v, const Vector<double>& angle, Index k) {
+// Row of the regression at sample k, with the values before taken from `y`.
+Vector<double> row_at(Index order, const Matrix<double>& v, const Vector<double>& y, Index k) {
   const Index K = v.rows();
   Vector<double> row(order + K * (order + 1) + 1);
-  for (Index i = 1; i <= order; ++i) row(i - 1) = angle(std::max(Index{0}, k - i));
+  for (Index i = 1; i <= order; ++i) row(i - 1) = y(std::max(Index{0}, k - i));
   for (Index i = 0; i <= order; ++i) row.segment(order + i * K, K) = v.col(std::max(Index{0}, k - i));
   row(row.size() - 1) = 1.0;
   return row;
@@ -23,13 +23,13 @@ LinearModel fit(const std::vector<Series>& training, Index order) {
   Vector<double> products;
   for (const Series& one : training)
     for (Index k = std::max(Index{1}, order); k < one.samples(); ++k) {
-      const Vector<double> row = row_at(order, one.v, one.angle_deg, k);
+      const Vector<double> row = row_at(order, one.v, one.y, k);
       if (squares.size() == 0) {
         squares = Matrix<double>::Zero(row.size(), row.size());
         products = Vector<double>::Zero(row.size());
       }
       squares.selfadjointView<Eigen::Lower>().rankUpdate(row);
-      products += row * one.angle_deg(k);
+      products += row * one.y(k);
     }
   squares.diagonal() *= 1.0 + 1e-9;
   squares.diagonal().array() += 1e-12;
@@ -52,7 +52,7 @@ LinearModel fit_arx(const std::vector<Series>& training) {
   for (const Index order : {1, 2, 4, 8, 16}) {
     const LinearModel tried = fit(first, order);
     double sum = 0.0;
-    for (const Series& one : last) sum += (rollout(tried, one) - one.angle_deg).squaredNorm();
+    for (const Series& one : last) sum += (rollout(tried, one) - one.y).squaredNorm();
     if (sum < least) {
       least = sum;
       best = order;
@@ -62,17 +62,17 @@ LinearModel fit_arx(const std::vector<Series>& training) {
 }
 
 Vector<double> rollout(const LinearModel& model, const Series& series) {
-  Vector<double> angle(series.samples());
-  angle(0) = series.angle_deg(0);
-  for (Index k = 1; k < series.samples(); ++k) angle(k) = model.coefficients.dot(row_at(model.order, series.v, angle, k));
-  return angle;
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  for (Index k = 1; k < series.samples(); ++k) y(k) = model.coefficients.dot(row_at(model.order, series.v, y, k));
+  return y;
 }
 
 Vector<double> one_step_ahead(const LinearModel& model, const Series& series) {
-  Vector<double> angle(series.samples());
-  angle(0) = series.angle_deg(0);
-  for (Index k = 1; k < series.samples(); ++k) angle(k) = model.coefficients.dot(row_at(model.order, series.v, series.angle_deg, k));
-  return angle;
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  for (Index k = 1; k < series.samples(); ++k) y(k) = model.coefficients.dot(row_at(model.order, series.v, series.y, k));
+  return y;
 }
 
 }  // namespace sinew::model

@@ -82,7 +82,7 @@ void Unrolled<S>::forward(const Weights<S>& weights, const Stretch<S>& stretch, 
     const auto free = stretch.free.col(t).array();
     const Eigen::Map<const Vector<S>> own(t > 0 ? y_.col(t - 1).data() : state.last_output.data(), B);
     inputs_.row(last).segment(t * B, B) =
-        (free * own.array() + (S(1) - free) * stretch.angle_before.col(t).array()).matrix().transpose();
+        (free * own.array() + (S(1) - free) * stretch.y_before.col(t).array()).matrix().transpose();
     auto z = gates_.middleCols(t * B, B);
     z.noalias() += W.col(last) * inputs_.row(last).segment(t * B, B);
     if (!memoryless_) z.noalias() += U * h_.middleCols(t * B, B);

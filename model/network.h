@@ -6,7 +6,7 @@
 //   r(t) = max(0, D h(t) + d),      y(t) = e r(t) + e_0, cut at 0 where the shape says so
 //
 // Source: Hochreiter and Schmidhuber 1997, Neural Computation 9(8), with the forget gate of Gers et al. 2000; gates and names
-// as in Keras 2. The last of the inputs is the angle at the step before: measured, or the network's own output, fed back.
+// as in Keras 2. The last of the inputs is y at the step before: measured, or the network's own output, fed back.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,7 +25,7 @@ using Vector = Eigen::Matrix<S, Eigen::Dynamic, 1>;
 enum class Gate { input, forget, cell, output };
 
 struct Shape {
-  Index inputs = 0;  // the fed-back angle, the last one, included
+  Index inputs = 0;  // the fed-back y, the last one, included
   Index hidden = 0;
   Index dense = 0;
   bool output_relu = false;
@@ -90,12 +90,12 @@ struct State {
 template <class S>
 struct Stretch {
   Matrix<S> exogenous;           // [I - 1 x steps * streams]
-  Matrix<S> angle_before;        // [streams x steps], measured
+  Matrix<S> y_before;        // [streams x steps], measured
   Matrix<S> free;                // [streams x steps], 1: the own output is fed back in its stead; 0: it is used
   Matrix<S> target, weight;      // [streams x steps]; the loss is sum of weight * (y - target)^2
 };
 
-// The network over a stretch, forwards, and backwards through time and through the fed-back angle (Werbos 1990). Keeps what
+// The network over a stretch, forwards, and backwards through time and through the fed-back y (Werbos 1990). Keeps what
 // the way back needs.
 template <class S>
 class Unrolled {

@@ -13,12 +13,12 @@ Predictor::Predictor(const Model& model)
       h_(c_),
       r_(weights_.shape.dense) {}
 
-void Predictor::begin(double angle_deg, const Eigen::Ref<const Vector<double>>& v) {
+void Predictor::begin(double y, const Eigen::Ref<const Vector<double>>& v) {
   c_.setZero();
   h_.setZero();
   const Index K = scaling_.v_offset.size();
   x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
-  x_(2 * K) = static_cast<float>(scaling_.scaled_angle(angle_deg));
+  x_(2 * K) = static_cast<float>(scaling_.scaled_y(y));
 }
 
 double Predictor::step(const Eigen::Ref<const Vector<double>>& v) {
@@ -40,32 +40,32 @@ double Predictor::step(const Eigen::Ref<const Vector<double>>& v) {
   float y = weights_.output_bias()(0, 0) + weights_.output().row(0).transpose().dot(r_.cwiseMax(0.0F));
   if (weights_.shape.output_relu) y = std::max(y, 0.0F);
   x_(2 * K) = y;
-  return scaling_.angle_deg(y);
+  return scaling_.y(y);
 }
 
 double Predictor::open_loop(const Eigen::Ref<const Vector<double>>& v) { return step(v); }
 
-double Predictor::one_step(const Eigen::Ref<const Vector<double>>& v, double angle_before_deg) {
-  x_(x_.size() - 1) = static_cast<float>(scaling_.scaled_angle(angle_before_deg));
+double Predictor::one_step(const Eigen::Ref<const Vector<double>>& v, double y_before) {
+  x_(x_.size() - 1) = static_cast<float>(scaling_.scaled_y(y_before));
   return step(v);
 }
 
 Vector<double> rollout(const Model& model, const Series& series) {
   Predictor predictor(model);
-  Vector<double> angle(series.samples());
-  angle(0) = series.angle_deg(0);
-  predictor.begin(series.angle_deg(0), series.v.col(0));
-  for (Index k = 1; k < series.samples(); ++k) angle(k) = predictor.open_loop(series.v.col(k));
-  return angle;
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  predictor.begin(series.y(0), series.v.col(0));
+  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.open_loop(series.v.col(k));
+  return y;
 }
 
 Vector<double> one_step_ahead(const Model& model, const Series& series) {
   Predictor predictor(model);
-  Vector<double> angle(series.samples());
-  angle(0) = series.angle_deg(0);
-  predictor.begin(series.angle_deg(0), series.v.col(0));
-  for (Index k = 1; k < series.samples(); ++k) angle(k) = predictor.one_step(series.v.col(k), series.angle_deg(k - 1));
-  return angle;
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  predictor.begin(series.y(0), series.v.col(0));
+  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.one_step(series.v.col(k), series.y(k - 1));
+  return y;
 }
 
 }  // namespace sinew::model

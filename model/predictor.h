@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The predictor in a loop: one step at a time, for a rollout or beside a session with the limb. A step allocates nothing.
+// The predictor in a loop: one step at a time, for a rollout or beside a session with the plant. A step allocates nothing.
 #pragma once
 
 #include "model/series.h"
@@ -10,13 +10,13 @@ class Predictor {
  public:
   explicit Predictor(const Model& model);
 
-  // Begins anew, nothing remembered, where the angle was measured and `v` is what the case sees of that instant, in the units
-  // of a recording. v: [channels].
-  void begin(double angle_deg, const Eigen::Ref<const Vector<double>>& v);
-  // The angle one step later, with what the case sees of that instant, from the angle that the step before predicted.
+  // Begins anew, nothing remembered, where `y` was measured and `v` is what the task sees of that instant, in the units of a
+  // recording. v: [features].
+  void begin(double y, const Eigen::Ref<const Vector<double>>& v);
+  // y one step later, with what the task sees of that instant, from the y that the step before predicted.
   double open_loop(const Eigen::Ref<const Vector<double>>& v);
-  // The same from a measured angle of the step before.
-  double one_step(const Eigen::Ref<const Vector<double>>& v, double angle_before_deg);
+  // The same from a measured y of the step before.
+  double one_step(const Eigen::Ref<const Vector<double>>& v, double y_before);
 
  private:
   double step(const Eigen::Ref<const Vector<double>>& v);
@@ -26,7 +26,7 @@ class Predictor {
   Vector<float> x_, z_, c_, h_, r_;
 };
 
-// Predicted angles of a series [samples]; the first is the measured one. NaN nowhere.
+// y of a series as predicted [samples]; the first is the measured one. NaN nowhere.
 Vector<double> rollout(const Model& model, const Series& series);
 Vector<double> one_step_ahead(const Model& model, const Series& series);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/series.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -9,10 +10,6 @@
 
 namespace sinew::model {
 namespace {
-
-double of_channel(const sim::Sample& sample, const Channel& channel) {
-  return channel.temperature ? sample.temperature_degC[channel.coil] : sample.duty_fraction[channel.coil];
-}
 
 [[noreturn]] void refuse_missing(const std::string& name, const std::vector<sim::Sample>& samples, const std::string& column,
                                  std::size_t first, std::size_t count, int paper_case) {
@@ -26,20 +23,62 @@ double of_channel(const sim::Sample& sample, const Channel& channel) {
 
 }  // namespace
 
-std::vector<Channel> channels_of(int paper_case) {
-  const Channel duty_a{"duty_A", false, plant::A}, duty_b{"duty_B", false, plant::B};
-  const Channel hot_a{"temperature_A_degC", true, plant::A}, hot_b{"temperature_B_degC", true, plant::B};
-  switch (paper_case) {
-    case 1: return {duty_a};
-    case 2: return {duty_a, hot_a};
-    case 3: return {duty_a, duty_b};
-    case 4: return {duty_a, hot_a, duty_b, hot_b};
+Task task_of(const plant::System& system, int paper_case, std::optional<plant::ChannelId> predicted) {
+  if (paper_case < 1 || paper_case > 4) throw std::invalid_argument("the paper's cases are 1 to 4, not " + std::to_string(paper_case));
+  const bool one_input = paper_case <= 2, with_measured = paper_case % 2 == 0;
+  if (!predicted && !system.drives().empty()) predicted = system.drives().front().channel;
+  if (!predicted && system.channels().size() == 1) predicted = plant::ChannelId{};
+  if (!predicted) throw std::invalid_argument("nothing says which channel of this plant is to be predicted");
+  const std::string_view predicted_kind = system.channels()[*predicted].kind;
+  plant::InputId first;
+  for (const plant::Drive& drive : system.drives())
+    if (drive.channel == *predicted) {
+      first = drive.input;
+      break;
+    }
+  const sim::Columns columns = sim::columns_of(system);
+  Task task{.paper_case = paper_case, .features = {}, .predicted = columns.channels[predicted->index]};
+  const auto add_measured = [&](std::optional<plant::InputId> driven_by) {
+    for (const plant::ChannelId c : system.channels().ids()) {
+      const plant::ChannelInfo& channel = system.channels()[c];
+      if (c != *predicted && channel.kind != predicted_kind && channel.driven_by == driven_by)
+        task.features.push_back({columns.channels[c.index], true});
+    }
+  };
+  for (const plant::InputId i : system.inputs().ids()) {
+    if (one_input && i != first) continue;
+    task.features.push_back({columns.inputs[i.index], false});
+    if (with_measured) add_measured(i);
   }
-  throw std::invalid_argument("the paper's cases are 1 to 4, not " + std::to_string(paper_case));
+  if (with_measured) add_measured(std::nullopt);
+  return task;
 }
 
-Series series_of(const sim::Recording& recording, int paper_case, Missing missing) {
-  const auto channels = channels_of(paper_case);
+sim::Columns columns_of(const Task& task) {
+  sim::Columns columns;
+  for (const Feature& feature : task.features) (feature.measured ? columns.channels : columns.inputs).push_back(feature.column);
+  if (std::find(columns.channels.begin(), columns.channels.end(), task.predicted) == columns.channels.end())
+    columns.channels.push_back(task.predicted);
+  return columns;
+}
+
+Places places_in(const sim::Columns& columns, const Task& task, const std::string& recording) {
+  const auto place = [&](const sim::Column& column, bool measured) -> std::size_t {
+    const auto& among = measured ? columns.channels : columns.inputs;
+    const auto found = std::find(among.begin(), among.end(), column);
+    if (found == among.end())
+      throw sim::InputError({.file = recording, .key = column.name, .value = "nothing",
+                             .advice = "the predictor needs it, and this plant has no such column"});
+    return static_cast<std::size_t>(found - among.begin());
+  };
+  Places places;
+  for (const Feature& feature : task.features) places.features.push_back({feature.measured, place(feature.column, feature.measured)});
+  places.predicted = place(task.predicted, true);
+  return places;
+}
+
+Series series_of(const sim::Recording& recording, const Task& task, Missing missing) {
+  const Places places = places_in(recording.columns, task, recording.name);
   const double median_s = recording.median_period_s();
   if (!(std::abs(median_s - period_s) <= 0.02 * period_s))
     throw sim::InputError({.file = recording.name, .key = "time_s", .value = "a sample every " + sim::shortest(std::round(1e6 * median_s) / 1e6) + " s",
@@ -54,12 +93,12 @@ Series series_of(const sim::Recording& recording, int paper_case, Missing missin
                                .advice = "comes " + sim::shortest(std::round(1e6 * step_s) / 1e6) +
                                          " s after the sample before; the predictor needs one every 0.1 s"});
       const sim::Sample before = samples.back();
-      for (double k = 1.0; k <= lost; ++k)  // rows that are missing: the duty is held, all else is missing
-        samples.push_back({before.time_s + k * period_s, before.duty_fraction, {std::nan(""), std::nan("")}, std::nan("")});
+      for (double k = 1.0; k <= lost; ++k)  // rows that are missing: inputs are held, all else is missing
+        samples.push_back({before.time_s + k * period_s, before.inputs, std::vector<double>(before.channels.size(), std::nan(""))});
     }
     samples.push_back(sample);
   }
-  Series series{recording.name, samples.front().time_s, Matrix<double>(channels.size(), samples.size()),
+  Series series{recording.name, samples.front().time_s, Matrix<double>(task.features.size(), samples.size()),
                 Vector<double>(samples.size())};
   const auto fill = [&](const std::string& column, auto&& value_of, auto&& entry) {
     std::size_t count = 0, first = 0;
@@ -69,7 +108,7 @@ Series series_of(const sim::Recording& recording, int paper_case, Missing missin
         ++count;
       }
     if (count == samples.size() || (count > 0 && missing == Missing::refused))
-      refuse_missing(recording.name, samples, column, first, count, paper_case);
+      refuse_missing(recording.name, samples, column, first, count, task.paper_case);
     double last = 0.0;
     for (std::size_t k = 0; k < samples.size(); ++k)  // what is missing at the very beginning is what comes first
       if (!std::isnan(value_of(samples[k]))) {
@@ -81,41 +120,39 @@ Series series_of(const sim::Recording& recording, int paper_case, Missing missin
       entry(static_cast<Index>(k)) = last;
     }
   };
-  for (std::size_t c = 0; c < channels.size(); ++c)
-    fill(channels[c].name, [&](const sim::Sample& sample) { return of_channel(sample, channels[c]); },
-         [&](Index k) -> double& { return series.v(static_cast<Index>(c), k); });
-  fill("angle_deg", [](const sim::Sample& sample) { return sample.angle_deg; },
-       [&](Index k) -> double& { return series.angle_deg(k); });
+  for (std::size_t f = 0; f < task.features.size(); ++f) {
+    const auto [measured, index] = places.features[f];
+    fill(task.features[f].column.name,
+         [&](const sim::Sample& sample) { return measured ? sample.channels[index] : sample.inputs[index]; },
+         [&](Index k) -> double& { return series.v(static_cast<Index>(f), k); });
+  }
+  fill(task.predicted.name, [&](const sim::Sample& sample) { return sample.channels[places.predicted]; },
+       [&](Index k) -> double& { return series.y(k); });
   return series;
 }
 
 Series part_of(const Series& series, Index first, Index count) {
   return {series.name, series.first_s + static_cast<double>(first) * period_s, series.v.middleCols(first, count),
-          series.angle_deg.segment(first, count)};
+          series.y.segment(first, count)};
 }
 
-Scaling scaling_of(const std::vector<Series>& training, int paper_case) {
-  const auto channels = channels_of(paper_case);
-  Scaling scaling{Vector<double>::Zero(static_cast<Index>(channels.size())),
-                  Vector<double>::Ones(static_cast<Index>(channels.size()))};
-  const auto span = [](double low, double high) { return high > low ? high - low : 1.0; };
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (!channels[c].temperature) continue;
+Scaling scaling_of(const std::vector<Series>& training, const Task& task) {
+  const auto features = static_cast<Index>(task.features.size());
+  Scaling scaling{Vector<double>::Zero(features), Vector<double>::Ones(features)};
+  // To 0 ... 1; what does not move keeps its unit.
+  const auto scale = [&](auto&& row_of, double& offset, double& span) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (const Series& one : training) {
-      low = std::min(low, one.v.row(static_cast<Index>(c)).minCoeff());
-      high = std::max(high, one.v.row(static_cast<Index>(c)).maxCoeff());
+      low = std::min(low, row_of(one).minCoeff());
+      high = std::max(high, row_of(one).maxCoeff());
     }
-    scaling.v_offset(static_cast<Index>(c)) = low;
-    scaling.v_span(static_cast<Index>(c)) = span(low, high);
-  }
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const Series& one : training) {
-    low = std::min(low, one.angle_deg.minCoeff());
-    high = std::max(high, one.angle_deg.maxCoeff());
-  }
-  scaling.angle_offset_deg = low;
-  scaling.angle_span_deg = span(low, high);
+    offset = low;
+    span = high > low ? high - low : 1.0;
+  };
+  for (Index f = 0; f < features; ++f)
+    if (const Feature& feature = task.features[static_cast<std::size_t>(f)]; feature.measured || !feature.column.unit.empty())
+      scale([&](const Series& one) { return one.v.row(f); }, scaling.v_offset(f), scaling.v_span(f));
+  scale([](const Series& one) -> const Vector<double>& { return one.y; }, scaling.y_offset, scaling.y_span);
   return scaling;
 }
 
@@ -123,7 +160,7 @@ ScaledSeries scaled(const Series& series, const Scaling& scaling) {
   const Index n = series.samples(), K = series.v.rows();
   const Matrix<float> v = ((series.v.colwise() - scaling.v_offset).array().colwise() / scaling.v_span.array()).cast<float>();
   ScaledSeries result{Matrix<float>(2 * K, n - 1),
-                      ((series.angle_deg.array() - scaling.angle_offset_deg) / scaling.angle_span_deg).cast<float>()};
+                      ((series.y.array() - scaling.y_offset) / scaling.y_span).cast<float>()};
   result.exogenous << v.rightCols(n - 1), v.leftCols(n - 1);
   return result;
 }

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a predictor is given of a limb, and what it is asked for: the inputs of the paper's four cases, and their scaling.
+// What a predictor is given of a plant, and what it is asked for: columns of a recording, and their scaling.
 //
-// Source: Sabelhaus, Mehta, Wertz, Majidi 2022 (doi 10.3389/frobt.2022.888261): X(t) = [v(t), v(t-1), angle(t-1)] with v of
-//   case 1: duty A;  2: duty and temperature A;  3: both duties;  4: duty A, temperature A, duty B, temperature B.
+// Source: Sabelhaus, Mehta, Wertz, Majidi 2022 (doi 10.3389/frobt.2022.888261): X(t) = [v(t), v(t-1), y(t-1)], where y is the
+// channel that is predicted, and v, from the System's lists, in
+//   case 1: the first input that drives y;    2: that, and what the sensors of its part measure;
+//   case 3: all inputs;                       4: each input, followed by what the sensors of its part measure.
+// What sensors of no such part measure stands last in cases 2 and 4. Channels of y's own kind are not among it.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "model/network.h"
+#include "plant/system.h"
 #include "sim/recording.h"
 #include "sim/signals.h"
 
@@ -17,22 +22,43 @@ namespace sinew::model {
 
 inline constexpr double period_s = 0.1;  // of the paper's loop; nothing else is predicted
 
-struct Channel {
-  std::string name;  // the column of a recording, its unit at its end
-  bool temperature;
-  std::size_t coil;
+// An entry of v.
+struct Feature {
+  sim::Column column;
+  bool measured = false;  // a channel of the plant; otherwise one of its inputs
 };
 
-// v of a case from 1 to 4, in order. Throws std::invalid_argument for another number.
-std::vector<Channel> channels_of(int paper_case);
+struct Task {
+  int paper_case = 3;  // 1 to 4
+  std::vector<Feature> features;  // v, in order
+  sim::Column predicted;          // y; its unit is that of all errors
+};
 
-// One recording as a case sees it; column or entry k is the sample k.
+// The task of a case. Without `predicted`, y is the first channel that the System says inputs drive, or its only channel.
+// Throws std::invalid_argument for another case, and where the channel has to be named.
+Task task_of(const plant::System& system, int paper_case, std::optional<plant::ChannelId> predicted = std::nullopt);
+// The columns of a recording that the task needs.
+sim::Columns columns_of(const Task& task);
+
+// Where the task's columns lie among those of a recording, or of a System in its order.
+struct Places {
+  struct Place {
+    bool measured;
+    std::size_t index;  // of Sample::channels where measured, else of Sample::inputs
+  };
+  std::vector<Place> features;
+  std::size_t predicted = 0;  // of Sample::channels
+};
+// Throws InputError naming `recording` where a column is not there.
+Places places_in(const sim::Columns& columns, const Task& task, const std::string& recording);
+
+// One recording as a task sees it, in the units of the file; column or entry k is the sample k.
 struct Series {
   std::string name;
   double first_s = 0.0;
-  Matrix<double> v;         // [channels x samples], duty as a fraction, temperature in degC
-  Vector<double> angle_deg; // [samples]
-  Index samples() const { return angle_deg.size(); }
+  Matrix<double> v;  // [features x samples]
+  Vector<double> y;  // [samples]
+  Index samples() const { return y.size(); }
 };
 
 inline constexpr double longest_held_s = 10.0;
@@ -41,32 +67,33 @@ enum class Missing {
   held,     // the value before is taken, as a predictor in a loop would have to
 };
 
-// Throws InputError where a channel that the case needs is not there, a sample is missing, or the recording is not one at
+// Throws InputError where a column that the task needs is not there, a sample is missing, or the recording is not one at
 // 10 Hz: a step off by more than a fifth of the period. With `held`, rows that are missing are held too, up to longest_held_s.
-Series series_of(const sim::Recording& recording, int paper_case, Missing missing = Missing::refused);
+Series series_of(const sim::Recording& recording, const Task& task, Missing missing = Missing::refused);
 
 // Samples from `first` on, `count` of them.
 Series part_of(const Series& series, Index first, Index count);
 
-// What one unit of a network's numbers is. Duty stays as it is; temperatures and angle go to 0 ... 1 over the training data.
+// What one unit of a network's numbers is. Inputs stay as they are where they have no unit; what is measured, y, and inputs
+// with a unit go to 0 ... 1 over the training data.
 struct Scaling {
   Vector<double> v_offset, v_span;
-  double angle_offset_deg = 0.0, angle_span_deg = 1.0;
-  double scaled_angle(double angle_deg) const { return (angle_deg - angle_offset_deg) / angle_span_deg; }
-  double angle_deg(double scaled) const { return angle_offset_deg + angle_span_deg * scaled; }
+  double y_offset = 0.0, y_span = 1.0;
+  double scaled_y(double y) const { return (y - y_offset) / y_span; }
+  double y(double scaled) const { return y_offset + y_span * scaled; }
 };
-Scaling scaling_of(const std::vector<Series>& training, int paper_case);
+Scaling scaling_of(const std::vector<Series>& training, const Task& task);
 
-// A series in a network's numbers: [v(t); v(t-1)] of sample t in column t - 1, and the angle of sample t in entry t.
+// A series in a network's numbers: [v(t); v(t-1)] of sample t in column t - 1, and y of sample t in entry t.
 struct ScaledSeries {
-  Matrix<float> exogenous;  // [2 channels x samples - 1]
-  Vector<float> angle;      // [samples]
+  Matrix<float> exogenous;  // [2 features x samples - 1]
+  Vector<float> y;          // [samples]
 };
 ScaledSeries scaled(const Series& series, const Scaling& scaling);
 
 // All that a weights file holds.
 struct Model {
-  int paper_case = 3;
+  Task task;
   std::string method;  // "published" or "stateful"
   Scaling scaling;
   Weights<float> weights;

@@ -7,6 +7,7 @@
 #include "model/hdf5_file.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
+#include "sim/plant_file.h"
 #include "sim/simulation.h"
 #include "sim/text.h"
 
@@ -29,6 +30,33 @@ Json json_of(const fs::path& file) {
   } catch (const Json::exception& e) {
     throw sim::InputError({.file = file.string(), .advice = std::string("is no JSON: ") + e.what()});
   }
+}
+
+// The time's column, then those of the plant.
+std::vector<std::string> column_names(const SetPlan& plan) {
+  const sim::Columns columns = sim::columns_of(plan.scenario.plant.system());
+  std::vector<std::string> names{"time_s"};
+  for (const auto* some : {&columns.inputs, &columns.channels})
+    for (const sim::Column& column : *some) names.push_back(column.name);
+  return names;
+}
+
+fs::path manifest_in(const fs::path& folder) {
+  const fs::path manifest = folder / "manifest.json";
+  if (!fs::exists(manifest))
+    throw sim::InputError({.file = folder.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
+  return manifest;
+}
+[[noreturn]] void complain_of_manifest(const fs::path& manifest, const Json::exception& e) {
+  throw sim::InputError({.file = manifest.string(), .advice = std::string("is no manifest of a set: ") + e.what()});
+}
+
+// Of the scenario that the manifest holds only the plant is read: a recording that it replays may have gone since.
+std::shared_ptr<const plant::System> system_in(const Json& manifest, const fs::path& file) {
+  const sim::YamlValue scenario = sim::parse_yaml(manifest.at("scenario").get<std::string>(), file.string());
+  for (const auto& entry : scenario.map)
+    if (entry.key == "plant") return sim::read_plant(entry.value, file.parent_path()).shared_system();
+  return plant::default_plant().shared_system();
 }
 
 }  // namespace
@@ -56,17 +84,20 @@ void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
             {"sha256", sim::sha256(result.recording_csv)}, {"drawn", Json::object()}};
   for (const auto& [name, value] : one.drawn) json["drawn"][name] = value;
   json["effects"] = Json::array();
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    if (one.scenario.limb.on[e]) json["effects"].push_back(plant::effects()[e].name);
+  const plant::Plant& plant = one.scenario.plant;
+  for (const plant::EffectId e : plant.system().effects().ids())
+    if (plant.is_on(e)) json["effects"].push_back(plant.system().effects()[e].name);
   fs::create_directories(folder / "runs");
-  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
   sim::write_file_whole(stem_of(folder, run).string() + ".json", json.dump(1) + "\n");
+  sim::write_file_whole(stem_of(folder, run).string() + ".csv", result.recording_csv);
 }
 
 std::string manifest_of(const SetPlan& plan, const fs::path& folder) {
+  std::string column_list;
+  for (const std::string& name : column_names(plan)) column_list += (column_list.empty() ? "" : ", ") + name;
   Json json{{"what", "a set of runs by `sinew dataset`"}, {"version", sim::this_build().version}, {"mark", plan.mark()},
             {"sample_period_s", plan.scenario.sample_period_s}, {"duration_s", plan.scenario.duration_s},
-            {"columns", "time_s, duty_A, duty_B, temperature_A_degC, temperature_B_degC, angle_deg"},
+            {"columns", column_list},
             {"scenario", plan.scenario_yaml}, {"domain", plan.domain_text}, {"runs", Json::array()}};
   for (std::int64_t run = 0; run < plan.runs; ++run) {
     Json one = json_of(stem_of(folder, run).string() + ".json");
@@ -85,38 +116,50 @@ std::int64_t failed_runs(const SetPlan& plan, const fs::path& folder) {
 
 std::string set_in_hdf5(const SetPlan& plan, const fs::path& folder) {
   Hdf5File file;
+  const std::vector<std::string> names = column_names(plan);
   for (std::int64_t run = 0; run < plan.runs; ++run) {
-    const sim::Recording recording = sim::read_recording(stem_of(folder, run).string() + ".csv");
+    const sim::Recording recording = sim::read_recording(stem_of(folder, run).string() + ".csv", plan.scenario.plant.system());
     Hdf5Array& array = file.arrays["/runs/" + number_of(run)];
     array.single = false;
-    array.extents = {recording.samples.size(), 6};
-    for (const sim::Sample& s : recording.samples)
-      array.values.insert(array.values.end(), {s.time_s, s.duty_fraction[plant::A], s.duty_fraction[plant::B],
-                                               s.temperature_degC[plant::A], s.temperature_degC[plant::B], s.angle_deg});
+    array.extents = {recording.samples.size(), names.size()};
+    for (const sim::Sample& s : recording.samples) {
+      array.values.push_back(s.time_s);
+      array.values.insert(array.values.end(), s.inputs.begin(), s.inputs.end());
+      array.values.insert(array.values.end(), s.channels.begin(), s.channels.end());
+    }
   }
-  file.list_attributes["/"]["columns"] = {"time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"};
+  file.list_attributes["/"]["columns"] = names;
   file.text_attributes["/"]["manifest"] = manifest_of(plan, folder);
   return to_bytes(file);
 }
 
-std::vector<sim::Recording> read_set(const fs::path& path) {
-  if (!fs::is_directory(path)) return {sim::read_recording(path)};
-  const fs::path manifest = path / "manifest.json";
-  if (!fs::exists(manifest))
-    throw sim::InputError({.file = path.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
+std::shared_ptr<const plant::System> system_of_set(const fs::path& path) {
+  if (!fs::is_directory(path)) return nullptr;
+  const fs::path manifest = manifest_in(path);
+  try {
+    return system_in(json_of(manifest), manifest);
+  } catch (const Json::exception& e) {
+    complain_of_manifest(manifest, e);
+  }
+}
+
+std::vector<sim::Recording> read_set(const fs::path& path, const sim::Columns& columns_of_file) {
+  if (!fs::is_directory(path)) return {sim::read_recording(path, columns_of_file)};
+  const fs::path manifest = manifest_in(path);
   std::vector<sim::Recording> recordings;
   try {
     const Json json = json_of(manifest);
+    const sim::Columns columns = sim::columns_of(*system_in(json, manifest));
     for (const Json& run : json.at("runs")) {
       if (run.at("status") != "finished") continue;
       const fs::path file = path / run.at("file").get<std::string>();
       const std::string bytes = sim::read_file(file);
       if (sim::sha256(bytes) != run.at("sha256"))
         throw sim::InputError({.file = file.string(), .advice = "is not the run that manifest.json has the hash of"});
-      recordings.push_back(sim::parse_recording(bytes, file.string()));
+      recordings.push_back(sim::parse_recording(bytes, file.string(), columns));
     }
   } catch (const Json::exception& e) {
-    throw sim::InputError({.file = manifest.string(), .advice = std::string("is no manifest of a set: ") + e.what()});
+    complain_of_manifest(manifest, e);
   }
   if (recordings.empty()) throw sim::InputError({.file = manifest.string(), .advice = "has no run that finished"});
   return recordings;

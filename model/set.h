@@ -2,8 +2,8 @@
 // A set of recordings on disk: runs/0000.csv ..., each with runs/0000.json beside it, and manifest.json, written last.
 #pragma once
 
-#include <functional>
-#include <map>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,15 +23,17 @@ struct SetPlan {
 
 // Whether run `run` lies in `folder`, whole and made from this plan.
 bool is_there(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
-// Simulates one run and writes its two files, each whole or not at all. The same plan gives the same bytes.
+// Simulates one run and writes its two files, first the JSON, each whole or not at all. The same plan gives the same bytes.
 void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
 // Gathers all runs: the manifest's text; and the recordings in HDF5, [samples x columns] arrays /runs/0000 ...
 std::string manifest_of(const SetPlan& plan, const std::filesystem::path& folder);
 std::int64_t failed_runs(const SetPlan& plan, const std::filesystem::path& folder);
 std::string set_in_hdf5(const SetPlan& plan, const std::filesystem::path& folder);
 
-// The recordings of a set, those that failed left out, or of one CSV file. Throws InputError for a folder without manifest and
-// for a run that is not what the manifest's hash says.
-std::vector<sim::Recording> read_set(const std::filesystem::path& path);
+// The recordings of a set, those that failed left out, with the columns of its plant; or the one of a CSV file, with the columns
+// given. Throws InputError for a folder without manifest and for a run that is not what the manifest's hash says.
+std::vector<sim::Recording> read_set(const std::filesystem::path& path, const sim::Columns& columns_of_file);
+// The System that a set's runs are of, by its manifest; null for what is no folder.
+std::shared_ptr<const plant::System> system_of_set(const std::filesystem::path& path);
 
 }  // namespace sinew::model

@@ -63,11 +63,11 @@ Model model_of(const TrainingRun& run, const std::vector<Series>& training, std:
                bool output_relu, double longest_memory) {
   if (run.from) return *run.from;
   Model model;
-  model.paper_case = run.paper_case;
+  model.task = run.task;
   model.method = method;
-  model.scaling = scaling_of(training, run.paper_case);
-  const auto channels = static_cast<Index>(channels_of(run.paper_case).size());
-  model.weights = first_weights({2 * channels + 1, hidden, dense, output_relu}, run.seed, longest_memory);
+  model.scaling = scaling_of(training, run.task);
+  const auto features = static_cast<Index>(run.task.features.size());
+  model.weights = first_weights({2 * features + 1, hidden, dense, output_relu}, run.seed, longest_memory);
   return model;
 }
 
@@ -90,7 +90,7 @@ double root_mean_square(const std::vector<Series>& series, const std::vector<Ind
                         const std::function<Vector<double>(const Series&)>& predict) {
   std::vector<double> sums(series.size());
   sim::in_parallel(series.size(), threads, [&](std::size_t i) {
-    sums[i] = (predict(series[i]) - series[i].angle_deg).tail(counted_of(series[i], lead_in[i])).squaredNorm();
+    sums[i] = (predict(series[i]) - series[i].y).tail(counted_of(series[i], lead_in[i])).squaredNorm();
   });
   double sum = 0.0;
   Index count = 0;
@@ -156,7 +156,7 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
   Adam<float> adam(weights.shape.rest());  // the recurrent weights have no gradient
   const AdamSettings rates{settings.rate, settings.decay, 0.9, 0.999, 1e-7};
   const sim::RandomStream chance(run.seed, "training.order");
-  const double span_deg = trained.model.scaling.angle_span_deg;
+  const double span = trained.model.scaling.y_span;
   std::vector<Part> parts;
   Index parts_for = 0;
   for (Index epoch = 0; epoch < settings.epochs; ++epoch) {
@@ -176,15 +176,15 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
         for (Index s = 0; s < part.streams(); ++s, ++next) {
           const auto [r, k] = samples[static_cast<std::size_t>(order[static_cast<std::size_t>(next)])];
           part.stretch.exogenous.col(s) = data[r].exogenous.col(k - 1);
-          part.stretch.angle_before(s, 0) = data[r].angle(k - 1);
-          part.stretch.target(s, 0) = data[r].angle(k);
+          part.stretch.y_before(s, 0) = data[r].y(k - 1);
+          part.stretch.target(s, 0) = data[r].y(k);
           part.stretch.weight(s, 0) = 1.0F / static_cast<float>(batch);
         }
       const double loss = work_on(parts, weights, run.threads);
       sum += loss * static_cast<double>(batch);
       adam.update(weights.all, parts.front().gradient.all, rates);
     }
-    trained.curve.push_back({static_cast<Index>(adam.updates()), span_deg * std::sqrt(sum / static_cast<double>(count)),
+    trained.curve.push_back({static_cast<Index>(adam.updates()), span * std::sqrt(sum / static_cast<double>(count)),
                              root_mean_square(rest, std::vector<Index>(rest.size(), 1), run.threads, [&](const Series& one) { return one_step_ahead(trained.model, one); })});
     if (run.progress) run.progress(static_cast<double>(epoch + 1) / static_cast<double>(settings.epochs), trained.curve.back());
   }
@@ -249,9 +249,9 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     ++begun;
     part.state.c.col(s).setZero();
     part.state.h.col(s).setZero();
-    part.state.last_output(s) = data[walk.recording].angle(walk.at - 1);
+    part.state.last_output(s) = data[walk.recording].y(walk.at - 1);
   };
-  // A tenth at first, rising to 1. A recording's own beginning, at rest, is known; its angle and nothing before says enough.
+  // A tenth at first, rising to 1. A recording's own beginning, at rest, is known; its y and nothing before says enough.
   const auto weight_at = [&](const Walk& walk, Index age) {
     const double known = walk.teacher ? 1.0 : std::min(1.0, 0.1 + 0.9 * static_cast<double>(age) / std::max<double>(1.0, static_cast<double>(settled_after)));
     return static_cast<float>(known / static_cast<double>(settings.streams * T));
@@ -260,15 +260,15 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     const Index B = part.streams();
     for (Index s = 0; s < B; ++s) {
       Walk& walk = streams[static_cast<std::size_t>(s)];
-      if (walk.left <= 0 || walk.at + T > data[walk.recording].angle.size()) begin_anew(walk, part, s);
+      if (walk.left <= 0 || walk.at + T > data[walk.recording].y.size()) begin_anew(walk, part, s);
       const ScaledSeries& from = data[walk.recording];
       for (Index t = 0; t < T; ++t) {
         const Index k = walk.at + t;
         part.stretch.exogenous.col(t * B + s) = from.exogenous.col(k - 1);
-        part.stretch.angle_before(s, t) = from.angle(k - 1);
-        part.stretch.target(s, t) = from.angle(k);
+        part.stretch.y_before(s, t) = from.y(k - 1);
+        part.stretch.target(s, t) = from.y(k);
         part.stretch.weight(s, t) = weight_at(walk, walk.age + t);
-        if (walk.teacher) part.stretch.angle_before(s, t) += static_cast<float>(settings.feedback_noise * noise.normal(noises++));
+        if (walk.teacher) part.stretch.y_before(s, t) += static_cast<float>(settings.feedback_noise * noise.normal(noises++));
       }
       part.stretch.free.row(s).setConstant(walk.teacher ? 0.0F : 1.0F);
       walk.at += T;
@@ -282,7 +282,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   double sum = 0.0, best = HUGE_VAL;
   Index since_best = 0, since_point = 0;
   Model tried = trained.model;
-  const double span_deg = trained.model.scaling.angle_span_deg;
+  const double span = trained.model.scaling.y_span;
   const auto error_of = [&](const Model& model) {
     return root_mean_square(validation, lead_ins, run.threads, [&](const Series& one) { return rollout(model, one); });
   };
@@ -303,13 +303,13 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     adam.update(weights.all, gradient, rates, 0.01 + 0.99 * 0.5 * (1.0 + std::cos(std::numbers::pi * done)));
     if ((update + 1) % settings.validation_every != 0 && update + 1 != settings.updates) continue;
     tried.weights = weights;
-    const double error_deg = error_of(tried);
-    trained.curve.push_back({update + 1, span_deg * std::sqrt(sum / static_cast<double>(since_point)), error_deg});
+    const double error = error_of(tried);
+    trained.curve.push_back({update + 1, span * std::sqrt(sum / static_cast<double>(since_point)), error});
     sum = 0.0;
     since_point = 0;
     ++since_best;
-    if (error_deg < best) {
-      best = error_deg;
+    if (error < best) {
+      best = error;
       since_best = 0;
       trained.model.weights = weights;
       trained.best_update = update + 1;

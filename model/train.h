@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Training: as published, and as a recurrent network should be trained that is to run for ten minutes on its own.
 //
-// published: every step a sample of its own, window of one, the state cleared before it, the measured angle always fed in.
-// So the recurrent weights take no part and all memory goes through the angle (the published code of Sabelhaus et al. 2022:
+// published: every step a sample of its own, window of one, the state cleared before it, the measured y always fed in.
+// So the recurrent weights take no part and all memory goes through y (the published code of Sabelhaus et al. 2022:
 // batches of 100, 20 epochs, Adam of Keras 2 with rate 0.01 and decay 0.9, first 67 % for training).
 //
 // stateful: many streams walk through the recordings side by side; their state is carried from stretch to stretch and the
 // gradient is cut there (truncated back-propagation through time, Williams and Peng 1990). Most streams are fed their own
-// output, as in a rollout, and the gradient goes through it; the others the measured angle with noise on it. A stream begins
+// output, as in a rollout, and the gradient goes through it; the others the measured y with noise on it. A stream begins
 // anew, nothing remembered, after a random time. What is kept are the weights with the least error in rollouts over data set
 // aside.
 //
@@ -59,8 +59,8 @@ struct StatefulSettings {
     visit(self.updates, sim::Key{"updates", {1, 10000000}, "at most so many"});
     visit(self.rate, sim::Key{"rate", {1e-8, 1.0}, "of Adam, at first; falls as a cosine to a hundredth"});
     visit(self.clip_norm, sim::Key{"clip_norm", {1e-6, 1e6}, "a longer gradient is cut to this length"});
-    visit(self.teacher_fraction, sim::Key{"teacher_fraction", sim::fraction, "of streams that are fed the measured angle"});
-    visit(self.feedback_noise, sim::Key{"feedback_noise", sim::fraction, "on that angle, as a share of its range"});
+    visit(self.teacher_fraction, sim::Key{"teacher_fraction", sim::fraction, "of streams that are fed the measured value"});
+    visit(self.feedback_noise, sim::Key{"feedback_noise", sim::fraction, "on that value, as a share of its range"});
     visit(self.longest_memory_s, sim::Key{"longest_memory_s", {0.0, 1e6}, "cells begin with memories up to this; 0: Keras's"});
     visit(self.shortest_life_s, sim::Key{"shortest_life_s", {0.1, 1e6}, "a stream begins anew after a time from here"});
     visit(self.longest_life_s, sim::Key{"longest_life_s", {0.1, 1e6}, "to here"});
@@ -80,10 +80,11 @@ struct TrainingFile {
 };
 TrainingFile read_training(const std::filesystem::path& file);
 
+// In the unit of the channel that is predicted.
 struct CurvePoint {
   Index update;
-  double training_deg;    // root mean square since the point before
-  double validation_deg;  // published: one step ahead, over what follows the training part; stateful: in rollouts. NaN: no data
+  double training_error;    // root mean square since the point before
+  double validation_error;  // published: one step ahead, over what follows the training part; stateful: in rollouts. NaN: no data
 };
 
 struct Trained {
@@ -93,7 +94,7 @@ struct Trained {
 };
 
 struct TrainingRun {
-  int paper_case = 3;
+  Task task;
   std::uint64_t seed = 1;
   int threads = 1;
   const Model* from = nullptr;  // goes on from its weights and scaling, with an Adam that is new

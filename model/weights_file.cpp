@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/weights_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -44,19 +45,35 @@ std::string checksum(const Weights<float>& weights, Json json) {
   return sim::sha256(bytes);
 }
 
-std::string unit_of(const Channel& channel) { return channel.temperature ? "degC" : "1"; }
+// Numbers without a unit have the unit 1 in the file.
+std::string unit_of(const sim::Column& column) { return column.unit.empty() ? "1" : column.unit; }
+// Inputs mostly are fractions, and measurements have a unit: the file says which is which where it is otherwise.
+bool usually_measured(const sim::Column& column) { return !column.unit.empty(); }
+
+// In words, by the column's name: what stands before its unit.
+sim::Column column_of(const std::string& name, const std::string& unit) {
+  sim::Column column{.name = name, .words = name, .unit = unit == "1" ? "" : unit};
+  if (const std::string ending = "_" + column.unit; !column.unit.empty() && name.ends_with(ending))
+    column.words.resize(name.size() - ending.size());
+  std::replace(column.words.begin(), column.words.end(), '_', ' ');
+  return column;
+}
 
 Json said(const Model& model) {
-  Json json{{"format", 1}, {"case", model.paper_case}, {"method", model.method}, {"sample_period_s", period_s},
+  Json json{{"format", 1}, {"case", model.task.paper_case}, {"method", model.method}, {"sample_period_s", period_s},
             {"output_relu", model.weights.shape.output_relu}};
-  const auto channels = channels_of(model.paper_case);
-  for (std::size_t c = 0; c < channels.size(); ++c)
-    json["inputs"].push_back({{"name", channels[c].name},
-                              {"unit", unit_of(channels[c])},
-                              {"offset", model.scaling.v_offset(static_cast<Index>(c))},
-                              {"span", model.scaling.v_span(static_cast<Index>(c))}});
-  json["input_order"] = "v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span";
-  json["output"] = {{"name", "angle_deg"}, {"unit", "deg"}, {"offset", model.scaling.angle_offset_deg}, {"span", model.scaling.angle_span_deg}};
+  for (std::size_t f = 0; f < model.task.features.size(); ++f) {
+    const auto& [column, measured] = model.task.features[f];
+    Json input{{"name", column.name},
+               {"unit", unit_of(column)},
+               {"offset", model.scaling.v_offset(static_cast<Index>(f))},
+               {"span", model.scaling.v_span(static_cast<Index>(f))}};
+    if (measured != usually_measured(column)) input["measured"] = measured;
+    json["inputs"].push_back(std::move(input));
+  }
+  const sim::Column& predicted = model.task.predicted;
+  json["input_order"] = "v(t), v(t-1), " + column_of(predicted.name, predicted.unit).words + "(t-1); a number of the network is (value - offset) / span";
+  json["output"] = {{"name", predicted.name}, {"unit", unit_of(predicted)}, {"offset", model.scaling.y_offset}, {"span", model.scaling.y_span}};
   json["trained_on"] = model.trained_on;
   json["made_by"] = "sinew " + sim::this_build().version;
   json["sha256"] = checksum(model.weights, json);
@@ -150,6 +167,19 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
   }
 }
 
+void complain_unless_same(const std::string& file, const Task& task, const Task& asked_for) {
+  if (task.paper_case != asked_for.paper_case)
+    complain(file, "case", std::to_string(task.paper_case), "these are weights of another case than " + std::to_string(asked_for.paper_case));
+  if (task.features.size() != asked_for.features.size())
+    complain(file, "inputs", std::to_string(task.features.size()), "this plant has " + std::to_string(asked_for.features.size()) + " in case " + std::to_string(task.paper_case));
+  const auto compare = [&](const char* key, const sim::Column& column, const sim::Column& wanted) {
+    if (column.name != wanted.name || column.unit != wanted.unit)
+      complain(file, key, column.name + " in " + unit_of(column), "must be " + wanted.name + " in " + unit_of(wanted));
+  };
+  for (std::size_t f = 0; f < task.features.size(); ++f) compare("inputs", task.features[f].column, asked_for.features[f].column);
+  compare("output", task.predicted, asked_for.predicted);
+}
+
 }  // namespace
 
 std::string to_hdf5(const Model& model, Layout layout) {
@@ -203,24 +233,25 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
   if (root != file.text_attributes.end() && root->second.count("sinew")) {
     try {
       const Json json = Json::parse(root->second.at("sinew"));
-      model.paper_case = json.at("case");
+      model.task.paper_case = json.at("case");
+      if (model.task.paper_case < 1 || model.task.paper_case > 4)
+        complain(name, "case", std::to_string(model.task.paper_case), "the paper's cases are 1 to 4");
       model.method = json.at("method");
       if (model.method != "published" && model.method != "stateful") complain(name, "sinew", model.method, "the method must be published or stateful");
       model.weights.shape.output_relu = json.value("output_relu", shape.output_relu);
-      const auto channels = channels_of(model.paper_case);
-      const Json& inputs = json.at("inputs");
-      model.scaling.v_offset.resize(static_cast<Index>(channels.size()));
-      model.scaling.v_span.resize(static_cast<Index>(channels.size()));
-      if (inputs.size() != channels.size())
-        complain(name, "inputs", std::to_string(inputs.size()), "case " + std::to_string(model.paper_case) + " has " + std::to_string(channels.size()));
-      for (std::size_t c = 0; c < channels.size(); ++c) {
-        if (inputs[c].at("name") != channels[c].name || inputs[c].at("unit") != unit_of(channels[c]))
-          complain(name, "inputs", inputs[c].at("name"), "must be " + channels[c].name + " in " + unit_of(channels[c]));
-        model.scaling.v_offset(static_cast<Index>(c)) = inputs[c].at("offset");
-        model.scaling.v_span(static_cast<Index>(c)) = inputs[c].at("span");
+      const Json &inputs = json.at("inputs"), &output = json.at("output");
+      model.scaling.v_offset.resize(static_cast<Index>(inputs.size()));
+      model.scaling.v_span.resize(static_cast<Index>(inputs.size()));
+      for (const Json& input : inputs) {
+        const auto f = static_cast<Index>(model.task.features.size());
+        const sim::Column column = column_of(input.at("name"), input.at("unit"));
+        model.task.features.push_back({column, input.value("measured", usually_measured(column))});
+        model.scaling.v_offset(f) = input.at("offset");
+        model.scaling.v_span(f) = input.at("span");
       }
-      model.scaling.angle_offset_deg = json.at("output").at("offset");
-      model.scaling.angle_span_deg = json.at("output").at("span");
+      model.task.predicted = column_of(output.at("name"), output.at("unit"));
+      model.scaling.y_offset = output.at("offset");
+      model.scaling.y_span = output.at("span");
       model.trained_on = json.value("trained_on", "");
       if (json.at("sha256") != checksum(model.weights, json))
         complain(name, "sha256", json.at("sha256"), "is not that of what is in the file: weights, scaling or names were changed");
@@ -228,28 +259,25 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
         return offset.allFinite() && span.allFinite() && span.minCoeff() > 0.0;
       };
       if (!usable(model.scaling.v_offset, model.scaling.v_span) ||
-          !usable(Vector<double>::Constant(1, model.scaling.angle_offset_deg), Vector<double>::Constant(1, model.scaling.angle_span_deg)))
+          !usable(Vector<double>::Constant(1, model.scaling.y_offset), Vector<double>::Constant(1, model.scaling.y_span)))
         complain(name, "span", "", "scaling must be finite, and its spans above 0");
     } catch (const Json::exception& e) {
       complain(name, "sinew", "", std::string("is no description of a model: ") + e.what());
-    } catch (const std::invalid_argument& e) {
-      complain(name, "sinew", "", e.what());
     }
-    if (unsaid.paper_case && *unsaid.paper_case != model.paper_case)
-      complain(name, "case", std::to_string(model.paper_case), "these are weights of another case than " + std::to_string(*unsaid.paper_case));
+    if (unsaid.task) complain_unless_same(name, model.task, *unsaid.task);
   } else {
-    if (!unsaid.paper_case || unsaid.method.empty() || !unsaid.lowest_deg || !unsaid.highest_deg)
+    if (!unsaid.task || unsaid.method.empty() || !unsaid.lowest || !unsaid.highest)
       complain(name, "sinew", "nothing",
-               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
-    model.paper_case = *unsaid.paper_case;
+               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are 0 and 1");
+    model.task = *unsaid.task;
     model.method = unsaid.method;
-    const auto channels = static_cast<Index>(channels_of(model.paper_case).size());
-    model.scaling = {Vector<double>::Zero(channels), Vector<double>::Ones(channels), *unsaid.lowest_deg, *unsaid.highest_deg - *unsaid.lowest_deg};
+    const auto features = static_cast<Index>(model.task.features.size());
+    model.scaling = {Vector<double>::Zero(features), Vector<double>::Ones(features), *unsaid.lowest, *unsaid.highest - *unsaid.lowest};
     model.trained_on = "elsewhere";
   }
-  if (const auto channels = static_cast<Index>(channels_of(model.paper_case).size()); shape.inputs != 2 * channels + 1)
+  if (const auto features = static_cast<Index>(model.task.features.size()); shape.inputs != 2 * features + 1)
     complain(name, paths[0], text_of(array(0).extents),
-             "case " + std::to_string(model.paper_case) + " has " + std::to_string(2 * channels + 1) + " inputs");
+             "case " + std::to_string(model.task.paper_case) + " has " + std::to_string(2 * features + 1) + " inputs");
   return model;
 }
 

@@ -6,7 +6,8 @@
 //   keras 3, weights alone    model.save_weights("x.weights.h5"):  /layers/lstm/cell/vars/0, ...
 //
 // All three are read; the first (a whole model) and the last are written. What Keras does not know stands in the attribute
-// `sinew` of the root, as JSON: case, method, names, units and scaling of the inputs, and a SHA-256 over all that and the weights' bytes.
+// `sinew` of the root, as JSON: case, method, names, units and scaling of what is given and of what is predicted, and a SHA-256
+// over all that and the weights' bytes. So a recording can be read for a model without its plant.
 #pragma once
 
 #include <filesystem>
@@ -22,15 +23,15 @@ enum class Layout { keras2, keras3 };
 // The file's bytes; the same model gives the same.
 std::string to_hdf5(const Model& model, Layout layout = Layout::keras2);
 
-// For a file that Keras wrote, which says neither case nor scaling.
+// For a file that Keras wrote, which says neither task nor scaling.
 struct Unsaid {
-  std::optional<int> paper_case;
+  std::optional<Task> task;
   std::string method;  // empty: not given
-  std::optional<double> lowest_deg, highest_deg;
+  std::optional<double> lowest, highest;  // what is 0 and 1 of the network's numbers, in the unit of the channel predicted
 };
 
 // Throws InputError for a file that is no HDF5, a weight that is missing or of another shape than the others ask for, a weight
-// that is not a number, a layer that is not known, a checksum that does not fit, and a case that is not the one asked for.
+// that is not a number, a layer that is not known, a checksum that does not fit, and a task that is not the one asked for.
 Model read_model(const std::filesystem::path& path, const Unsaid& unsaid = {});
 
 }  // namespace sinew::model

@@ -9,6 +9,14 @@
 
 #include <cmath>
 
+// For functions full of Jets or small matrices, whose operators cost more as calls than the arithmetic in them. Not under a
+// sanitizer, which puts a check into each operation: one function of them all then takes minutes to compile.
+#if defined(__SANITIZE_ADDRESS__)
+#define SINEW_FLATTEN
+#else
+#define SINEW_FLATTEN [[gnu::flatten]]
+#endif
+
 namespace sinew::plant {
 
 // Derivatives that one pass carries; more take several passes. The only instantiation beside double: the equations are what

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant/system.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "plant/effect_set.h"
@@ -42,6 +43,12 @@ EffectId System::effect(std::string_view name) const {
 }
 ChannelId System::channel(std::string_view column) const {
   return required(find(channels_, [&](const ChannelInfo& info) { return info.column == column; }), "channel", column);
+}
+
+std::optional<ParameterId> System::surroundings() const {
+  for (const Entry& entry : entries_)
+    if (entry.parameter) return entry.parameter;
+  return std::nullopt;
 }
 
 std::vector<StartBelief> System::start_beliefs(const Plant& plant, std::span<const double>) const {
@@ -98,6 +105,9 @@ std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(
 bool operator==(const Plant& left, const Plant& right) {
   if (left.on_ != right.on_ || left.values_ != right.values_) return false;
   if (left.system_ == right.system_) return true;
+  // Values of a part's own: the same numbers may be another part's.
+  const auto same = [](const ParameterInfo& a, const ParameterInfo& b) { return a.key() == b.key(); };
+  if (!std::ranges::equal(left.system_->parameters(), right.system_->parameters(), same)) return false;
   return left.system_->name() == right.system_->name() && left.system_->structure_yaml() == right.system_->structure_yaml();
 }
 

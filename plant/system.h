@@ -9,6 +9,7 @@
 // A new System is one folder below this one (docs/adding_a_system.md).
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,8 +29,8 @@ struct Situation {
   double time_s = 0.0;  // since the start of the scenario or recording
   // When a held input or a switch in time last changed: within such a segment the right-hand side is smooth in time.
   double segment_start_s = 0.0;
-  std::vector<double> inputs;      // at inputs_from_s
-  std::vector<double> slopes_1_s;  // of each input since then; empty: all are held
+  std::vector<double> inputs = {};      // at inputs_from_s
+  std::vector<double> slopes_1_s = {};  // of each input since then; empty: all are held
   double inputs_from_s = 0.0;
   double input(std::size_t i) const {
     return slopes_1_s.empty() ? inputs[i] : inputs[i] + slopes_1_s[i] * (time_s - inputs_from_s);
@@ -41,6 +42,7 @@ struct StateInfo {
   Unit unit;
   double scale;  // a change of this size is large: sets the absolute tolerance and the prior of an unknown start
   bool free_at_start = true;  // whether a recording that begins in mid-motion leaves its first value open
+  double safe_until = std::numeric_limits<double>::infinity();  // an experiment that is designed stays below it
 };
 using States = ListOf<StateId, StateInfo>;
 
@@ -49,6 +51,7 @@ enum class Between { held, linear };  // what an input does from one sample to t
 struct InputInfo {
   std::string column;  // "duty_A"
   std::string name;    // of the part that it drives: "A"
+  std::string part;    // the same in words: "coil A"
   std::string words;   // "duty A"
   Unit unit;
   Range range;  // a recording with a value outside is refused
@@ -66,6 +69,8 @@ struct ChannelInfo {
   std::string short_name;  // of its random stream, and in options: "temperature_A"
   // Misreadings are told by the kind: only channels of one kind can be exchanged for each other.
   std::string kind;  // "temperature", "angle"
+  // What surroundings that are never quite still move it by, in `unit`: a mismatch as small as that is no sign of missing physics.
+  double ordinary_disturbance = 0.0;
   // For words about a stretch of time: the input that drives the part whose sensor this is.
   std::optional<InputId> driven_by = std::nullopt;
   std::string part = "";         // "coil A"
@@ -116,14 +121,22 @@ struct EntryGroup {
   std::string_view unit;   // of the forcing
   double typical;               // a size that matters, in internal units
   double correlation_time_s;
-  std::vector<std::string_view> places;  // of the effects that enter here
+  std::vector<std::string_view> places = {};  // of the effects that enter here; where there are two, the second is the inputs' side
+  std::string_view input_words = "";  // of the second: "the heating of the wires by their current"
+  double begin = 0.0;  // the size that a fit begins with
+  // The surroundings: what moves around every plant, and is no sign of missing physics, up to `most`.
+  bool is_nuisance = false;
+  double least = 0.0, most = 0.0;
+  // Groups of one such name move the same channels, and cannot be told apart without a law.
+  std::string_view alike = "";
 };
 
 // Where physics may enter: one equation (a push on the rate of `state`, divided by the value of `divided_by`), or the reading of
-// `channel`. The first group may be the surroundings: what moves around every plant and is no sign of missing physics; it
-// enters wherever `parameter` does.
+// `channel`. Or it enters wherever
+// `parameter` does, as the air around a limb.
 struct Entry {
   EntryGroupId group;
+  std::string part = "";  // whose it is, where a group has several: "A"
   std::optional<StateId> state = std::nullopt;
   std::optional<ParameterId> divided_by = std::nullopt;
   std::optional<ChannelId> channel = std::nullopt;
@@ -196,6 +209,14 @@ class System : public std::enable_shared_from_this<System> {
   const std::vector<Drive>& drives() const { return drives_; }
   // The usual logger; then, where there is one, the same with the sides exchanged.
   const std::vector<LoggerFormat>& loggers() const { return loggers_; }
+  // What inputs drive, in one word: "coils".
+  std::string_view parts_word() const { return parts_word_; }
+  // Channels of this kind show what lies before all others, and so do the effects of these places: where they are off, only what
+  // enters there can be the cause.
+  std::string_view upstream_kind() const { return upstream_kind_; }
+  const std::vector<std::string_view>& upstream_places() const { return upstream_places_; }
+  // The parameter of the surroundings, where there is one (entries()).
+  std::optional<ParameterId> surroundings() const;
   // Averages of the readings over this time lose nothing that the plant can do; 0: samples are taken as they are.
   double averaging_s() const { return averaging_s_; }
 
@@ -231,6 +252,8 @@ class System : public std::enable_shared_from_this<System> {
   std::vector<Constant> constants_;
   std::vector<Drive> drives_;
   std::vector<LoggerFormat> loggers_;
+  std::string_view parts_word_ = "inputs", upstream_kind_ = "";
+  std::vector<std::string_view> upstream_places_;
   double averaging_s_ = 0.0;
 };
 
@@ -240,6 +263,7 @@ class System : public std::enable_shared_from_this<System> {
 // it would do. An effect that is off takes no part at all: it has no states and costs nothing.
 class Plant {
  public:
+  Plant() = default;  // of no system; only to be assigned to
   // Nominal values, all effects off.
   explicit Plant(std::shared_ptr<const System> system);
 

@@ -13,14 +13,6 @@
 #include "plant/limb/effects.h"
 #include "plant/limb/wire.h"
 
-// Small vectors of Jets cost more as calls than the arithmetic in them. Not under a sanitizer, which puts a check into each
-// operation: one function of them all then takes minutes to compile.
-#if defined(__SANITIZE_ADDRESS__)
-#define SINEW_FLATTEN
-#else
-#define SINEW_FLATTEN [[gnu::flatten]]
-#endif
-
 namespace sinew::plant {
 
 template <class S>

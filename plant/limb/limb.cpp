@@ -49,11 +49,14 @@ LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(
   name_ = "limb";
   words_ = "the limb";
   averaging_s_ = 0.5;
+  parts_word_ = "coils";
+  upstream_kind_ = "temperature";
+  upstream_places_ = {text_of(Place::thermal), text_of(Place::actuation), text_of(Place::sensor_temperature)};
   const auto names = [&](Part part) { return part_names(shape_, part); };
   own_ = own_parts_of(own, LimbValues<double>(Core<double>(shape_), {}), names);
   list_parameters_and_effects(LimbValues<double>(Core<double>(shape_), own_), names, parameters_, effects_);
   for (const Shape::Coil& coil : shape_.coils)
-    inputs_.push_back({"duty_" + coil.name, coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
+    inputs_.push_back({"duty_" + coil.name, coil.name, "coil " + coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
   list_channels();
   list_entries();
   list_drives();
@@ -99,6 +102,7 @@ void LimbSystem::list_channels() {
       // A MAX31855 amplifier.
       info.unit = units::degC, info.unit_words = "°C", info.range = {-273.15, 1e4}, info.noise = 0.1, info.step = 0.25;
       info.kind = "temperature";
+      info.ordinary_disturbance = 0.6;
       info.driven_by = InputId{sensor.part};
       info.part = "coil " + shape_.coils[sensor.part].name;
       info.driven_words = "is heated";
@@ -107,6 +111,7 @@ void LimbSystem::list_channels() {
       // A capacitive bend sensor; a camera is taken to be as good.
       info.unit = units::deg, info.unit_words = "°", info.range = {-360.0, 360.0}, info.noise = 0.05, info.step = 0.03125;
       info.kind = "angle";
+      info.ordinary_disturbance = 0.5;
     }
     channels_.push_back(std::move(info));
   }
@@ -131,12 +136,19 @@ void LimbSystem::list_entries() {
 
   const auto text = [](Place place) { return text_of(place); };
   entry_groups_ = ListOf<EntryGroupId, EntryGroup>({
-      {"air", "the air around the limb", "K", 0.3, 30.0, {}},
-      {"heat", "the wires' heat balances", "W", 0.2, 4.0, {text(Place::thermal), text(Place::actuation)}},
-      {"transformation", "the transformation's rate", "1/s", 0.05, 2.0, {text(Place::transformation)}},
-      {"moment", "the beam's moment balance", "Nm", 5e-4, 2.0, {text(Place::mechanics)}},
-      {"temperature_reading", "the thermocouples' readings", "K", 0.5, 6.0, {text(Place::sensor_temperature)}},
-      {"angle_reading", "the bend sensor's reading", "rad", 0.01, 6.0, {text(Place::sensor_angle)}},
+      {.name = "air", .words = "the air around the limb", .unit = "K", .typical = 0.3, .correlation_time_s = 30.0,
+       .begin = 0.3, .is_nuisance = true, .least = 0.05, .most = 0.6},
+      {.name = "heat", .words = "the wires' heat balances", .unit = "W", .typical = 0.2, .correlation_time_s = 4.0,
+       .places = {text(Place::thermal), text(Place::actuation)}, .input_words = "the heating of the wires by their current",
+       .begin = 0.2},
+      {.name = "transformation", .words = "the transformation's rate", .unit = "1/s", .typical = 0.05,
+       .correlation_time_s = 2.0, .places = {text(Place::transformation)}, .begin = 0.02, .alike = "angle"},
+      {.name = "moment", .words = "the beam's moment balance", .unit = "Nm", .typical = 5e-4, .correlation_time_s = 2.0,
+       .places = {text(Place::mechanics)}, .begin = 2e-4, .alike = "angle"},
+      {.name = "temperature_reading", .words = "the thermocouples' readings", .unit = "K", .typical = 0.5,
+       .correlation_time_s = 6.0, .places = {text(Place::sensor_temperature)}, .begin = 0.2},
+      {.name = "angle_reading", .words = "the bend sensor's reading", .unit = "rad", .typical = 0.01,
+       .correlation_time_s = 6.0, .places = {text(Place::sensor_angle)}, .begin = 4e-3, .alike = "angle"},
   });
 
   const CoreStates at(shape_);
@@ -168,16 +180,18 @@ void LimbSystem::list_entries() {
   entries_.push_back({.group = {Groups::air}, .parameter = parameter("ambient_temperature_degC")});
   all_coils([&](std::size_t j) {
     entries_.push_back({.group = {Groups::heat},
+                        .part = coil_names[j],
                         .state = StateId{at.temperature + j},
                         .divided_by = parameter("heat_capacity_" + coil_names[j] + "_J_K"),
                         .may_depend_on = on_a_wire(j)});
   });
   all_coils([&](std::size_t j) {
-    entries_.push_back({.group = {Groups::transformation}, .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
+    entries_.push_back({.group = {Groups::transformation}, .part = coil_names[j], .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
   });
   all_bends([&](std::size_t b) {
     const std::string& segment = segment_names[shape_.bends[b].segment];
     entries_.push_back({.group = {Groups::moment},
+                        .part = shape_.bends[b].name,
                         .state = StateId{at.angular_velocity + b},
                         .divided_by = parameter("beam_inertia" + (segment.empty() ? "" : "_" + segment) + "_kgm2"),
                         .may_depend_on = on_a_beam(b)});
@@ -188,6 +202,7 @@ void LimbSystem::list_entries() {
       if ((sensor.kind == Sensing::thermocouple) != (kind == Sensing::thermocouple)) continue;
       const bool wire = kind == Sensing::thermocouple;
       entries_.push_back({.group = {wire ? Groups::temperature_reading : Groups::angle_reading},
+                          .part = wire ? coil_names[sensor.part] : shape_.bends[sensor.part].name,
                           .channel = c,
                           .may_depend_on = wire ? on_a_wire(sensor.part) : on_a_beam(sensor.part)});
     }
@@ -226,7 +241,11 @@ States LimbSystem::states(const EffectsOn& on) const {
   const auto add = [&](std::string_view pattern, const std::string& part, Unit unit, double scale, bool free = true) {
     list.push_back({name_in_part(pattern, part), unit, scale, free});
   };
-  for (const auto& name : names(Part::coil)) add("temperature_{}_degC", name, units::degC, 50.0);
+  constexpr double hottest_degC = 110.0;
+  for (const auto& name : names(Part::coil)) {
+    add("temperature_{}_degC", name, units::degC, 50.0);
+    list[StateId{list.size() - 1}].safe_until = hottest_degC;
+  }
   for (const auto& name : names(Part::coil)) add("martensite_{}_fraction", name, units::none, 1.0);
   for (const auto& name : names(Part::bend)) add("angle_{}_rad", name, units::rad, 1.0, false);
   for (const auto& name : names(Part::bend)) add("angular_velocity_{}_rad_s", name, units::rad_s, 1.0, false);
@@ -303,7 +322,8 @@ std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(
   constexpr double least_open = 0.02;  // martensite fraction
   constexpr std::size_t most_combined = 3;
   const CoreStates at(shape_);
-  if (start.empty() || !start[at.temperature]) return {};
+  for (std::size_t j = 0; j < shape_.coils.size(); ++j)
+    if (start.empty() || !start[at.temperature + j]) return {};
   std::vector<Envelopes<double>> loops;
   bool is_open = false;
   for (std::size_t j = 0; j < shape_.coils.size(); ++j) {

@@ -100,6 +100,11 @@ def test_refusals():
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
     check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
           and "a thermocouple is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
+    coils = ", ".join(f"{{name: c{j}, segment: s, direction_deg: {90 * (j % 4)}}}" for j in range(9))
+    shown = ", ".join(f"{{column: temperature_c{j}_degC, thermocouple: c{j}}}" for j in range(9))
+    nine = f"plant: {{ limb: {{ segments: [{{name: s}}], coils: [{coils}], channels: [{shown}] }} }}\n"
+    write("nine.yaml", "format: 1\nduration_s: 8\n" + nine)
+    refused("hil with nine coils", ["hil", "nine.yaml", "--emulate", "--out", "o"], r"nine\.yaml: plant\.limb\.coils = 9\n  the wire to a board carries 1 to 8 coils")
     write("hot.yaml", STEP + "start: { temperature_A_degC: 80 }\n")
     result = sinew("hil", "hot.yaml", "--emulate", "--out", "o")
     check("a hot coil: not armed", result.returncode == 1 and "a coil is not cool yet" in result.stderr and files_in("o") is None, said(result))
@@ -167,7 +172,7 @@ class Wire:
 
     @staticmethod
     def framed(kind, session, sequence, time_us, payload=b""):
-        plain = struct.pack("<BBHII", 1, kind, session, sequence, time_us % 2**32) + payload
+        plain = struct.pack("<BBHII", 2, kind, session, sequence, time_us % 2**32) + payload
         plain += struct.pack("<I", zlib.crc32(plain))
         blocks = plain.split(b"\0")
         return b"\0" + b"".join(bytes([len(block) + 1]) + block for block in blocks) + b"\0"
@@ -218,7 +223,7 @@ def running(process, seconds):
 def test_wire():
     write("mild.yaml", MILD)
     check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
-          == "00 06 01 03 02 01 05 01 01 01 01 01 06 01 8d 16 fb 55 00")
+          == "00 06 02 03 02 01 05 01 01 01 01 01 06 01 7d c4 65 22 00")
     hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
     with Limb("wire") as limb:
         wire = Wire(limb.port, 0x4711)
@@ -226,7 +231,7 @@ def test_wire():
             wire.send(hello_request, 0, bytes([20]))
             if heard := wire.hear(hello, 0.5):
                 break
-        if not check("wire: the board says hello", heard is not None and len(heard[1]) == 11, heard):
+        if not check("wire: the board says hello", heard is not None and len(heard[1]) == 14 and heard[1][11:] == bytes([2, 2, 1]), heard):
             return
         hashes = heard[1][:8]
         stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]
@@ -302,7 +307,7 @@ def test_real_time():
             result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "no", "--allow-overruns")
             check(f"{what}: the device went to zero by itself, and does not arm again unasked",
                   result.returncode == 1 and "the device is tripped: silence" in result.stderr and files_in("no") is None, line + rest + said(result))
-            check(f"{what}: nothing half-written", files_in("killed") is None)
+            check(f"{what}: nothing half-written", files_in("killed") == [".sinew.lock"])
         result = sinew("doctor", "--port", limb.port)
         check("doctor: says that it is tripped, and why", result.returncode == 1 and "tripped: silence" in result.stdout, said(result))
 

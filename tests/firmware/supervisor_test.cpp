@@ -62,7 +62,9 @@ struct Bench {
     }
   }
   command_result command(std::uint32_t stamped_us, std::uint16_t live_ms = 220) {
-    const message_command message{{commanded[0], commanded[1]}, live_ms};
+    message_command message{};
+    std::copy_n(commanded, BOARD_COILS, message.duty);
+    message.time_to_live_ms = live_ms;
     return supervisor_command(&s, &message, stamped_us, now_us);
   }
   // Milliseconds until the duty is gone; -1: it stays for that long.

@@ -3,6 +3,7 @@
 // sanitizers; a finding is a crash, or a line that says what was taken that must not be. Exit code 1 then.
 //
 //   cmake --build --preset sanitize --target sinew_fuzz_wire && build/sanitize/tests/sinew_fuzz_wire 600
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -33,14 +34,19 @@ class Chance {
 
 constexpr std::uint8_t types[] = {FRAME_HELLO_REQUEST, FRAME_ARM, FRAME_DISARM, FRAME_COMMAND, FRAME_CLEAR_TRIP, FRAME_HELLO, FRAME_ANSWER, FRAME_TELEMETRY};
 
-Wire valid_frame(Chance& chance) {
+board_parts some_parts(Chance& chance) {
+  return {static_cast<std::uint8_t>(1 + chance.below(BOARD_PARTS_MOST)), static_cast<std::uint8_t>(chance.below(BOARD_PARTS_MOST + 1)),
+          static_cast<std::uint8_t>(chance.below(BOARD_PARTS_MOST + 1))};
+}
+
+Wire valid_frame(Chance& chance, const board_parts& parts) {
   frame f{};
   f.version = FRAME_VERSION;
   f.type = types[chance.below(sizeof types)];
   f.session = static_cast<std::uint16_t>(chance.bits());
   f.sequence = static_cast<std::uint32_t>(chance.bits());
   f.time_us = static_cast<std::uint32_t>(chance.bits());
-  f.length = frame_payload_length(f.type);
+  f.length = frame_payload_length(f.type, &parts);
   for (std::uint8_t i = 0; i < f.length; ++i) f.payload[i] = chance.bits() % 3 ? static_cast<std::uint8_t>(chance.bits()) : std::uint8_t{0};
   Wire wire(FRAME_WIRE_MOST);
   wire.resize(frame_encode(&f, wire.data()));
@@ -59,7 +65,7 @@ void mutate(Wire& wire, Chance& chance) {
   }
 }
 
-void read_payload(const frame& f) {
+void read_payload(const frame& f, const board_parts& parts) {
   message_hello_request a;
   message_arm b;
   message_command c;
@@ -70,11 +76,11 @@ void read_payload(const frame& f) {
   switch (f.type) {
     case FRAME_HELLO_REQUEST: get_hello_request(&f, &a); break;
     case FRAME_ARM: get_arm(&f, &b); break;
-    case FRAME_COMMAND: get_command(&f, &c); break;
+    case FRAME_COMMAND: get_command(&f, &parts, &c); break;
     case FRAME_CLEAR_TRIP: get_clear_trip(&f, &d); break;
     case FRAME_HELLO: get_hello(&f, &e); break;
     case FRAME_ANSWER: get_answer(&f, &g); break;
-    case FRAME_TELEMETRY: get_telemetry(&f, &h); break;
+    case FRAME_TELEMETRY: get_telemetry(&f, &parts, &h); break;
     default: break;
   }
 }
@@ -89,14 +95,18 @@ int main(int argc, char** argv) {
   std::uint64_t rounds = 0, frames = 0, mutants_taken = 0, logs = 0;
   bool wrong = false;
   frame_decoder decoder;
-  frame_decoder_start(&decoder);
+  frame_decoder_start(&decoder, nullptr);
   supervisor device;
   supervisor_start(&device, TRIP_NONE, 0);
   std::uint32_t now_us = 0;
   for (; std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() < seconds && !wrong; ++rounds) {
-    // Frames, whole and damaged, through one decoder that goes on from one to the next.
+    // Frames, whole and damaged, through one decoder that goes on from one to the next: of a board of some size, which the decoder
+    // knows of or not.
+    const board_parts parts = some_parts(chance);
+    const bool known = chance.below(4);
+    decoder.parts = known ? parts : board_parts{};
     for (int k = 0; k < 100; ++k) {
-      const Wire whole = valid_frame(chance);
+      const Wire whole = valid_frame(chance, parts);
       Wire wire = whole;
       const bool damaged = chance.below(2);
       if (damaged) mutate(wire, chance);
@@ -111,10 +121,11 @@ int main(int argc, char** argv) {
         Wire back(FRAME_WIRE_MOST);
         back.resize(frame_encode(&f, back.data()));
         another = another || back != whole;
-        read_payload(f);
+        if (!known) continue;
+        read_payload(f, parts);
         if (f.type == FRAME_COMMAND) {
-          message_command command;
-          get_command(&f, &command);
+          message_command command{};
+          get_command(&f, &parts, &command);
           supervisor_command(&device, &command, f.time_us, now_us);
         }
       }
@@ -127,17 +138,22 @@ int main(int argc, char** argv) {
     // The device's supervisor under words and times of any kind: never more duty than the highest, none unless armed.
     for (int k = 0; k < 100; ++k) {
       now_us += static_cast<std::uint32_t>(chance.bits() % 200000);
-      const std::uint32_t raw[2] = {static_cast<std::uint32_t>(chance.bits()), chance.below(2) ? (100u << 18 | 400u << 4) : static_cast<std::uint32_t>(chance.bits())};
-      const std::uint32_t cool[2] = {100u << 18 | 400u << 4, 100u << 18 | 400u << 4};
+      std::uint32_t raw[BOARD_COILS], cool[BOARD_COILS];
+      for (std::size_t j = 0; j < BOARD_COILS; ++j) {
+        cool[j] = 100u << 18 | 400u << 4;
+        raw[j] = j > 0 && chance.below(2) ? cool[j] : static_cast<std::uint32_t>(chance.bits());
+      }
       supervisor_reading(&device, chance.below(4) ? cool : raw, now_us);
       if (chance.below(3) == 0) supervisor_clear_trip(&device, device.trip_cause);
       if (chance.below(3) == 0) supervisor_arm(&device, now_us);
-      const message_command command{{static_cast<std::uint16_t>(chance.bits()), static_cast<std::uint16_t>(chance.bits() % 8000)}, static_cast<std::uint16_t>(chance.bits() % 400)};
+      message_command command{};
+      for (std::size_t j = 0; j < BOARD_COILS; ++j) command.duty[j] = static_cast<std::uint16_t>(chance.bits() % (j == 0 ? 65536 : 8000));
+      command.time_to_live_ms = static_cast<std::uint16_t>(chance.bits() % 400);
       supervisor_command(&device, &command, now_us - static_cast<std::uint32_t>(chance.bits() % 300000), now_us);
       supervisor_tick(&device, now_us);
-      const bool on = device.duty[0] || device.duty[1];
-      if ((on && device.state != DEVICE_ARMED) || device.duty[0] > LIMIT_HIGHEST_DUTY || device.duty[1] > LIMIT_HIGHEST_DUTY) {
-        std::printf("seed %llu, round %llu: duty %u %u in state %u\n", static_cast<unsigned long long>(seed), static_cast<unsigned long long>(rounds), device.duty[0], device.duty[1], device.state);
+      const std::uint16_t most = *std::max_element(std::begin(device.duty), std::end(device.duty));
+      if ((most > 0 && device.state != DEVICE_ARMED) || most > LIMIT_HIGHEST_DUTY) {
+        std::printf("seed %llu, round %llu: duty %u in state %u\n", static_cast<unsigned long long>(seed), static_cast<unsigned long long>(rounds), most, device.state);
         wrong = true;
       }
     }

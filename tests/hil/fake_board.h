@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A board in memory: the device's own codec and supervisor, two coils that warm as they should, time that goes on as asked.
+// A board in memory, of BOARD_COILS coils: the device's own codec and supervisor, two coils that warm as they should, time that goes on as asked.
 // What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
 #pragma once
 
@@ -21,9 +21,10 @@ struct FakeBoard : sinew::hil::Link {
   std::uint16_t counters[DEVICE_COUNTERS] = {};
   std::uint8_t telemetry_period_ms = 20;
   std::int64_t now_us = 0;
-  double temperature_degC[2] = {25.0, 25.0};
+  double temperature_degC[BOARD_COILS] = {25.0, 25.0};
   std::uint32_t forced_raw = 0x12345;  // instead of A's word, unless it is this
-  std::uint32_t firmware_hash = SINEW_FIRMWARE_HASH, limits = limits_hash();
+  std::uint32_t firmware_hash = SINEW_FIRMWARE_HASH, limits = limits_hash(BOARD_COILS);
+  board_parts parts{BOARD_COILS, BOARD_THERMOCOUPLES, BOARD_ANGLES};  // as its hello says
   double device_rate = 1.0;  // its crystal, against the host's
   std::int64_t lost_from_us = -1;
   int swallow_answers_to = -1;              // a frame type
@@ -33,7 +34,7 @@ struct FakeBoard : sinew::hil::Link {
   int until_reading = 105, until_telemetry = 20;
 
   FakeBoard() {
-    frame_decoder_start(&decoder);
+    frame_decoder_start(&decoder, &parts);
     supervisor_start(&s, TRIP_NONE, 0);
   }
   std::uint32_t device_us() const { return static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(now_us) * device_rate)); }
@@ -78,7 +79,7 @@ struct FakeBoard : sinew::hil::Link {
       last_sequence = f.sequence;
       telemetry_period_ms = request.telemetry_period_ms;
       frame reply{};
-      const message_hello hello{firmware_hash, limits, RESET_POWER_ON, s.state, s.trip_cause};
+      const message_hello hello{firmware_hash, limits, RESET_POWER_ON, s.state, s.trip_cause, parts};
       put_hello(&reply, &hello);
       say(reply);
       return;
@@ -88,7 +89,7 @@ struct FakeBoard : sinew::hil::Link {
     last_sequence = f.sequence;
     if (f.type == FRAME_COMMAND) {
       message_command command;
-      get_command(&f, &command);
+      get_command(&f, &decoder.parts, &command);
       switch (supervisor_command(&s, &command, f.time_us, device_us())) {
         case COMMAND_TAKEN: last_command = f.sequence; break;
         case COMMAND_STALE: ++counters[COUNT_STALE]; break;
@@ -109,7 +110,7 @@ struct FakeBoard : sinew::hil::Link {
   }
   void step() {
     now_us += 1000;
-    for (int j = 0; j < 2; ++j) temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    for (std::size_t j = 0; j < BOARD_COILS; ++j) temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
     for (const std::uint8_t byte : std::exchange(in, {})) {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);
@@ -117,8 +118,8 @@ struct FakeBoard : sinew::hil::Link {
     supervisor_tick(&s, device_us());
     if (--until_reading == 0) {
       until_reading = 105;
-      std::uint32_t raw[2];
-      for (int j = 0; j < 2; ++j)
+      std::uint32_t raw[BOARD_COILS];
+      for (std::size_t j = 0; j < BOARD_COILS; ++j)
         raw[j] = (static_cast<std::uint32_t>(std::lround(temperature_degC[j] * 4.0) & 0x3fff) << 18) | (400u << 4);
       if (forced_raw != 0x12345) raw[0] = forced_raw;
       supervisor_reading(&s, raw, device_us());
@@ -130,16 +131,16 @@ struct FakeBoard : sinew::hil::Link {
       t.last_sequence = last_command;
       t.state = s.state;
       t.trip_cause = s.trip_cause;
-      for (int j = 0; j < 2; ++j) {
+      for (std::size_t j = 0; j < BOARD_COILS; ++j) {
         t.sensor[j] = s.thermocouple[j].fault;
         t.duty[j] = s.duty[j];
         t.thermocouple_raw[j] = s.thermocouple[j].raw;
         t.temperature_cdegC[j] = s.thermocouple[j].temperature_cdegC;
       }
-      t.angle_cdeg = 1250;
+      t.angle_cdeg[0] = 1250;
       std::copy(counters, counters + DEVICE_COUNTERS, t.counters);
       frame f{};
-      put_telemetry(&f, &t);
+      put_telemetry(&f, &decoder.parts, &t);
       say(f);
     }
   }

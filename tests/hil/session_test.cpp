@@ -9,6 +9,7 @@
 #include "hil/wire_log.h"
 #include "sim/input_error.h"
 #include "sim/recording.h"
+#include "tests/hil/board_of_any_size.h"
 #include "tests/hil/fake_board.h"
 
 using namespace sinew;
@@ -28,7 +29,101 @@ std::string refusal(Link& link, const SessionSettings& settings = {}) {
   return "";
 }
 
+// Segments in series, each of two coils with thermocouples and a bend sensor; with an odd number of coils, the last has one.
+std::string plant_of(int coils, bool thermocouples = true) {
+  std::string segments, wires, channels, bends;
+  const auto add = [](std::string& list, const std::string& one) { list += (list.empty() ? "" : ", ") + one; };
+  for (int j = 0; j < coils; ++j) {
+    const std::string segment = "s" + std::to_string(j / 2), name = "c" + std::to_string(j);
+    if (j % 2 == 0) {
+      add(segments, "{name: " + segment + "}");
+      add(bends, "{column: angle_" + segment + "_deg, bend: " + segment + "}");
+    }
+    add(wires, "{name: " + name + ", segment: " + segment + ", direction_deg: " + (j % 2 ? "180" : "0") + "}");
+    if (thermocouples) add(channels, "{column: temperature_" + name + "_degC, thermocouple: " + name + "}");
+  }
+  add(channels, bends);
+  return "plant: { limb: { segments: [" + segments + "], coils: [" + wires + "], channels: [" + channels + "] } }\n";
+}
+sim::Scenario scenario_of(int coils, bool thermocouples = true) {
+  return sim::parse_scenario("format: 1\nduration_s: 3\ninput: { duty_c" + std::to_string(coils - 1) +
+                                 ": { step: { height_fraction: 0.4, from_s: 1, until_s: 2 } } }\n" + plant_of(coils, thermocouples),
+                             "s.yaml");
+}
+std::string refusal_of(const sim::Scenario& scenario, const board_parts& parts, const board_parts* said = nullptr) {
+  BoardOfAnySize board(parts);
+  if (said) board.said = *said;
+  try {
+    run_session(scenario, board, {});
+  } catch (const Refused& refused) {
+    CHECK(board.state == DEVICE_DISARMED);
+    return refused.what();
+  }
+  return "";
+}
+
 }  // namespace
+
+TEST_CASE("session: boards of 1, 2, 4 and 8 coils run a scenario of a limb of as many; the last coil is driven and no other") {
+  for (const int coils : {1, 2, 4, 8}) {
+    CAPTURE(coils);
+    const sim::Scenario scenario = scenario_of(coils);
+    const auto bends = static_cast<std::uint8_t>((coils + 1) / 2), count = static_cast<std::uint8_t>(coils);
+    BoardOfAnySize board({count, count, bends});
+    LoggedLink logged(board);
+    const SessionResult result = run_session(scenario, logged, {});
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(board.state == DEVICE_DISARMED);
+    const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario.plant.system()));
+    REQUIRE(recording.samples.size() == 31);
+    const sim::Sample& driven = recording.samples[15];
+    for (int j = 0; j < coils; ++j) {
+      CHECK(driven.inputs[static_cast<std::size_t>(j)] == (j == coils - 1 ? 0.4 : 0.0));
+      CHECK((recording.samples[20].channels[static_cast<std::size_t>(j)] > 30.0) == (j == coils - 1));
+    }
+    for (int k = 0; k < bends; ++k) CHECK(driven.channels[static_cast<std::size_t>(coils + k)] == 12.5 * (k + 1));
+    ReplayLink replay(logged.log(), "wire.bin");
+    CHECK(run_session(scenario, replay, {}).recording_csv == result.recording_csv);
+  }
+}
+
+TEST_CASE("session: a plant with another number of coils, thermocouples or angles than the board is refused, with both numbers") {
+  CHECK(refusal_of(scenario_of(4), {2, 2, 1}).find("the plant has 4 coils, the board 2; the plant has 4 thermocouples, the board 2; the plant has 2 angles, the board 1") == 0);
+  CHECK(refusal_of(scenario_of(2), {8, 2, 1}).find("the plant has 2 coils, the board 8\n") == 0);
+  CHECK(refusal_of(scenario_of(2), {2, 2, 0}).find("the plant has 1 angles, the board 0\n") == 0);
+  BoardOfAnySize other_limits({4, 4, 2});
+  other_limits.limits = limits_hash(2);
+  CHECK_THROWS_WITH_AS(run_session(scenario_of(4), other_limits, {}), doctest::Contains("limits"), Refused);
+}
+
+TEST_CASE("session: a hello of 0 or 9 coils, or of 9 thermocouples or angles, is refused with its place") {
+  const board_parts none{0, 2, 1}, nine{9, 2, 1}, thermocouples{2, 9, 1}, angles{2, 2, 9};
+  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &none).find("the board's hello, payload byte 11: 0 coils; must be 1 to 8\n") == 0);
+  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &nine).find("the board's hello, payload byte 11: 9 coils; must be 1 to 8\n") == 0);
+  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &thermocouples).find("payload byte 12: 9 thermocouples; must be 0 to 8\n") != std::string::npos);
+  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &angles).find("payload byte 13: 9 angles; must be 0 to 8\n") != std::string::npos);
+}
+
+TEST_CASE("session: a plant that no board can have is an error with its place") {
+  const auto error = [](const sim::Scenario& scenario) -> std::string {
+    try {
+      parts_of(scenario.plant, "s.yaml");
+    } catch (const sim::InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  CHECK(error(scenario_of(8)).empty());
+  CHECK(error(scenario_of(9)) == "s.yaml: plant.limb.coils = 9\n  the wire to a board carries 1 to 8 coils");
+  CHECK(error(scenario_of(2, false)).find("s.yaml: plant.limb.coils = c0\n  has no thermocouple") == 0);
+}
+
+TEST_CASE("session: a twin of another limb is an error") {
+  BoardOfAnySize board({4, 4, 2});
+  SessionSettings settings;
+  settings.twin = scenario_of(2).plant;
+  CHECK_THROWS_AS(run_session(scenario_of(4), board, settings), sim::InputError);
+}
 
 TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
   FakeBoard board;
@@ -37,14 +132,14 @@ TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
   CHECK(result.brought_to_rest);
   CHECK(board.s.state == DEVICE_DISARMED);
   CHECK(board.s.duty[0] == 0);
-  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
   REQUIRE(recording.samples.size() == 81);
-  CHECK(recording.samples[9].duty_fraction[0] == 0.0);
-  CHECK(recording.samples[10].duty_fraction[0] == 0.4);
-  CHECK(recording.samples[59].duty_fraction[0] == 0.4);
-  CHECK(recording.samples[60].duty_fraction[0] == 0.0);
-  CHECK(recording.samples[60].temperature_degC[0] > 55.0);
-  CHECK(recording.samples[60].angle_deg == 12.5);
+  CHECK(recording.samples[9].inputs[0] == 0.0);
+  CHECK(recording.samples[10].inputs[0] == 0.4);
+  CHECK(recording.samples[59].inputs[0] == 0.4);
+  CHECK(recording.samples[60].inputs[0] == 0.0);
+  CHECK(recording.samples[60].channels[0] > 55.0);
+  CHECK(recording.samples[60].channels[2] == 12.5);
   CHECK(recording.notes.summary().empty());
 }
 
@@ -148,9 +243,9 @@ TEST_CASE("session: a sample that did not come is missing in the recording, and 
   });
   const SessionResult result = run_session(scenario(), link, {});
   CHECK(result.status == SessionStatus::finished);
-  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv");
+  const sim::Recording recording = sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
   int missing = 0;
-  for (const sim::Sample& sample : recording.samples) missing += std::isnan(sample.angle_deg);
+  for (const sim::Sample& sample : recording.samples) missing += std::isnan(sample.channels[2]);
   CHECK(missing >= 2);
   CHECK(missing <= 4);
   CHECK(result.report_json.find("\"ticks_without_telemetry\":" + std::to_string(missing)) != std::string::npos);

@@ -30,7 +30,7 @@ struct Small {
     stretch = {Matrix<double>(2, steps * streams), Matrix<double>(streams, steps), Matrix<double>::Zero(streams, steps),
                Matrix<double>(streams, steps), Matrix<double>::Constant(streams, steps, 0.3)};
     draw(stretch.exogenous);
-    draw(stretch.angle_before);
+    draw(stretch.y_before);
     draw(stretch.target);
     draw(state.c);
     draw(state.h);
@@ -84,7 +84,7 @@ TEST_CASE("network: two stretches, the state carried, give what one of their len
   whole.forward(small.weights, small.stretch, carried);
   State<double> again = small.state;
   for (Index part = 0; part < 2; ++part) {
-    const Stretch<double> cut{small.stretch.exogenous.middleCols(part * 4, 4), small.stretch.angle_before.middleCols(part * 2, 2),
+    const Stretch<double> cut{small.stretch.exogenous.middleCols(part * 4, 4), small.stretch.y_before.middleCols(part * 2, 2),
                               small.stretch.free.middleCols(part * 2, 2), small.stretch.target.middleCols(part * 2, 2),
                               small.stretch.weight.middleCols(part * 2, 2)};
     half.forward(small.weights, cut, again);

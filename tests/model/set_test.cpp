@@ -19,7 +19,7 @@ SetPlan plan_of(const std::string& domain) {
   SetPlan plan;
   plan.scenario = sim::parse_scenario("format: 1\nseed: 3\nduration_s: 5\nplant: { base: paper_limb }\ninput: { babble: { lowest_deg: -45, highest_deg: 45 } }\n", "s.yaml");
   plan.scenario_yaml = sim::to_yaml(plan.scenario);
-  plan.domain = read_domain(sim::parse_yaml(domain, "domain.yaml"));
+  plan.domain = read_domain(sim::parse_yaml(domain, "domain.yaml"), plan.scenario.plant.system());
   plan.domain_text = domain;
   plan.runs = 3;
   return plan;
@@ -49,13 +49,15 @@ TEST_CASE("domain: draws lie where they were told, differ from run to run, and o
   int lagging = 0;
   for (std::int64_t run = 0; run < 200; ++run) {
     const DrawnRun one = drawn_run(plan.scenario, plan.domain, run);
-    const double loss = one.scenario.limb.core.heat_loss_W_K[plant::A], room = one.scenario.limb.core.ambient_temperature_degC;
+    const plant::System& system = one.scenario.plant.system();
+    const double loss = one.scenario.plant.get(system.parameter("heat_loss_A_W_K")),
+                 room = one.scenario.plant.get(system.parameter("ambient_temperature_degC"));
     CHECK(std::abs(loss / 0.040 - 1.0) <= 0.25);  // cut at 2.5 deviations
     CHECK((room >= 20.0 && room <= 30.0));
-    CHECK(one.scenario.sensors.angle.noise == 0.2);
+    CHECK(one.scenario.sensors[system.channel("angle_deg").index].noise == 0.2);
     ambient.insert(room);
-    lagging += one.scenario.limb.on[plant::effect_index("thermocouple_lag")];
-    CHECK(drawn_run(more.scenario, more.domain, run).scenario.limb == one.scenario.limb);
+    lagging += one.scenario.plant.is_on(system.effect("thermocouple_lag"));
+    CHECK(drawn_run(more.scenario, more.domain, run).scenario.plant == one.scenario.plant);
   }
   CHECK(ambient.size() == 200);
   // 200 throws of a coin: between 70 and 130 but once in 20,000 times; the seed is fixed.
@@ -72,16 +74,40 @@ TEST_CASE("domain: what is not there is an error with the place and what is near
   CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);
   CHECK(message("sensors: { angle: { noise_degC: 1 } }").find("no such number of this sensor") != std::string::npos);
 }
+TEST_CASE("set: of a plant with other inputs and channels, it has its columns") {
+  const Folder one;
+  SetPlan plan;
+  plan.scenario = sim::parse_scenario(
+      "format: 1\nduration_s: 2\nplant:\n  format: 2\n  limb:\n    segments: [{ name: limb, axes: 1 }]\n"
+      "    coils: [{ name: L, segment: limb, direction_deg: 0 }]\n    channels: [{ column: angle_deg, bend: limb }]\n"
+      "input: { duty_L: { constant: { value_fraction: 0.3 } } }\n", "s.yaml");
+  plan.scenario_yaml = sim::to_yaml(plan.scenario);
+  plan.domain = read_domain(sim::parse_yaml("parameters: { heat_loss_L_W_K: { relative_deviation: 0.1 } }\nsensors: { angle: { bias_deg: 1 } }\n", "d.yaml"),
+                            plan.scenario.plant.system());
+  plan.runs = 1;
+  CHECK_THROWS_WITH(read_domain(sim::parse_yaml("sensors: { temperature_A: { bias_degC: 1 } }\n", "d.yaml"), plan.scenario.plant.system()),
+                    doctest::Contains("no such sensor; there are angle"));
+  make_run(plan, one.path, 0);
+  CHECK(set_in_hdf5(plan, one.path) == set_in_hdf5(plan, one.path));
+  sim::write_file_whole(one.path / "manifest.json", manifest_of(plan, one.path));
+  CHECK(manifest_of(plan, one.path).find("\"time_s, duty_L, angle_deg\"") != std::string::npos);
+  CHECK(sim::columns_of(*system_of_set(one.path)) == sim::columns_of(plan.scenario.plant.system()));
+  CHECK(system_of_set(one.path / "runs/0000.csv") == nullptr);
+  const auto recordings = read_set(one.path, {});
+  REQUIRE(recordings.size() == 1);
+  CHECK(recordings[0].samples[1].inputs == std::vector<double>{0.3});
+}
 TEST_CASE("domain: those that are shipped are read, and draw from what is there") {
   const SetPlan plan = plan_of(domain);
   for (const std::string name : {"domain", "one_limb"}) {
-    const Domain shipped = read_domain(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios" / (name + ".yaml"));
+    const Domain shipped = read_domain(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios" / (name + ".yaml"), plan.scenario.plant.system());
     CHECK(drawn_run(plan.scenario, shipped, 0).drawn.size() >= 9);
   }
 }
 TEST_CASE("set: made in any order and taken up again, it has the same bytes; a run that was changed is refused") {
   const Folder one, other;
   const SetPlan plan = plan_of(domain);
+  const sim::Columns columns{};  // of CSV files; a set says its own
   const std::filesystem::path a = one.path / "a", b = one.path / "b";
   for (const std::int64_t run : {0, 1, 2}) make_run(plan, a, run);
   for (const std::int64_t run : {2, 0, 1}) make_run(plan, b, run);
@@ -89,10 +115,10 @@ TEST_CASE("set: made in any order and taken up again, it has the same bytes; a r
   CHECK(set_in_hdf5(plan, a) == set_in_hdf5(plan, b));
   CHECK(is_there(plan, a, 1));
   CHECK_FALSE(is_there(plan_of("parameters: {}"), a, 1));  // of another plan
-  CHECK_THROWS_AS(read_set(a), sim::InputError);           // no manifest yet
+  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);           // no manifest yet
   sim::write_file_whole(a / "manifest.json", manifest_of(plan, a));
-  CHECK(read_set(a).size() == 3);
+  CHECK(read_set(a, columns).size() == 3);
   sim::write_file_whole(a / "runs/0001.csv", sim::read_file(a / "runs/0000.csv"));
   CHECK_FALSE(is_there(plan, a, 1));
-  CHECK_THROWS_AS(read_set(a), sim::InputError);
+  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);
 }

@@ -53,7 +53,7 @@ TEST_CASE("network: outputs, gradients and one step of Adam are PyTorch's (tests
       for (Index s = 0; s < B; ++s) {
         const auto tt = static_cast<std::size_t>(t), ss = static_cast<std::size_t>(s);
         for (Index i = 0; i + 1 < shape.inputs; ++i) stretch.exogenous(i, t * B + s) = one.at("exogenous").at(tt).at(ss).at(static_cast<std::size_t>(i));
-        stretch.angle_before(s, t) = one.at("before").at(tt).at(ss);
+        stretch.y_before(s, t) = one.at("before").at(tt).at(ss);
         stretch.target(s, t) = one.at("target").at(tt).at(ss);
         expected(s, t) = one.at("outputs").at(tt).at(ss);
       }

@@ -9,6 +9,7 @@
 #include "model/errors.h"
 #include "model/linear.h"
 #include "model/predictor.h"
+#include "plant/systems.h"
 #include "sim/fields.h"
 
 using namespace sinew;
@@ -39,10 +40,12 @@ Series first_order(std::uint64_t seed, Index samples) {
   for (Index k = 0; k < samples; ++k) {
     series.v(0, k) = chance.uniform(static_cast<std::uint64_t>(k / 30));
     if (k > 0) angle += (60.0 * series.v(0, k - 1) - angle) * (1.0 - std::exp(-period_s / 2.0));
-    series.angle_deg(k) = angle;
+    series.y(k) = angle;
   }
   return series;
 }
+
+Task duty_to_angle() { return task_of(plant::default_plant().system(), 1); }
 
 StatefulSettings small() {
   StatefulSettings settings;
@@ -61,7 +64,7 @@ StatefulSettings small() {
 }
 TrainingRun run_of(int threads) {
   TrainingRun run;
-  run.paper_case = 1;
+  run.task = duty_to_angle();
   run.seed = 5;
   run.threads = threads;
   return run;
@@ -76,8 +79,8 @@ TEST_CASE("training: stateful learns a lag of first order well enough for a roll
   const Series other = first_order(2, 2000);
   const Errors off = errors_of(rollout(trained.model, other), other);
   // The angle's own standard deviation is about 15 deg; a tenth of that is the least one would ask of it.
-  CHECK(off.rmse_deg < 1.5);
-  CHECK(off.last_minute_deg < 1.5);
+  CHECK(off.rmse < 1.5);
+  CHECK(off.last_minute < 1.5);
 }
 TEST_CASE("training: the same seed gives the same weights to the last bit, whatever the number of threads") {
   StatefulSettings settings = small();
@@ -101,7 +104,7 @@ TEST_CASE("training: published leaves the recurrent weights where they began, an
   const Trained trained = train_published({data}, settings, run_of(2));
   CHECK(trained.model.weights.recurrent() == first_weights({3, 300, 300, true}, 5).recurrent());
   const Series other = first_order(2, 2000);
-  CHECK(errors_of(one_step_ahead(trained.model, other), other).rmse_deg < 3.0);
+  CHECK(errors_of(one_step_ahead(trained.model, other), other).rmse < 3.0);
   CHECK(trained.best_update == 20 * ((4000 * 67 / 100 - 1 + 99) / 100));
 }
 TEST_CASE("training: weights that came from elsewhere stay where training does not make them better") {
@@ -140,32 +143,32 @@ TEST_CASE("training: the file that is shipped has every setting, at its default"
 TEST_CASE("predictor: step by step is what the unrolled network gives") {
   const Series series = first_order(3, 200);
   Model model;
-  model.paper_case = 1;
+  model.task = duty_to_angle();
   model.method = "stateful";
-  model.scaling = scaling_of({series}, 1);
+  model.scaling = scaling_of({series}, duty_to_angle());
   model.weights = first_weights({3, 16, 8, false}, 1);
   const ScaledSeries x = scaled(series, model.scaling);
   Unrolled<float> network(model.weights.shape, 199, 1);
-  Stretch<float> stretch{x.exogenous, x.angle.head(199).transpose(), Matrix<float>::Ones(1, 199), Matrix<float>::Zero(1, 199), Matrix<float>::Zero(1, 199)};
+  Stretch<float> stretch{x.exogenous, x.y.head(199).transpose(), Matrix<float>::Ones(1, 199), Matrix<float>::Zero(1, 199), Matrix<float>::Zero(1, 199)};
   State<float> state(model.weights.shape, 1);
-  state.last_output(0) = x.angle(0);
+  state.last_output(0) = x.y(0);
   network.forward(model.weights, stretch, state);
   const Vector<double> angle = rollout(model, series);
   for (Index t = 0; t < 199; ++t)
-    REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.angle_deg(network.outputs()(0, t))).epsilon(1e-4));
+    REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.y(network.outputs()(0, t))).epsilon(1e-4));
 }
 TEST_CASE("predictor: a step allocates nothing") {
   const Series series = first_order(3, 50);
   for (const std::string method : {"published", "stateful"}) {
     Model model;
-    model.paper_case = 1;
+    model.task = duty_to_angle();
     model.method = method;
-    model.scaling = scaling_of({series}, 1);
+    model.scaling = scaling_of({series}, duty_to_angle());
     model.weights = first_weights({3, 300, 300, method == "published"}, 1);
     const long before_all = allocations;
     Predictor predictor(model);
     CHECK(allocations > before_all);  // the counter counts
-    predictor.begin(series.angle_deg(0), series.v.col(0));
+    predictor.begin(series.y(0), series.v.col(0));
     const long before = allocations;
     double sum = 0.0;
     for (Index k = 1; k < series.samples(); ++k) sum += predictor.open_loop(series.v.col(k)) + predictor.one_step(series.v.col(k), 1.0);
@@ -175,6 +178,6 @@ TEST_CASE("predictor: a step allocates nothing") {
 }
 TEST_CASE("ARX: finds a lag of first order to the last digit; least squares on duty alone cannot") {
   const Series data = first_order(1, 2000), other = first_order(2, 2000);
-  CHECK(errors_of(rollout(fit_arx({data}), other), other).rmse_deg < 1e-3);
-  CHECK(errors_of(rollout(fit_static({data}), other), other).rmse_deg > 5.0);
+  CHECK(errors_of(rollout(fit_arx({data}), other), other).rmse < 1e-3);
+  CHECK(errors_of(rollout(fit_static({data}), other), other).rmse > 5.0);
 }

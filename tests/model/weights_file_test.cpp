@@ -7,6 +7,7 @@
 
 #include "model/hdf5_file.h"
 #include "model/predictor.h"
+#include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -15,9 +16,11 @@ using namespace sinew::model;
 
 namespace {
 
+Task task_of_case(int paper_case) { return task_of(plant::default_plant().system(), paper_case); }
+
 Model some_model(const std::string& method = "stateful") {
   Model model;
-  model.paper_case = 4;
+  model.task = task_of_case(4);
   model.method = method;
   model.scaling = {Eigen::Vector4d(0, 25, 0, 26), Eigen::Vector4d(1, 50, 1, 51), -40.0, 90.0};
   model.weights = first_weights({9, 6, 5, method == "published"}, 3);
@@ -59,8 +62,39 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
       CHECK(back.weights.shape == model.weights.shape);
       CHECK(back.method == method);
       CHECK(back.scaling.v_offset == model.scaling.v_offset);
-      CHECK(back.scaling.angle_span_deg == 90.0);
+      CHECK(back.scaling.y_span == 90.0);
     }
+}
+TEST_CASE("weights: what is given and what is predicted is read back, whatever the plant") {
+  const Folder folder;
+  const sim::Column voltage{.name = "voltage_V", .words = "voltage", .unit = "V"}, level{.name = "level_fraction", .words = "level fraction", .unit = ""},
+      speed{.name = "speed_m_s", .words = "speed", .unit = "m_s"};
+  Model model = some_model();
+  model.task = {.paper_case = 2, .features = {{voltage, false}, {level, true}, {speed, true}}, .predicted = speed};
+  model.scaling = {Vector<double>{{0.0, 1.0, 2.0}}, Vector<double>{{1.0, 2.0, 3.0}}, -1.0, 2.0};
+  model.weights = first_weights({7, 6, 5, false}, 3);
+  const Model back = read_model(folder.write(to_hdf5(model)));
+  REQUIRE(back.task.features.size() == 3);
+  for (std::size_t f = 0; f < 3; ++f) {
+    CHECK(back.task.features[f].column == model.task.features[f].column);
+    CHECK(back.task.features[f].column.words == model.task.features[f].column.words);
+    CHECK(back.task.features[f].column.unit == model.task.features[f].column.unit);
+    CHECK(back.task.features[f].measured == model.task.features[f].measured);
+  }
+  CHECK(back.task.predicted == speed);
+  CHECK(to_hdf5(back) == to_hdf5(model));
+  CHECK(columns_of(back.task) == sim::Columns{.inputs = {voltage}, .channels = {level, speed}});
+  Task other = model.task;
+  other.features[0].column.name = "current_A";
+  CHECK(message(folder.write(to_hdf5(model)), {other, "", {}, {}}) == "inputs = voltage_V in V\n  must be current_A in V");
+}
+TEST_CASE("weights: for the usual plant, the file says what it always said") {
+  const Hdf5File file = parse_hdf5(to_hdf5(some_model()), "file");
+  const std::string& said = file.text_attributes.at("/").at("sinew");
+  CHECK(said.find(R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
+                  R"({"name":"duty_B","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_B_degC","unit":"degC","offset":26.0,"span":51.0}],)"
+                  R"("input_order":"v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span",)"
+                  R"("output":{"name":"angle_deg","unit":"deg","offset":-40.0,"span":90.0})") != std::string::npos);
 }
 TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is read where the rest is said") {
   // The names and shapes of Keras 2.11: kernel [inputs, 4 units], the weights' groups named after layers that were made before.
@@ -83,13 +117,13 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
   file.list_attributes["/"]["layer_names"] = {"lstm_2", "dense_4", "dense_5"};
   const Folder folder;
   const std::string name = folder.write(to_bytes(file));
-  const Model model = read_model(name, {3, "published", -45.0, 45.0});
+  const Model model = read_model(name, {task_of_case(3), "published", -45.0, 45.0});
   CHECK(model.weights.shape == Shape{5, 2, 3, true});
   // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
   CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
   CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
-  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --angle-range LOWEST,HIGHEST, the angles that are 0 and 1");
-  CHECK(message(name, {4, "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
+  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are 0 and 1");
+  CHECK(message(name, {task_of_case(4), "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
 }
 TEST_CASE("weights: what does not fit is an error, never a layer left at zero") {
   const Folder folder;
@@ -113,7 +147,7 @@ TEST_CASE("weights: what does not fit is an error, never a layer left at zero") 
   std::string& said = bad.text_attributes["/"]["sinew"];
   said.replace(said.find("\"span\":90.0"), 11, "\"span\":91.0");  // what is said of the weights counts too
   CHECK(message(folder.write(to_bytes(bad))).find("weights, scaling or names were changed") != std::string::npos);
-  CHECK(message(folder.write(to_hdf5(some_model())), {2, "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
+  CHECK(message(folder.write(to_hdf5(some_model())), {task_of_case(2), "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
   const std::string bytes = to_hdf5(some_model());
   CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
   CHECK_THROWS_AS(read_model(folder.write("no HDF5 at all")), sim::InputError);

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs `sinew convert` with maps as a person would. See test_cli.py. Looks for recordings in ../shared/data, and says SKIPPED without.
+
+    python3 tests/cli/test_convert.py build/release/sinew
+"""
+import math
+import re
+import sys
+
+import test_cli as cli
+from test_cli import ROOT, check, columns, refused, said, sinew, write
+
+DATA = ROOT.parent / "shared/data"
+MAPS = sorted((ROOT / "plant").glob("*/*.map.yaml"))
+
+LOG = """rig 3, warm-up
+clock;pwm;thermo;tag_x_1;tag_y_1;tag_x_2;tag_y_2
+10:30:00,0;0;20,0;0;0;10;0
+10:30:00,5;51;20,0;1;1;11;1
+state: heating
+10:30:01,0;255;21,5;1;1;1;11
+10:30:01,5;255;21,5;1;1;1;11
+"""
+MAP = """# The rig's logger.
+format: 1
+file: {lines_before_header: 1, delimiter: semicolon, decimal: comma, text_lines: ["state: *"]}
+time: {column: clock, unit: clock}
+points:
+  base: {x: tag_x_1, y: tag_y_1, missing: 0}
+  tip: {x: tag_x_2, y: tag_y_2}
+columns:
+  duty_A: {column: pwm, unit: counts_255}
+  duty_B: {constant: 0}
+  temperature_A_degC: {column: thermo, repeats: missing}
+  angle_deg: {direction: {from: base, to: tip}, zero: first_row}
+"""
+
+
+def text_of(name):
+    return (cli.folder / name).read_text()
+
+
+def test_map():
+    write("rig.csv", LOG)
+    write("rig.map.yaml", MAP)
+    result = sinew("convert", "rig.csv", "out.csv", "--map", "rig.map.yaml")
+    check("--map: writes what the map says", result.returncode == 0 and text_of("out.csv") ==
+          "# rig 3, warm-up\ntime_s,duty_A,duty_B,temperature_A_degC,angle_deg\n"
+          "0,0,0,20,\n0.5,0.2,0,,0\n1,1,0,21.5,90\n1.5,1,0,,90\n", said(result) + str((cli.folder / "out.csv").exists()))
+    check("--map: says what it did, and counts what it left out", result.stdout ==
+          "4 samples over 1.5 s, one every 0.5 s in the median\n"
+          "1 line of text between the rows, passed over (line 5)\n"
+          "temperature_A_degC: 2 rows repeat the last reading, of 4; each reading is counted once (first on line 4)\n"
+          "angle_deg: its zero is 0, of the first row that has it (line 4)\n"
+          "angle_deg: 1 missing sample, left missing (line 3)\nwritten: out.csv\n", said(result))
+    first = text_of("out.csv")
+    sinew("convert", "rig.csv", "again.csv", "--map", "rig.map.yaml")
+    check("--map: the same bytes again", text_of("again.csv") == first)
+
+
+def test_wrong_input():
+    write("rig.csv", LOG)
+
+    def wrong(what, change, pattern, log="rig.csv"):
+        text = MAP
+        for old, new in change.items():
+            assert old in text, old
+            text = text.replace(old, new)
+        write("wrong.map.yaml", text)
+        refused(what, ["convert", log, "never.csv", "--map", "wrong.map.yaml"], pattern)
+
+    wrong("a misspelled column", {"column: thermo": "column: termo"},
+          r"^wrong\.map\.yaml:11:32: columns\.temperature_A_degC\.column = termo\n.*rig\.csv:2; did you mean thermo\?\n")
+    wrong("a misspelled key", {"delimiter": "delimeter"}, r"^wrong\.map\.yaml:3:32: file\.delimeter\n.*did you mean delimiter\?")
+    wrong("counts that are taken for a duty", {", unit: counts_255": ""}, r"^rig\.csv:4:12: pwm = 51\n(.*\n)+.*wrong\.map\.yaml:9:3: columns\.duty_A")
+    wrong("a line of text that the map does not name", {"state: *": "status*"}, r"^rig\.csv:5: fields in this row = 1\n")
+    wrong("a clock that is taken for seconds", {"unit: clock": "unit: s"},
+          r"^rig\.csv:3:1: clock = 10:30:00,0\n  must be a number(.*\n)+.*wrong\.map\.yaml:4:16: time\.column")
+    write("other.csv", "a,b\n0,1\n1,2\n")
+    wrong("a map that matches nothing", {"lines_before_header: 1, delimiter: semicolon, decimal: comma, text_lines: [\"state: *\"]": "lines_before_header: 0"},
+          r"^wrong\.map\.yaml:4:16: time\.column = clock\n(.*\n)+.*matches nothing in this file", log="other.csv")
+    wrong("a file that is not there", {}, r"^nowhere\.csv: cannot read", log="nowhere.csv")
+    write("rig.map.yaml", MAP)
+    refused("a map that is not there", ["convert", "rig.csv", "never.csv", "--map", "nowhere.yaml"], r"^nowhere\.yaml: cannot read")
+    refused("a log that would be written over", ["convert", "rig.csv", "rig.csv", "--map", "rig.map.yaml"], r"^rig\.csv\n.*the logger's file itself")
+    refused("--map with --swap-sides", ["convert", "rig.csv", "never.csv", "--map", "rig.map.yaml", "--swap-sides"], r"^--swap-sides")
+    refused("convert without files", ["convert"], r"^sinew convert LOG RECORDING\n.*needs both")
+    refused("--suggest with files", ["convert", "rig.csv", "never.csv", "--suggest", "rig.csv"], r"^--suggest FILE\n.*stands alone")
+    refused("--suggest of a file without numbers", ["convert", "--suggest", write("letter.txt", "dear reader\n")], r"^letter\.txt: no rows of numbers")
+    (cli.folder / "damaged.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    refused("a damaged .mat", ["convert", "damaged.mat", "never.csv", "--map", "rig.map.yaml"], r"^damaged\.mat\n")
+    refused("a .mat without a map", ["convert", "damaged.mat", "never.csv"], r"^damaged\.mat\n.*needs --map MAP\.yaml")
+
+
+def test_suggest():
+    write("plain.csv", "millis,duty_A,T1,angle\n" + "".join(f"{100 * k},{0.5 * (k % 2)},{20 + k},{-3 * k}\n" for k in range(30)))
+    result = sinew("convert", "--suggest", "plain.csv")
+    check("--suggest: prints a map", result.returncode == 0 and "format: 1\n" in result.stdout and "looks like a duty" in result.stdout
+          and "looks like a temperature" in result.stdout and "looks like an angle" in result.stdout, said(result))
+    write("plain.map.yaml", result.stdout)
+    result = sinew("convert", "plain.csv", "plain_out.csv", "--map", "plain.map.yaml")
+    check("--suggest: its map converts the file", result.returncode == 0
+          and list(columns("plain_out.csv")) == ["time_s", "duty_A", "temperature_T1_degC", "angle_deg"], said(result))
+
+
+def test_data_at_hand():
+    if not DATA.is_dir():
+        print(f"SKIPPED: maps on recordings: no {DATA}")
+        return
+    logs = {"lab_two_limbs_2023": "lab_two_limbs_2023/2023-4-5_103831.csv", "two_axis_limb": "two_axis_limb/data_random_walk_stiff_1.csv",
+            "emps": "emps/DATA_EMPS.mat", "tanks": "cascaded_tanks/estimation.csv", "silverbox": "silverbox/multisine.csv"}
+    logs |= {f"two_axis_limb_calibration_{coil}": f"two_axis_limb/calibration_{coil}.csv" for coil in ("px", "nx", "py", "ny")}
+    names = {path.name.removesuffix(".map.yaml") for path in MAPS}
+    check("every map that ships is tried", names == set(logs) | {"paper_limb"}, names)
+    for path in MAPS:
+        name = path.name.removesuffix(".map.yaml")
+        if name not in logs:
+            continue  # no file of that logger is at hand; tests/sim/log_map_test.cpp has one by hand
+        result = sinew("convert", DATA / logs[name], f"{name}.csv", "--map", path)
+        check(f"{name}: converts", result.returncode == 0, said(result))
+        table = columns(f"{name}.csv")
+        times = table["time_s"]
+        check(f"{name}: time begins at 0 and increases", times[0] == 0 and all(a < b for a, b in zip(times, times[1:])))
+        check(f"{name}: duties are within [0, 1] and never missing",
+              all(0 <= v <= 1 for column, values in table.items() if column.startswith("duty") for v in values))
+    lab = columns("lab_two_limbs_2023.csv")
+    check("lab_two_limbs_2023: the coil that is driven warms, and its limb bends forward",
+          max(v for v in lab["temperature_limb0_forward_degC"] if v == v) == 71.63
+          and max(v for v in lab["temperature_limb0_reverse_degC"] if v == v) < 23
+          and 20 < max(v for v in lab["angle_limb0_deg"] if v == v) < 25)
+    check("lab_two_limbs_2023: one reading in 0.5 s", 0.35 < sum(v == v for v in lab["temperature_limb0_forward_degC"]) / len(lab["time_s"]) < 0.45)
+    check("no column is empty", all(not all(math.isnan(v) for v in values) for values in lab.values()))
+    for name, log in logs.items():
+        result = sinew("convert", "--suggest", DATA / log)
+        write(f"{name}.suggested.yaml", result.stdout)
+        again = sinew("convert", DATA / log, f"{name}_suggested.csv", "--map", f"{name}.suggested.yaml")
+        check(f"{name}: the suggested map converts", result.returncode == 0 and again.returncode == 0, said(again))
+
+
+def test_reference():
+    """The examples of docs/convert.md are maps that the program reads."""
+    page = (ROOT / "docs/convert.md").read_text()
+    maps = [block for block in re.findall(r"```yaml\n(.*?)```", page, re.S) if "format: 1" in block]
+    check("docs/convert.md: has examples", len(maps) >= 3, len(maps))
+    for number, text in enumerate(maps, 1):
+        write("example.yaml", text)
+        result = sinew("convert", write("empty.csv", "nothing here\n"), "never.csv", "--map", "example.yaml")
+        check(f"docs/convert.md: example {number} is a map", "example.yaml" not in result.stderr.split("\n")[0] or "no such column in empty.csv" in result.stderr
+              or "there are" in result.stderr, said(result))
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run_tests("test_convert", (test_map, test_wrong_input, test_suggest, test_data_at_hand, test_reference)))
