@@ -39,6 +39,13 @@ struct WholePlant {
   static constexpr int part = 0;
 };
 
+// The parameter that carries an effect's strength, where 0 is its null.
+inline Declaration strength(const char* name, const char* symbol, Unit unit, double typical, double deviation, Range range,
+                            std::string_view meaning) {
+  return {.name = name, .symbol = symbol, .unit = unit, .range = range, .typical = typical, .null_value = 0.0,
+          .prior_deviation = deviation, .meaning = meaning};
+}
+
 template <class S>
 using Known = std::vector<std::optional<S>>;  // one a state
 
@@ -217,10 +224,10 @@ class SmallSystem final : public System {
     name_ = lists_.name;
     words_ = lists_.words;
     drives_ = lists_.drives;
-    const auto the_only_part = [](int) { return std::vector<std::string>(1); };
+    const auto no_parts = [](int) { return std::vector<std::string>(); };
     using Values = ValueSet<Core<double>, Effects<double>>;
-    own_ = own_parts_of(own, Values({}, {}), the_only_part);
-    list_parameters_and_effects(Values({}, own_), the_only_part, parameters_, effects_);
+    own_ = own_parts_of(own, Values({}, {}), no_parts);
+    list_parameters_and_effects(Values({}, own_), no_parts, parameters_, effects_);
     inputs_ = ListOf<InputId, InputInfo>(lists_.inputs);
     for (const SmallChannel& channel : lists_.channels) channels_.push_back(channel.info);
     list_variables_and_entries();
@@ -322,6 +329,10 @@ class SmallSystem final : public System {
       for (const VariableId v : variables_.ids())
         if (!entry.state || v.index != entry.state->index) entry.may_depend_on.push_back(v);
       entry_groups_.push_back(declared.group);
+      EntryGroup& group = entry_groups_[entry.group];
+      if (group.begin == 0.0) group.begin = 0.5 * group.typical;
+      // What enters anywhere is seen in the one channel that there is.
+      if (group.alike.empty() && lists_.channels.size() == 1) group.alike = lists_.channels.front().info.kind;
       entries_.push_back(std::move(entry));
     }
   }

@@ -56,8 +56,7 @@ struct DryFriction : WholePlant {
   S force_N{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.force_N, Declaration{.name = "force_N", .symbol = "F_c", .unit = units::N, .range = {0.0, 500.0}, .typical = 10.0,
-                                    .null_value = 0.0, .prior_deviation = 20.0, .meaning = "force of dry friction"});
+    visit(self.force_N, strength("force_N", "F_c", units::N, 10.0, 20.0, {0.0, 500.0}, "force of dry friction"));
   }
   void balance(Now<S>& now) const { now.force_N -= force_N * tanh(now.velocity_m_s / stuck_m_s); }
 };
@@ -69,8 +68,7 @@ struct ForceOffset : WholePlant {
   S force_N{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.force_N, Declaration{.name = "force_N", .symbol = "F_0", .unit = units::N, .range = {-200.0, 200.0}, .typical = 2.0,
-                                    .null_value = 0.0, .prior_deviation = 10.0, .meaning = "constant force towards negative x"});
+    visit(self.force_N, strength("force_N", "F_0", units::N, 2.0, 10.0, {-200.0, 200.0}, "constant force towards negative x"));
   }
   void balance(Now<S>& now) const { now.force_N -= force_N; }
 };
@@ -83,8 +81,7 @@ struct StribeckFriction : WholePlant {
   S force_N{0.0}, speed_m_s{0.01};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.force_N, Declaration{.name = "force_N", .symbol = "F_s", .unit = units::N, .range = {0.0, 500.0}, .typical = 5.0,
-                                    .null_value = 0.0, .prior_deviation = 10.0, .meaning = "friction that vanishes with speed"});
+    visit(self.force_N, strength("force_N", "F_s", units::N, 5.0, 10.0, {0.0, 500.0}, "friction that vanishes with speed"));
     visit(self.speed_m_s, Declaration{.name = "speed_m_s", .symbol = "v_t", .unit = units::m_s, .range = {0.002, 0.5},
                                       .typical = 0.01, .prior_deviation = 0.02, .meaning = "speed at which it is nearly gone"});
   }
@@ -102,8 +99,7 @@ struct QuadraticFriction : WholePlant {
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
     visit(self.friction_Ns2_m2,
-          Declaration{.name = "friction_Ns2_m2", .symbol = "c_2", .unit = units::Ns2_m2, .range = {-5000.0, 5000.0},
-                      .typical = 100.0, .null_value = 0.0, .prior_deviation = 300.0, .meaning = "force for each (m/s)^2"});
+          strength("friction_Ns2_m2", "c_2", units::Ns2_m2, 100.0, 300.0, {-5000.0, 5000.0}, "force for each (m/s)^2"));
   }
   void balance(Now<S>& now) const {
     now.force_N -= friction_Ns2_m2 * (value_of(now.velocity_m_s) < 0.0 ? -1.0 : 1.0) * now.velocity_m_s * now.velocity_m_s;
@@ -117,8 +113,7 @@ struct CentringSpring : WholePlant {
   S stiffness_N_m{0.0}, centre_m{0.1};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.stiffness_N_m, Declaration{.name = "stiffness_N_m", .symbol = "k", .unit = units::N_m, .range = {0.0, 5000.0},
-                                          .typical = 20.0, .null_value = 0.0, .prior_deviation = 50.0, .meaning = "its stiffness"});
+    visit(self.stiffness_N_m, strength("stiffness_N_m", "k", units::N_m, 20.0, 50.0, {0.0, 5000.0}, "its stiffness"));
     visit(self.centre_m, Declaration{.name = "centre_m", .symbol = "x_0", .unit = units::m, .range = {-1.0, 1.0}, .typical = 0.1,
                                      .prior_deviation = 0.1, .meaning = "where it is slack"});
   }
@@ -131,8 +126,7 @@ struct InputDelay : WholePlant {
   S delay_s{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.delay_s, Declaration{.name = "delay_s", .symbol = "d", .unit = units::s, .range = {0.0, 0.5}, .typical = 0.005,
-                                    .null_value = 0.0, .prior_deviation = 0.01, .meaning = "from voltage to force"});
+    visit(self.delay_s, strength("delay_s", "d", units::s, 0.005, 0.01, {0.0, 0.5}, "from voltage to force"));
   }
   S input_delay_s() const { return delay_s; }
 };
@@ -145,8 +139,7 @@ struct SensorLag : WholePlant {
   S time_constant_s{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.time_constant_s, Declaration{.name = "time_constant_s", .symbol = "tau", .unit = units::s, .range = {0.0, 1.0},
-                                            .typical = 0.005, .null_value = 0.0, .prior_deviation = 0.02, .meaning = "its filter"});
+    visit(self.time_constant_s, strength("time_constant_s", "tau", units::s, 0.005, 0.02, {0.0, 1.0}, "its filter"));
   }
   void rest(const Now<S>& now, S* own) const { own[0] = now.position_m; }
   void rates(const Now<S>& now, const S* own, S* rate) const {
@@ -168,11 +161,14 @@ std::shared_ptr<const System> make_emps(const Description& structure, const std:
       .name = "emps",
       .words = "the axis",
       .states = {{"position_m", units::m, 0.1}, {"velocity_m_s", units::m_s, 0.1}},
-      .inputs = {{.column = "motor_voltage_V", .name = "motor", .words = "motor voltage", .unit = units::V, .range = {-100.0, 100.0}}},
+      .inputs = {{.column = "motor_voltage_V", .name = "motor", .part = "motor", .words = "motor voltage", .unit = units::V, .range = {-100.0, 100.0}}},
       .channels = {{{.column = "position_m", .words = "position", .unit_words = "m", .unit = units::m, .range = {-100.0, 100.0},
                      .noise = 1e-5, .step = 0.0, .short_name = "position", .kind = "position"}, "position_m"}},
-      .entries = {{{"force", "the axis's balance of forces", "N", 2.0, 0.5, {"mechanics", "actuation"}}, "velocity_m_s", "mass_kg"},
-                  {.group = {"position_reading", "the position sensor's reading", "m", 1e-3, 0.5, {"sensor"}},
+      .entries = {{.group = {.name = "force", .words = "the axis's balance of forces", .unit = "N", .typical = 2.0, .correlation_time_s = 0.5,
+                             .places = {"mechanics", "actuation"}, .input_words = "the force of the motor"},
+                   .state = "velocity_m_s", .divided_by = "mass_kg"},
+                  {.group = {.name = "position_reading", .words = "the position sensor's reading", .unit = "m", .typical = 1e-3,
+                             .correlation_time_s = 0.5, .places = {"sensor"}},
                    .channel = "position_m"}},
       .drives = {{ChannelId{0}, InputId{0}, 1.0}}};
   return std::make_shared<SmallSystem<emps::Core, emps::Now, emps::Effects>>(lists, structure, own);

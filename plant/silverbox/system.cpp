@@ -51,13 +51,6 @@ struct Now : AtAnInstant<Core<S>> {
   void rest(const Known<S>&, S* y) const { y[0] = (this->given->input(0) + this->core->drive_offset_V) / this->core->stiffness_V_V; }
 };
 
-// A number that is any sign, and whose null is 0.
-inline Declaration strength(const char* name, const char* symbol, Unit unit, double typical, double deviation, Range range,
-                            Text meaning) {
-  return {.name = name, .symbol = symbol, .unit = unit, .range = range, .typical = typical, .null_value = 0.0,
-          .prior_deviation = deviation, .meaning = meaning};
-}
-
 template <class S>
 struct CubicStiffness : WholePlant {
   static constexpr Text name = "cubic_stiffness", place = "mechanics", equation = "force -> force - k_3 y^3",
@@ -156,13 +149,16 @@ std::shared_ptr<const System> make_silverbox(const Description& structure, const
       .name = "silverbox",
       .words = "the oscillator",
       .states = {{"displacement_V", units::V, 0.1}, {"velocity_V_s", units::V_s, 50.0}},
-      .inputs = {{.column = "drive_V", .name = "drive", .words = "drive", .unit = units::V, .range = {-10.0, 10.0},
-                  .between = Between::linear}},
+      .inputs = {{.column = "drive_V", .name = "drive", .part = "drive", .words = "drive", .unit = units::V,
+                  .range = {-10.0, 10.0}, .between = Between::linear}},
       .channels = {{{.column = "displacement_V", .words = "displacement", .unit_words = "V", .unit = units::V,
                      .range = {-10.0, 10.0}, .noise = 2e-4, .step = 0.0, .short_name = "displacement", .kind = "displacement"},
                     "displacement_V"}},
-      .entries = {{{"force", "the balance of forces", "V", 1e-3, 0.01, {"mechanics", "actuation"}}, "velocity_V_s", "mass_s2"},
-                  {.group = {"displacement_reading", "the displacement's reading", "V", 1e-3, 0.01, {"sensor"}},
+      .entries = {{.group = {.name = "force", .words = "the balance of forces", .unit = "V", .typical = 1e-3, .correlation_time_s = 0.01,
+                             .places = {"mechanics", "actuation"}, .input_words = "the drive"},
+                   .state = "velocity_V_s", .divided_by = "mass_s2"},
+                  {.group = {.name = "displacement_reading", .words = "the displacement's reading", .unit = "V", .typical = 1e-3,
+                             .correlation_time_s = 0.01, .places = {"sensor"}},
                    .channel = "displacement_V"}},
       .drives = {{ChannelId{0}, InputId{0}, 1.0}}};
   return std::make_shared<SmallSystem<silverbox::Core, silverbox::Now, silverbox::Effects>>(lists, structure, own);

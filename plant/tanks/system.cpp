@@ -66,8 +66,7 @@ struct Now : AtAnInstant<Core<S>> {
 };
 
 inline Declaration spill_rate() {
-  return {.name = "rate_1_s", .symbol = "r", .unit = units::per_s, .range = {0.0, 5.0}, .typical = 1.0, .null_value = 0.0,
-          .prior_deviation = 1.0, .meaning = "spilt in a second, of what stands over"};
+  return strength("rate_1_s", "r", units::per_s, 1.0, 1.0, {0.0, 5.0}, "spilt in a second, of what stands over");
 }
 inline Declaration spill_height() {
   return {.name = "height_V", .symbol = "h_o", .unit = units::V, .range = {1.0, 50.0}, .typical = 10.0, .prior_deviation = 4.0,
@@ -114,9 +113,7 @@ struct SensorSaturation : WholePlant {
   S share_fraction{0.0}, highest_V{10.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.share_fraction, Declaration{.name = "share_fraction", .symbol = "s", .unit = units::none, .range = {0.0, 1.0},
-                                           .typical = 1.0, .null_value = 0.0, .prior_deviation = 1.0,
-                                           .meaning = "share of what is above that is not shown"});
+    visit(self.share_fraction, strength("share_fraction", "s", units::none, 1.0, 1.0, {0.0, 1.0}, "share of what is above, not shown"));
     visit(self.highest_V, Declaration{.name = "highest_V", .symbol = "y_max", .unit = units::V, .range = {1.0, 20.0},
                                       .typical = 10.0, .prior_deviation = 0.2, .meaning = "reading at which it saturates"});
   }
@@ -130,8 +127,7 @@ struct UpperLeak : WholePlant {
   S leak_1_s{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.leak_1_s, Declaration{.name = "leak_1_s", .symbol = "l", .unit = units::per_s, .range = {0.0, 0.5}, .typical = 0.002,
-                                     .null_value = 0.0, .prior_deviation = 0.005, .meaning = "share of the level lost in a second"});
+    visit(self.leak_1_s, strength("leak_1_s", "l", units::per_s, 0.002, 0.005, {0.0, 0.5}, "share of the level lost in a second"));
   }
   void balance(Now<S>& now) const { now.upper_rate_V_s -= leak_1_s * now.upper_V; }
 };
@@ -143,8 +139,7 @@ struct PumpDeadBand : WholePlant {
   S voltage_V{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.voltage_V, Declaration{.name = "voltage_V", .symbol = "u_0", .unit = units::V, .range = {0.0, 5.0}, .typical = 0.3,
-                                      .null_value = 0.0, .prior_deviation = 0.5, .meaning = "voltage at which it begins to turn"});
+    visit(self.voltage_V, strength("voltage_V", "u_0", units::V, 0.3, 0.5, {0.0, 5.0}, "voltage at which it begins to turn"));
   }
   void input(Now<S>& now) const { now.pump_V = positive_part(S(now.pump_V - voltage_V)); }
 };
@@ -157,8 +152,7 @@ struct SensorLag : WholePlant {
   S time_constant_s{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.time_constant_s, Declaration{.name = "time_constant_s", .symbol = "tau", .unit = units::s, .range = {0.0, 120.0},
-                                            .typical = 3.0, .null_value = 0.0, .prior_deviation = 10.0, .meaning = "its damping"});
+    visit(self.time_constant_s, strength("time_constant_s", "tau", units::s, 3.0, 10.0, {0.0, 120.0}, "its damping"));
   }
   void rest(const Now<S>& now, S* own) const { own[0] = now.lower_V; }
   void rates(const Now<S>& now, const S* own, S* rate) const {
@@ -180,12 +174,18 @@ std::shared_ptr<const System> make_tanks(const Description& structure, const std
       .name = "tanks",
       .words = "the pair of tanks",
       .states = {{"upper_level_V", units::V, 5.0, {0.0, 30.0}}, {"lower_level_V", units::V, 5.0, {0.0, 30.0}}},
-      .inputs = {{.column = "pump_voltage_V", .name = "pump", .words = "pump voltage", .unit = units::V, .range = {0.0, 100.0}}},
+      .inputs = {{.column = "pump_voltage_V", .name = "pump", .part = "pump", .words = "pump voltage", .unit = units::V, .range = {0.0, 100.0}}},
       .channels = {{{.column = "level_V", .words = "level", .unit_words = "V", .unit = units::V, .range = {-1.0, 20.0},
                      .noise = 0.02, .step = 0.0, .short_name = "level", .kind = "level"}, "lower_level_V"}},
-      .entries = {{{"upper_flow", "the upper tank's balance of flows", "V/s", 0.01, 40.0, {"flow", "actuation"}}, "upper_level_V"},
-                  {{"lower_flow", "the lower tank's balance of flows", "V/s", 0.01, 40.0, {"flow"}}, "lower_level_V"},
-                  {.group = {"level_reading", "the level sensor's reading", "V", 0.1, 40.0, {"sensor"}}, .channel = "level_V"}},
+      .entries = {{.group = {.name = "upper_flow", .words = "the upper tank's balance of flows", .unit = "V/s", .typical = 0.01,
+                             .correlation_time_s = 40.0, .places = {"flow", "actuation"}, .input_words = "the pump's delivery"},
+                   .state = "upper_level_V"},
+                  {.group = {.name = "lower_flow", .words = "the lower tank's balance of flows", .unit = "V/s", .typical = 0.01,
+                             .correlation_time_s = 40.0, .places = {"flow"}},
+                   .state = "lower_level_V"},
+                  {.group = {.name = "level_reading", .words = "the level sensor's reading", .unit = "V", .typical = 0.1,
+                             .correlation_time_s = 40.0, .places = {"sensor"}},
+                   .channel = "level_V"}},
       .drives = {{ChannelId{0}, InputId{0}, 1.0}}};
   return std::make_shared<SmallSystem<tanks::Core, tanks::Now, tanks::Effects>>(lists, structure, own);
 }

@@ -62,17 +62,16 @@ TEST_CASE("positioning axis: lists, files") { check_lists(axis(), "emps"); }
 // Values are those of a least-squares fit; published: about 95 kg, 204 N s/m, 20.4 N, -3.2 N.
 TEST_CASE("positioning axis: dry friction and an offset explain the benchmark's recording to 2.6 mm, their absence to 92 mm") {
   const char* const file = "emps/DATA_EMPS.mat";
-  const char* const columns = "time_s,motor_voltage_V,position_m";
   const double gain = 35.15065188248547;
   const auto without = open_loop_rms(axis(), {{"mass_kg", 212.358}, {"viscous_friction_Ns_m", 357.676}, {"drive_gain_N_V", gain}},
-                                     {0.0, 0.0}, file, columns);
+                                     {0.0, 0.0}, file);
   const auto with = open_loop_rms(axis(),
                                   {{"mass_kg", 91.0569},
                                    {"viscous_friction_Ns_m", 191.83},
                                    {"drive_gain_N_V", gain},
                                    {"dry_friction.force_N", 22.027},
                                    {"force_offset.force_N", -3.35788}},
-                                  {0.0, 0.0}, file, columns);
+                                  {0.0, 0.0}, file);
   if (!with) return;
   CHECK(*without > 0.08);
   CHECK(*with < 0.0027);

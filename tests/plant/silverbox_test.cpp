@@ -69,17 +69,16 @@ TEST_CASE("silverbox: lists, files") { check_lists(oscillator(), "silverbox"); }
 // Values are those of a least-squares fit.
 TEST_CASE("silverbox: a cubic spring explains the benchmark's recording to 0.9 mV, a linear one to 6.4 mV") {
   const char* const file = "silverbox/multisine.csv";
-  const char* const columns = "time_s,drive_V,displacement_V";
   const auto without = open_loop_rms(oscillator(),
                                      {{"mass_s2", 5.12446e-6}, {"damping_s", 2.18007e-4}, {"stiffness_V_V", 0.977039}, {"drive_offset_V", -0.00539555}},
-                                     {-0.0503047, -3.59173}, file, columns);
+                                     {-0.0503047, -3.59173}, file);
   const auto with = open_loop_rms(oscillator(),
                                   {{"mass_s2", 5.16795e-6},
                                    {"damping_s", 2.15785e-4},
                                    {"stiffness_V_V", 0.952299},
                                    {"drive_offset_V", -0.00539099},
                                    {"cubic_stiffness.stiffness_1_V2", 3.79402}},
-                                  {-0.0502566, -0.368025}, file, columns);
+                                  {-0.0502566, -0.368025}, file);
   if (!with) return;
   CHECK(*without > 0.006);
   CHECK(*with < 0.00096);

@@ -17,6 +17,7 @@
 
 #include "plant/integrator.h"
 #include "sim/input_error.h"
+#include "sim/log_map.h"
 #include "sim/plant_file.h"
 #include "sim/simulation.h"
 
@@ -189,28 +190,18 @@ inline void check_lists(const Plant& plant, const std::string& name) {
 }
 
 // RMS of reading less recording, open loop from `start` (first values of the core's states), in the unit of the file. Parameters by
-// key. Recordings are given and not in this repository: nothing where there is none. `columns`: the header that it should have.
+// key. Recordings are given and not in this repository: nothing where there is none.
 inline std::optional<double> open_loop_rms(Plant plant, const std::map<std::string, double>& parameters,
-                                           const std::vector<double>& start, const std::string& file, const char* columns) {
-  const std::filesystem::path path = std::filesystem::path(SINEW_SOURCE_DIR).parent_path() / "shared/data" / file;
-  if (!std::filesystem::exists(path)) {
-    std::printf("SKIPPED: no %s\n", path.c_str());
+                                           const std::vector<double>& start, const std::string& file) {
+  const std::filesystem::path source(SINEW_SOURCE_DIR), log = source.parent_path() / "shared/data" / file;
+  if (!std::filesystem::exists(log)) {
+    std::printf("SKIPPED: no %s\n", log.c_str());
     return std::nullopt;
   }
-  std::filesystem::path csv = path;
-  if (path.extension() == ".mat") {
-    csv = std::filesystem::temp_directory_path() / ("sinew_" + std::to_string(::getpid()) + ".csv");
-    const std::string command = "python3 '" SINEW_SOURCE_DIR "/tests/plant/mat_columns.py' '" + path.string() + "' t vir qm > '" + csv.string() + "'";
-    REQUIRE(std::system(command.c_str()) == 0);
-  }
-  std::ifstream in(csv);
-  std::string header;
-  std::getline(in, header);
-  std::stringstream rows;
-  rows << in.rdbuf();
-  if (csv != path) std::filesystem::remove(csv);
+  const std::string name(plant.system().name());
+  const sim::Conversion converted = sim::convert_log(log, sim::read_log_map(source / "plant" / name / (name + ".map.yaml")));
   const sim::Recording recording =
-      sim::parse_recording(std::string(columns) + "\n" + rows.str(), path.string(), sim::columns_of(plant.system()));
+      sim::parse_recording(sim::to_csv(converted.table), log.string(), sim::columns_of(plant.system()));
   for (const auto& [key, value] : parameters) set(plant, key, value);
   const std::vector<double>& first = recording.samples.front().inputs;
   const std::vector<double> from = with_effects_at_rest(plant, first.front(), start);

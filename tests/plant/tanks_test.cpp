@@ -88,13 +88,12 @@ TEST_CASE("tanks: lists, files") { check_lists(tanks(), "tanks"); }
 // Values are those of a least-squares fit.
 TEST_CASE("tanks: overflow explains the benchmark's recording to 0.26 V, its absence to 0.57 V") {
   const char* const file = "cascaded_tanks/estimation.csv";
-  const char* const columns = "time_s,pump_voltage_V,level_V";
   const auto without = open_loop_rms(tanks(),
                                      {{"pump_gain_1_s", 0.112773},
                                       {"upper_outflow_sqrtV_s", 0.0584627},
                                       {"lower_outflow_sqrtV_s", 0.125486},
                                       {"sensor_zero_V", -0.961149}},
-                                     {27.9623, 6.08489}, file, columns);
+                                     {27.9623, 6.08489}, file);
   const auto with = open_loop_rms(tanks(),
                                   {{"pump_gain_1_s", 0.0407896},
                                    {"upper_outflow_sqrtV_s", 0.0453939},
@@ -105,7 +104,7 @@ TEST_CASE("tanks: overflow explains the benchmark's recording to 0.26 V, its abs
                                    {"upper_overflow.share_fraction", 1.0},
                                    {"lower_overflow.rate_1_s", 5.0},
                                    {"lower_overflow.height_V", 11.7936}},
-                                  {5.62613, 7.00976}, file, columns);
+                                  {5.62613, 7.00976}, file);
   if (!with) return;
   CHECK(*without > 0.5);
   CHECK(*with < 0.26);
