@@ -21,6 +21,9 @@
 
 namespace sinew::bench {
 
+// The two-coil limb's coils and thermocouples, and the channel of its angle.
+inline constexpr std::size_t coils[] = {0, 1}, angle_channel = 2;
+
 inline double seconds_on(clockid_t clock) {
   timespec time{};
   clock_gettime(clock, &time);
@@ -48,43 +51,43 @@ inline std::vector<double> fastest_in_turn_s(int repeats, const std::vector<std:
 }
 
 // scenarios/babble_bidirectional.yaml, measured with its sensors.
-inline sim::Recording babbling(double duration_s, const plant::Limb<double>& limb = {}, std::int64_t seed = 7) {
+inline sim::Recording babbling(double duration_s, const plant::Plant& limb = plant::default_plant(), std::int64_t seed = 7) {
   sim::Scenario scenario = sim::read_scenario(SINEW_SOURCE_DIR "/scenarios/babble_bidirectional.yaml");
   scenario.seed = seed;
   scenario.duration_s = duration_s;
-  scenario.limb = limb;
+  scenario.plant = limb;
   const sim::RunResult run = sim::run(scenario);
   if (run.status != sim::RunStatus::finished) throw std::runtime_error("the babbling did not finish");
-  return sim::parse_recording(run.recording_csv, "babbling");
+  return sim::parse_recording(run.recording_csv, "babbling", sim::columns_of(limb.system()));
 }
 
 inline sim::Recording first_part(const sim::Recording& recording, double duration_s) {
-  sim::Recording part;
+  sim::Recording part{.name = recording.name, .columns = recording.columns};
   for (const sim::Sample& sample : recording.samples)
     if (sample.time_s <= duration_s + 1e-6) part.samples.push_back(sample);
   return part;
 }
 
 struct Replay {
-  std::vector<plant::Reading<double>> shown;  // one a sample
+  std::vector<std::vector<double>> shown;  // one a sample, [channels], internal units
   plant::SolverCounters counters;
 };
 
 // The recording's duty on a limb that starts at rest. With a request, the sensitivities of the readings are asked for at
 // every sample, as a fit does.
 inline Replay replay(const sim::Recording& recording, const plant::NumericalSettings& numerics,
-                     const plant::SensitivityRequest& request = {}, const plant::Limb<double>& limb = {},
+                     const plant::SensitivityRequest& request = {}, const plant::Plant& limb = plant::default_plant(),
                      const plant::Start& start = {}) {
   Replay result;
   result.shown.reserve(recording.samples.size());
   plant::Integrator integrator(limb, start, numerics, request);
-  plant::Reading<double> reading;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> sensitivity;
-  const auto failure = sim::replay(integrator, recording.samples, [&](std::size_t) {
+  std::vector<double> reading;
+  Eigen::MatrixXd sensitivity;
+  const auto failure = sim::replay(integrator, limb.system(), recording.samples, [&](std::size_t) {
     if (request.columns() > 0)
-      integrator.reading_with_sensitivity(reading, sensitivity);
+      integrator.readings_with_sensitivity(reading, sensitivity);
     else
-      reading = integrator.reading();
+      reading = integrator.readings();
     result.shown.push_back(reading);
   });
   if (failure) throw std::runtime_error("integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
@@ -99,11 +102,11 @@ inline Errors errors_of(const Replay& run, const Replay& reference) {
   Errors errors;
   const double count = static_cast<double>(reference.shown.size());
   for (std::size_t k = 0; k < reference.shown.size(); ++k) {
-    const double angle = std::abs(run.shown[k].angle_rad - reference.shown[k].angle_rad) / plant::radians_per_degree;
+    const double angle = std::abs(run.shown[k][angle_channel] - reference.shown[k][angle_channel]) / plant::radians_per_degree;
     errors.angle_max_deg = std::max(errors.angle_max_deg, angle);
     errors.angle_rms_deg += angle * angle / count;
-    for (const std::size_t j : plant::coils) {
-      const double kelvin = std::abs(run.shown[k].temperature_degC[j] - reference.shown[k].temperature_degC[j]);
+    for (const std::size_t j : coils) {
+      const double kelvin = std::abs(run.shown[k][j] - reference.shown[k][j]);
       errors.temperature_max_K = std::max(errors.temperature_max_K, kelvin);
       errors.temperature_rms_K += kelvin * kelvin / (2.0 * count);
     }
@@ -121,20 +124,22 @@ inline const char* name_of(plant::Method method) {
 // `given_start()`.
 inline plant::SensitivityRequest columns(std::size_t count) {
   plant::SensitivityRequest request;
-  std::size_t of_core = 0;
-  while (of_core < plant::parameters().size() && plant::parameters()[of_core].effect == plant::no_effect) ++of_core;
+  const plant::Plant limb = plant::default_plant();
+  std::vector<plant::ParameterId> of_core;
+  for (const plant::ParameterId p : limb.system().parameters().ids())
+    if (!limb.system().parameters()[p].effect) of_core.push_back(p);
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t place = k % (of_core + plant::core_state::count);
-    if (place < of_core)
-      request.parameters.push_back(place);
+    const std::size_t place = k % (of_core.size() + limb.states().size());
+    if (place < of_core.size())
+      request.parameters.push_back(of_core[place]);
     else
-      request.initial_states.push_back(place - of_core);
+      request.initial_states.push_back(plant::StateId{place - of_core.size()});
   }
   return request;
 }
 
 // Rest, with every state given.
-inline plant::Start given_start(const plant::Limb<double>& limb = {}) {
+inline plant::Start given_start(const plant::Plant& limb = plant::default_plant()) {
   const std::vector<double> rest = plant::Integrator(limb, plant::Start{}, plant::NumericalSettings{}).state();
   return {{rest.begin(), rest.end()}, {}};
 }

@@ -40,14 +40,14 @@ double largest_error(const Jacobian& one, const Jacobian& exact) {
 }  // namespace
 
 int main() {
-  const plant::Limb<double> nominal;
-  plant::Limb<double> truth;
-  std::vector<std::size_t> parameters;
+  const plant::Plant nominal = plant::default_plant();
+  plant::Plant truth = nominal;
+  std::vector<plant::ParameterId> parameters;
   for (const char* name : names) {
-    const std::size_t p = plant::parameter_index(name);
-    const auto& declared = plant::parameters()[p].declaration;
+    const plant::ParameterId p = truth.system().parameter(name);
+    const auto& declared = truth.system().parameters()[p].declaration;
     const double shift = (parameters.size() % 2 ? -0.5 : 0.5) * declared.prior_deviation;
-    plant::set_in_file_units(truth, p, plant::get_in_file_units(truth, p) + shift);
+    truth.set_in_file_units(p, truth.get_in_file_units(p) + shift);
     parameters.push_back(p);
   }
   const sim::Recording recording = bench::babbling(600.0, truth);
@@ -70,7 +70,7 @@ int main() {
   std::printf("| parameter | true | fitted | standard error | error in standard errors |\n|---|---|---|---|---|\n");
   for (std::size_t u = 0; u < parameters.size(); ++u) {
     const auto& e = calibration.estimates[u];
-    const double unit = e.unknown.internal_per_unit, true_value = plant::get(truth, parameters[u]);
+    const double unit = e.unknown.internal_per_unit, true_value = truth.get(parameters[u]);
     std::printf("| %s | %.5g | %.5g | %.1e | %.1f |\n", e.unknown.name.c_str(), true_value / unit, e.value / unit,
                 e.standard_error / unit, (e.value - true_value) / e.standard_error);
   }

@@ -51,8 +51,8 @@ int main() {
   const auto time_with = [&](std::size_t count) {
     const plant::SensitivityRequest request = bench::columns(count);
     return bench::fastest_in_turn_s(
-        3, {[&] { bench::replay(ten_minutes, {plant::Method::cvode, 1e-6}, request, {}, bench::given_start()); },
-            [&] { bench::replay(ten_minutes, {plant::Method::arkode, 1e-6}, request, {}, bench::given_start()); }});
+        3, {[&] { bench::replay(ten_minutes, {plant::Method::cvode, 1e-6}, request, plant::default_plant(), bench::given_start()); },
+            [&] { bench::replay(ten_minutes, {plant::Method::arkode, 1e-6}, request, plant::default_plant(), bench::given_start()); }});
   };
   const std::vector<double> without_s = time_with(0);
   std::vector<double> counts, cvode_more_s, arkode_more_s;

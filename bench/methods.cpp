@@ -36,14 +36,14 @@ void precision(const sim::Recording& recording, const bench::Replay& reference) 
 }
 
 // Largest modulus of the Jacobian's eigenvalues at rest, by differences: what Method::automatic looks at.
-double spectral_radius_1_s(const plant::Limb<double>& limb) {
-  const plant::Equations<double> equations(limb);
-  const std::vector<double> rest = equations.rest({}, std::vector<std::optional<double>>(equations.layout().size()));
+double spectral_radius_1_s(const plant::Plant& limb) {
+  const auto equations = limb.equations();
+  const plant::Situation idle{.inputs = std::vector<double>(limb.system().inputs().size(), 0.0)};
+  const std::vector<double> rest = equations->rest(idle, std::vector<std::optional<double>>(limb.states().size()));
   const auto n = static_cast<Eigen::Index>(rest.size());
   const auto rates = [&](const std::vector<double>& y) {
-    plant::Instant<double> now;
     Eigen::VectorXd rate(n);
-    equations.evaluate({}, y.data(), now, rate.data());
+    equations->rates(idle, y.data(), rate.data());
     return rate;
   };
   Eigen::MatrixXd jacobian(n, n);
@@ -65,11 +65,11 @@ void stiffness(const sim::Recording& recording) {
               recording.duration_s());
   const plant::SensitivityRequest request = bench::columns(16);
   for (const double smoothing_rad_s : {0.0, 1.0, 0.3, 0.2, 0.15, 0.1, 0.05, 0.02}) {
-    plant::Limb<double> limb;
+    plant::Plant limb = plant::default_plant();
     if (smoothing_rad_s > 0.0) {
-      plant::set(limb, plant::parameter_index("dry_friction.moment_Nm"), 0.003);
-      plant::set(limb, plant::parameter_index("dry_friction.smoothing_rad_s"), smoothing_rad_s);
-      plant::turn_on_by_strength(limb);
+      limb.set(limb.system().parameter("dry_friction.moment_Nm"), 0.003);
+      limb.set(limb.system().parameter("dry_friction.smoothing_rad_s"), smoothing_rad_s);
+      limb.turn_on_by_strength();
     }
     const plant::Start start = bench::given_start(limb);
     bench::Replay automatic, cvode, arkode;
@@ -95,14 +95,15 @@ void stiffness(const sim::Recording& recording) {
   std::printf("\n");
 }
 
-// ERKStep on plant::Equations, with S = double or a Jet of 16 columns, restarted at each jump as the integrator does.
+// ERKStep on plant::Equations, with S = double or a Jet, restarted at each jump as the integrator does.
 template <class S>
 class Plain {
  public:
-  Plain(const plant::Limb<S>& limb, std::vector<double> start, int table, double tolerance)
-      : equations_(limb), tolerance_(tolerance) {
+  Plain(const plant::Plant& limb, std::unique_ptr<plant::Equations<S>> equations, std::vector<double> start, int table, double tolerance)
+      : states_(limb.states()), equations_(std::move(equations)), tolerance_(tolerance), jets_(states_.size()), jet_rates_(states_.size()) {
+    given_.inputs.assign(limb.system().inputs().size(), 0.0);
     if (SUNContext_Create(nullptr, &context_) != 0) throw std::bad_alloc();
-    start.resize(states * (1 + columns), 0.0);
+    start.resize(states_.size() * (1 + columns), 0.0);
     y_ = N_VNew_Serial(static_cast<sunindextype>(start.size()), context_);
     std::copy(start.begin(), start.end(), N_VGetArrayPointer(y_));
     memory_ = ERKStepCreate(rates, 0.0, y_, context_);
@@ -131,9 +132,9 @@ class Plain {
         if (ERKStepEvolve(memory_, sample.time_s, y_, &reached_s, ARK_NORMAL) < 0) throw std::runtime_error("ERKStep failed");
       }
       const double* y = N_VGetArrayPointer(y_);
-      result.shown.push_back({{y[0], y[1]}, y[4]});
-      if (sample.duty_fraction != given_.duty_fraction) {
-        given_.duty_fraction = sample.duty_fraction;
+      result.shown.push_back({y[0], y[1], y[4]});
+      if (sample.inputs != given_.inputs) {
+        given_.inputs = sample.inputs;
         count(result);
         if (k > 0) ERKStepGetCurrentStep(memory_, &next_step_s);
         ERKStepReInit(memory_, rates, sample.time_s, y_);
@@ -145,8 +146,7 @@ class Plain {
   }
 
  private:
-  static constexpr std::size_t states = plant::core_state::count;
-  static constexpr std::size_t columns = std::is_same_v<S, double> ? 0 : 16;
+  static constexpr std::size_t columns = std::is_same_v<S, double> ? 0 : plant::jet_width;
 
   void count(bench::Replay& result) const {
     long expansions = 0, accuracy = 0, attempts = 0, rhs = 0, failures = 0;
@@ -159,17 +159,17 @@ class Plain {
     self.given_.time_s = t;
     const double* y = N_VGetArrayPointer(y_vector);
     double* rate = N_VGetArrayPointer(rate_vector);
-    plant::Instant<S> now;
+    const std::size_t states = self.states_.size();
     if constexpr (columns == 0) {
-      self.equations_.evaluate(self.given_, y, now, rate);
+      self.equations_->rates(self.given_, y, rate);
     } else {
-      std::array<S, states> state, state_rate;
+      std::vector<S>&state = self.jets_, &state_rate = self.jet_rates_;
       using Row = Eigen::Matrix<double, static_cast<int>(columns), 1>;
       for (std::size_t i = 0; i < states; ++i) {
         state[i].a = y[i];
         state[i].v = Eigen::Map<const Row>(y + states + i * columns);
       }
-      self.equations_.evaluate(self.given_, state.data(), now, state_rate.data());
+      self.equations_->rates(self.given_, state.data(), state_rate.data());
       for (std::size_t i = 0; i < states; ++i) {
         rate[i] = state_rate[i].a;
         Eigen::Map<Row>(rate + states + i * columns) = state_rate[i].v;
@@ -181,14 +181,17 @@ class Plain {
     const Plain& self = *static_cast<Plain*>(user);
     const double* y = N_VGetArrayPointer(y_vector);
     double* weight = N_VGetArrayPointer(weight_vector);
+    const std::size_t states = self.states_.size();
     for (std::size_t i = 0; i < states; ++i)
-      weight[i] = std::sqrt(1.0 + columns) / (self.tolerance_ * (std::abs(y[i]) + self.equations_.layout().entries[i].declaration.scale));
+      weight[i] = std::sqrt(1.0 + columns) / (self.tolerance_ * (std::abs(y[i]) + self.states_[plant::StateId{i}].scale));
     std::fill(weight + states, weight + states * (1 + columns), 0.0);
     return 0;
   }
 
-  plant::Equations<S> equations_;
+  plant::States states_;
+  std::unique_ptr<plant::Equations<S>> equations_;
   double tolerance_;
+  std::vector<S> jets_, jet_rates_;  // scratch
   plant::Situation given_;
   SUNContext context_ = nullptr;
   N_Vector y_ = nullptr;
@@ -214,10 +217,9 @@ void tables(const sim::Recording& recording, const bench::Replay& reference) {
 #if defined(__SSE__)
   _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);  // as the integrator does: sensitivities decay through subnormal numbers
 #endif
-  const plant::Limb<double> limb;
-  using WithColumns = plant::Jet<16>;
-  plant::Limb<WithColumns> seeded = plant::lift<WithColumns>(limb);
-  for (std::size_t k = 0; k < 16; ++k) plant::fields(seeded)[k]->v[static_cast<Eigen::Index>(k)] = 1.0;
+  const plant::Plant limb = plant::default_plant();
+  std::vector<std::pair<plant::ParameterId, int>> seeds;
+  for (int k = 0; k < plant::jet_width; ++k) seeds.emplace_back(plant::ParameterId{static_cast<std::size_t>(k)}, k);
   const std::vector<double> start = plant::Integrator(limb, plant::Start{}, plant::NumericalSettings{}).state();
   const auto print_pair = [&](double ms, const bench::Replay& run) {
     std::printf(" %.1f | %lld | %.1e |", ms, static_cast<long long>(run.counters.steps), bench::errors_of(run, reference).angle_rms_deg);
@@ -227,11 +229,11 @@ void tables(const sim::Recording& recording, const bench::Replay& reference) {
     for (const double tolerance : {1e-5, 1e-6}) {
       bench::Replay run;
       const double ms =
-          1e3 * bench::fastest_s(3, [&] { run = Plain<double>(limb, start, table.number, tolerance).replay(recording); });
+          1e3 * bench::fastest_s(3, [&] { run = Plain<double>(limb, limb.equations(), start, table.number, tolerance).replay(recording); });
       print_pair(ms, run);
     }
     std::printf(" %.0f |\n", 1e3 * bench::fastest_s(2, [&] {
-      Plain<WithColumns>(seeded, start, table.number, 1e-5).replay(recording);
+      Plain<plant::Jet>(limb, limb.equations_with_derivatives(seeds), start, table.number, 1e-5).replay(recording);
     }));
   }
   std::printf("| **Sinew's integrator** |");

@@ -20,8 +20,8 @@ std::string csv_of(const bench::Replay& run, const sim::Recording& recording) {
   std::string csv = "time_s,temperature_A_degC,temperature_B_degC,angle_deg\n";
   for (std::size_t k = 0; k < run.shown.size(); ++k) {
     sim::append_shortest(csv, recording.samples[k].time_s);
-    for (const std::size_t j : plant::coils) sim::append_shortest(csv += ',', run.shown[k].temperature_degC[j]);
-    sim::append_shortest(csv += ',', run.shown[k].angle_rad / plant::radians_per_degree);
+    for (const std::size_t j : bench::coils) sim::append_shortest(csv += ',', run.shown[k][j]);
+    sim::append_shortest(csv += ',', run.shown[k][bench::angle_channel] / plant::radians_per_degree);
     csv += '\n';
   }
   return csv;
@@ -65,17 +65,17 @@ int main(int argc, char** argv) {
 
   const std::filesystem::path folder = argv[2];
   json["duration_s"] = duration_s;
-  const plant::Limb<double> limb;
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p)
-    if (plant::parameters()[p].effect == plant::no_effect)
-      json["parameters"][plant::parameters()[p].key()] = plant::get_in_file_units(limb, p);
+  const plant::Plant limb = plant::default_plant();
+  const auto& parameters = limb.system().parameters();
+  for (const plant::ParameterId p : parameters.ids())
+    if (!parameters[p].effect) json["parameters"][parameters[p].key()] = limb.get_in_file_units(p);
   const plant::Integrator at_start(limb, plant::Start{}, {});
   json["first_state"] = at_start.state();
-  for (const auto& entry : at_start.layout().entries) json["scales"].push_back(entry.declaration.scale);
+  for (const plant::StateInfo& state : at_start.states()) json["scales"].push_back(state.scale);
   std::string duty = "time_s,duty_A,duty_B\n";
   for (const sim::Sample& sample : recording.samples) {
     sim::append_shortest(duty, sample.time_s);
-    for (const std::size_t j : plant::coils) sim::append_shortest(duty += ',', sample.duty_fraction[j]);
+    for (const double fraction : sample.inputs) sim::append_shortest(duty += ',', fraction);
     duty += '\n';
   }
   std::ofstream(folder / "duty.csv") << duty;

@@ -150,7 +150,7 @@ OwnParts own_parts_of(const std::vector<OwnValues>& own, const Values& values, P
         if (names[p] == one.part) return result[index].push_back(p);
         all += (p ? ", " : "") + (names[p].empty() ? "(the only one)" : names[p]);
       }
-      throw DescriptionError(one.path, "no such parameter, and no part that this effect acts on; these are " + all);
+      throw DescriptionError(one.path, "no such parameter, and no part that this effect acts on; " + (all.empty() ? "there is none here" : "these are " + all));
     });
     if (!found) throw DescriptionError(one.path, "no such effect");
   }

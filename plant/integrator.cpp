@@ -607,6 +607,9 @@ class Integrator::Implementation {
   }
 
   Checkpoint checkpoint() {
+    const auto changes = [](const Pending& one) { return !one.command.slopes_1_s.empty(); };
+    if (!problem_.situation.slopes_1_s.empty() || std::any_of(pending_.begin(), pending_.end(), changes))
+      throw std::logic_error("a checkpoint cannot be taken while an input changes steadily");
     restart();
     Checkpoint taken{method_, time_s_, problem_.situation.segment_start_s, problem_.situation.inputs, {}, y_, next_step_s_, counters()};
     for (const auto& [arrival_s, command] : pending_) taken.commands_under_way.emplace_back(arrival_s, command.inputs);

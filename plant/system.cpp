@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant/system.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "plant/effect_set.h"
@@ -104,6 +105,9 @@ std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(
 bool operator==(const Plant& left, const Plant& right) {
   if (left.on_ != right.on_ || left.values_ != right.values_) return false;
   if (left.system_ == right.system_) return true;
+  // Values of a part's own: the same numbers may be another part's.
+  const auto same = [](const ParameterInfo& a, const ParameterInfo& b) { return a.key() == b.key(); };
+  if (!std::ranges::equal(left.system_->parameters(), right.system_->parameters(), same)) return false;
   return left.system_->name() == right.system_->name() && left.system_->structure_yaml() == right.system_->structure_yaml();
 }
 

@@ -29,8 +29,8 @@ struct Situation {
   double time_s = 0.0;  // since the start of the scenario or recording
   // When a held input or a switch in time last changed: within such a segment the right-hand side is smooth in time.
   double segment_start_s = 0.0;
-  std::vector<double> inputs;      // at inputs_from_s
-  std::vector<double> slopes_1_s;  // of each input since then; empty: all are held
+  std::vector<double> inputs = {};      // at inputs_from_s
+  std::vector<double> slopes_1_s = {};  // of each input since then; empty: all are held
   double inputs_from_s = 0.0;
   double input(std::size_t i) const {
     return slopes_1_s.empty() ? inputs[i] : inputs[i] + slopes_1_s[i] * (time_s - inputs_from_s);

@@ -318,7 +318,8 @@ std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(
   constexpr double least_open = 0.02;  // martensite fraction
   constexpr std::size_t most_combined = 3;
   const CoreStates at(shape_);
-  if (start.empty() || !start[at.temperature]) return {};
+  for (std::size_t j = 0; j < shape_.coils.size(); ++j)
+    if (start.empty() || !start[at.temperature + j]) return {};
   std::vector<Envelopes<double>> loops;
   bool is_open = false;
   for (std::size_t j = 0; j < shape_.coils.size(); ++j) {

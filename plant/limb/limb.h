@@ -6,6 +6,10 @@
 
 namespace sinew::plant {
 
+// Compiled once, in limb.cpp.
+extern template class LimbEquations<double>;
+extern template class LimbEquations<Jet>;
+
 class LimbSystem final : public System {
  public:
   LimbSystem(Shape shape, const std::vector<OwnValues>& own);

@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::size_t most_segments = 64, most_coils = 256;
 
-// Exact at multiples of 90 degrees, so that opposite coils cancel to the last digit.
+// Exact at multiples of 60 and of 90 degrees, and of the same size in every quadrant, so that what cancels on paper cancels to the
+// last digit.
 double cosine_deg(double degrees) {
-  const double turn = std::fmod(std::fmod(degrees, 360.0) + 360.0, 360.0);
-  if (turn == 0.0) return 1.0;
-  if (turn == 90.0 || turn == 270.0) return 0.0;
-  if (turn == 180.0) return -1.0;
-  return std::cos(turn * std::numbers::pi / 180.0);
+  const double from_axis = std::abs(std::remainder(degrees, 360.0));  // 0 to 180, without rounding
+  const double folded = std::min(from_axis, 180.0 - from_axis);
+  const double size = folded == 90.0 ? 0.0 : folded == 60.0 ? 0.5 : std::cos(folded * std::numbers::pi / 180.0);
+  return from_axis > 90.0 ? -size : size;
 }
 
 std::string joined(const std::string& first, const std::string& second) {
@@ -176,11 +176,26 @@ Shape shape_of(const Description& limb) {
   }
   if (shape.coils.size() > most_coils) throw DescriptionError(coils.path, "at most 256 coils");
   shape.complete();  // for the bends, which channels refer to
+  // Names that are put together: "base" with two axes has the bends base_x and base_y.
+  names.clear();
+  for (const Shape::Bend& bend : shape.bends)
+    if (!names.insert(bend.name).second)
+      throw DescriptionError(segments.list[bend.segment].path + ".name", "another segment's axis is called " + bend.name + ", too");
+  names.clear();
+  for (const auto& [first, second] : shape.pairs)
+    if (const std::string name = joined(shape.coils[first].name, shape.coils[second].name); !names.insert(name).second)
+      throw DescriptionError(coils.list[second].path + ".name", "another pair of coils is called " + name + ", too");
 
   names.clear();
+  std::set<std::string> without_unit;
   for (const Description& one : list_of(channels, "what is measured")) {
     Fields of(one, "{column: angle_deg, bend: limb}");
     Shape::Sensor sensor{name_of(of.require("column", "in recordings"), names), Sensing::thermocouple, 0};
+    for (const Shape::Coil& coil : shape.coils)
+      if (sensor.column == "duty_" + coil.name) throw DescriptionError(one.path + ".column", "is the column of a coil's duty");
+    // Settings and random streams of a sensor go by its column without the unit.
+    if (!without_unit.insert(sensor.column.substr(0, sensor.column.rfind('_'))).second)
+      throw DescriptionError(one.path + ".column", "must differ from the other columns in more than its unit");
     const Description* const sources[] = {of.find("thermocouple"), of.find("bend"), of.find("camera")};
     const Description* axis = of.find("axis");
     of.finish();

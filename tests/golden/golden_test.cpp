@@ -4,14 +4,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "plant/integrator.h"
+#include "plant/limb/limb.h"
 #include "sim/plant_file.h"
 #include "sim/recording.h"
 #include "sim/simulation.h"
@@ -39,29 +38,30 @@ constexpr Difference tolerance{1e-4, 1e-4};
 // thousandth (Smoothing::loop_edge_fraction). That alone is 0.017 deg, and 4.4e-4 K where latent heat couples the two.
 constexpr Difference tolerance_with_minor_loops{2e-3, 0.04};
 
-plant::Limb<double> limb_of(const sim::Recording& golden) {
+plant::Plant limb_of(const sim::Recording& golden) {
   const auto line = std::ranges::find_if(golden.comments, [](const std::string& c) { return c.starts_with("plant:"); });
   REQUIRE(line != golden.comments.end());
   const sim::YamlValue yaml = sim::parse_yaml(*line, golden.name);
   return sim::read_plant(sim::YamlMap(yaml).require("plant", "the limb of a golden run"), folder);
 }
 
-Difference largest_difference(const plant::Limb<double>& limb, const sim::Recording& golden, const sim::Recording& duty,
+Difference largest_difference(const plant::Plant& limb, const sim::Recording& golden, const sim::Recording& duty,
                               plant::Method method) {
   plant::Integrator run(limb, plant::Start{}, {.method = method, .relative_tolerance = 1e-9});
   Difference largest;
   std::size_t row = 0;
-  const auto failure = sim::replay(run, duty.samples, [&](std::size_t k) {
+  const auto failure = sim::replay(run, limb.system(), duty.samples, [&](std::size_t k) {
     if (row == golden.samples.size() || duty.samples[k].time_s != golden.samples[row].time_s) return;
     const sim::Sample& expected = golden.samples[row++];
-    CHECK(duty.samples[k].duty_fraction == expected.duty_fraction);
-    const plant::Reading<double> shown = run.reading();
+    CHECK(duty.samples[k].inputs == expected.inputs);
+    const std::vector<double> shown = sim::in_file_units(limb.system(), run.readings());
     const auto widen = [](double& most, double difference) {
       if (!(std::abs(difference) <= most) && !std::isnan(most)) most = std::abs(difference);  // NaN stays
     };
-    for (const std::size_t j : plant::coils)
-      widen(largest.temperature_K, shown.temperature_degC[j] - expected.temperature_degC[j]);
-    widen(largest.angle_deg, shown.angle_rad * 180.0 / std::numbers::pi - expected.angle_deg);
+    for (const plant::ChannelId c : limb.system().channels().ids()) {
+      const bool is_angle = limb.system().channels()[c].kind == "angle";
+      widen(is_angle ? largest.angle_deg : largest.temperature_K, shown[c.index] - expected.channels[c.index]);
+    }
   });
   CHECK_FALSE(failure.has_value());
   CHECK(row == golden.samples.size());
@@ -72,19 +72,20 @@ Difference largest_difference(const plant::Limb<double>& limb, const sim::Record
 }  // namespace
 
 TEST_CASE("the plant follows an independent reference: the core, every effect, and combinations") {
-  const sim::Recording duty = sim::read_recording(folder / "duty.csv");
+  const sim::Recording duty = sim::read_recording(folder / "duty.csv", *plant::two_coil_limb());
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().extension() == ".csv" && entry.path().filename() != "duty.csv") files.push_back(entry.path());
   std::ranges::sort(files);
 
-  std::array<std::size_t, plant::effect_count> cases_with{};
+  const auto& effects = plant::two_coil_limb()->effects();
+  plant::ListOf<plant::EffectId, std::size_t> cases_with(effects.size(), 0);
   for (const fs::path& file : files) {
     CAPTURE(file.stem().string());
-    const sim::Recording golden = sim::read_recording(file);
-    const plant::Limb<double> limb = limb_of(golden);
-    for (std::size_t e = 0; e < plant::effect_count; ++e) cases_with[e] += limb.on[e];
-    const bool minor_loops = limb.on[plant::effect_index("minor_loops")];
+    const sim::Recording golden = sim::read_recording(file, *plant::two_coil_limb());
+    const plant::Plant limb = limb_of(golden);
+    for (const plant::EffectId e : effects.ids()) cases_with[e] += limb.is_on(e);
+    const bool minor_loops = limb.is_on(limb.system().effect("minor_loops"));
     const Difference allowed = minor_loops ? tolerance_with_minor_loops : tolerance;
     for (const plant::Method method : {plant::Method::cvode, plant::Method::arkode}) {
       const std::string solver = method == plant::Method::cvode ? "cvode" : "arkode";
@@ -95,8 +96,8 @@ TEST_CASE("the plant follows an independent reference: the core, every effect, a
       CHECK(largest.angle_deg < allowed.angle_deg);
     }
   }
-  for (std::size_t e = 0; e < plant::effect_count; ++e) {
-    CAPTURE(plant::effects()[e].name);
+  for (const plant::EffectId e : effects.ids()) {
+    CAPTURE(effects[e].name);
     CHECK(cases_with[e] > 0);
   }
 }

@@ -3,21 +3,22 @@
 
 #include <stdexcept>
 
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 
 using namespace sinew::plant;
 using namespace sinew::test;
 
 TEST_CASE("integrator: a run begins at rest, where what is held at the start acts") {
-  Integrator run(Limb<double>{}, Start{{}, {0.3, 0.0}}, {});
+  const Plant limb = default_plant();
+  const Integrator run(limb, Start{{}, {0.3, 0.0}}, {});
   CHECK(run.time_s() == 0.0);
   CHECK(run.state()[0] == 25.0);
   CHECK(run.state()[4] == 0.0);
-  CHECK(run.instant().joule_heat_W[A] == by_hand(5.88));
+  CHECK(at_one_instant(limb, run).now.joule_heat_W[A] == by_hand(5.88));
 }
 
 TEST_CASE("integrator: a duty that is commanded again unchanged is no jump") {
-  Integrator run(Limb<double>{}, Start{}, {});
+  Integrator run(default_plant(), Start{}, {});
   for (int tick = 0; tick < 10; ++tick) {
     run.hold({0.6, 0.0});
     REQUIRE_FALSE(run.advance_to(0.1 * (tick + 1)));
@@ -29,17 +30,18 @@ TEST_CASE("integrator: a duty that is commanded again unchanged is no jump") {
 }
 
 TEST_CASE("integrator: of two commands at one moment the later one holds") {
-  Integrator run(Limb<double>{}, Start{}, {});
+  const Plant limb = default_plant();
+  Integrator run(limb, Start{}, {});
   run.hold({0.6, 0.0});
   run.hold({0.0, 0.2});
-  CHECK(run.instant().duty_fraction == PerCoil<double>{0.0, 0.2});
+  CHECK(at_one_instant(limb, run).now.duty_fraction == std::vector<double>{0.0, 0.2});
   REQUIRE_FALSE(run.advance_to(1.0));
   CHECK(run.state()[0] == 25.0);
 }
 
 TEST_CASE("integrator: counters only grow, over restarts too, and say what was done") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(Limb<double>{}, Start{}, {.method = method});
+    Integrator run(default_plant(), Start{}, {.method = method});
     SolverCounters before = run.counters();
     for (int tick = 0; tick < 5; ++tick) {
       run.hold({0.1 * (tick + 1), 0.0});
@@ -56,45 +58,45 @@ TEST_CASE("integrator: counters only grow, over restarts too, and say what was d
 }
 
 TEST_CASE("integrator: the automatic method is explicit for the core and implicit where dry friction is stiff") {
-  const auto jacobians = [](const Limb<double>& limb) {
+  const auto jacobians = [](const Plant& limb) {
     Integrator run(limb, Start{}, {.method = Method::automatic});
     run.hold({0.6, 0.0});
     REQUIRE_FALSE(run.advance_to(5.0));
     return run.counters().jacobian_evaluations;
   };
-  CHECK(jacobians(Limb<double>{}) == 1);  // the one by which it chose
+  CHECK(jacobians(default_plant()) == 1);  // the one by which it chose
   CHECK(jacobians(limb_with("dry_friction", {{"moment_Nm", 0.003}})) > 1);
 }
 
 TEST_CASE("integrator: a start that does not fit the limb is refused") {
   const Start start{std::vector<std::optional<double>>(7), {}};
-  CHECK_THROWS_WITH_AS(Integrator(Limb<double>{}, start, {}), "start must give one entry a state", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(Integrator(default_plant(), start, {}), "start must give one entry a state", std::invalid_argument);
 }
 
 TEST_CASE("integrator: a request that does not fit the limb is refused") {
-  const auto with_request = [](const SensitivityRequest& request) { Integrator(Limb<double>{}, Start{}, {}, request); };
-  CHECK_THROWS_AS(with_request({{}, {0}}), std::invalid_argument);   // not given, so there is nothing to vary
-  CHECK_THROWS_AS(with_request({{}, {99}}), std::invalid_argument);  // no such state
-  CHECK_THROWS_AS(with_request({{parameters().size()}, {}}), std::invalid_argument);  // no such parameter
+  const auto with_request = [](const SensitivityRequest& request) { Integrator(default_plant(), Start{}, {}, request); };
+  CHECK_THROWS_AS(with_request({{}, {StateId{0}}}), std::invalid_argument);   // not given, so there is nothing to vary
+  CHECK_THROWS_AS(with_request({{}, {StateId{99}}}), std::invalid_argument);  // no such state
+  CHECK_THROWS_AS(with_request({{ParameterId{parameters().size()}}, {}}), std::invalid_argument);  // no such parameter
 }
 
 TEST_CASE("integrator: to ask for sensitivities changes no reading by more than the tolerance") {
   for (const Method method : {Method::cvode, Method::arkode}) {
     const NumericalSettings settings{.method = method};
-    Integrator alone(Limb<double>{}, Start{}, settings);
-    Integrator asked(Limb<double>{}, Start{}, settings, {{0, 5, 9}, {}});
+    Integrator alone(default_plant(), Start{}, settings);
+    Integrator asked(default_plant(), Start{}, settings, {{ParameterId{0}, ParameterId{5}, ParameterId{9}}, {}});
     for (Integrator* run : {&alone, &asked}) {
       run->hold({0.6, 0.0});
       REQUIRE_FALSE(run->advance_to(6.0));
     }
-    Reading<double> reading;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> sensitivity;
-    asked.reading_with_sensitivity(reading, sensitivity);
+    std::vector<double> reading;
+    Eigen::MatrixXd sensitivity;
+    asked.readings_with_sensitivity(reading, sensitivity);
     CHECK(sensitivity.cols() == 3);
-    CHECK(reading.temperature_degC[A] == asked.reading().temperature_degC[A]);
-    CHECK(reading.angle_rad == asked.reading().angle_rad);
+    CHECK(reading[A] == asked.readings()[A]);
+    CHECK(reading[angle] == asked.readings()[angle]);
     // Steps may differ; each keeps to 1e-8, and some hundred of them add up.
-    CHECK(std::abs(reading.angle_rad - alone.reading().angle_rad) < 1e-6);
-    CHECK(std::abs(reading.temperature_degC[A] - alone.reading().temperature_degC[A]) < 1e-4);
+    CHECK(std::abs(reading[angle] - alone.readings()[angle]) < 1e-6);
+    CHECK(std::abs(reading[A] - alone.readings()[A]) < 1e-4);
   }
 }

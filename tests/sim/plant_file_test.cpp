@@ -26,7 +26,7 @@ using namespace sinew::sim;
 
 namespace {
 
-plant::Limb<double> read(const std::string& text, const fs::path& folder = ".") {
+plant::Plant read(const std::string& text, const fs::path& folder = ".") {
   return read_plant(parse_yaml(text, "p.yaml"), folder);
 }
 
@@ -43,14 +43,13 @@ std::string reading_error(const std::string& text) {
   return error_of([&] { read(text); });
 }
 
-double value(const plant::Limb<double>& limb, std::string_view key) { return plant::get(limb, plant::parameter_index(key)); }
-bool is_on(const plant::Limb<double>& limb, std::string_view effect) { return limb.on[plant::effect_index(effect)]; }
+double value(const plant::Plant& limb, std::string_view key) { return limb.get(limb.system().parameter(key)); }
+bool is_on(const plant::Plant& limb, std::string_view effect) { return limb.is_on(limb.system().effect(effect)); }
 
 // Parameters and what is on, bit by bit.
-bool same_bits(const plant::Limb<double>& left, const plant::Limb<double>& right) {
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p)
-    if (std::bit_cast<std::uint64_t>(plant::get(left, p)) != std::bit_cast<std::uint64_t>(plant::get(right, p))) return false;
-  return left.on == right.on;
+bool same_bits(const plant::Plant& left, const plant::Plant& right) {
+  const auto same = [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); };
+  return std::ranges::equal(left.values(), right.values(), same) && left.on() == right.on();
 }
 
 // Bits of std::mt19937_64 are the same everywhere; the standard's distributions are not.
@@ -72,22 +71,23 @@ class Chance {
 };
 
 // As if read from a file with any value for every parameter of the core and of any set of effects.
-plant::Limb<double> any_limb(Chance& chance) {
-  plant::Limb<double> limb;
-  const auto give = [&](std::size_t p) {
-    const plant::Declaration& declared = plant::parameters()[p].declaration;
+plant::Plant any_limb(Chance& chance) {
+  plant::Plant limb = plant::default_plant();
+  const auto& parameters = limb.system().parameters();
+  const auto give = [&](plant::ParameterId p) {
+    const plant::Declaration& declared = parameters[p].declaration;
     double given = chance.in(declared.range);
     if (declared.kind == plant::Kind::sign) given = chance.unit() < 0.5 ? -1.0 : 1.0;
     if (declared.kind == plant::Kind::toggle) given = 1.0;
     if (declared.null_value && given == *declared.null_value) given = declared.typical;
-    plant::set_in_file_units(limb, p, given);
+    limb.set_in_file_units(p, given);
   };
-  for (std::size_t p = 0; p < plant::parameters().size(); ++p)
-    if (plant::parameters()[p].effect == plant::no_effect) give(p);
-  for (const auto& effect : plant::effects())
+  for (const plant::ParameterId p : parameters.ids())
+    if (!parameters[p].effect) give(p);
+  for (const auto& effect : limb.system().effects())
     if (chance.unit() < 0.4)
-      for (const std::size_t p : effect.parameters) give(p);
-  plant::turn_on_by_strength(limb);
+      for (const plant::ParameterId p : effect.parameters) give(p);
+  limb.turn_on_by_strength();
   return limb;
 }
 
@@ -115,10 +115,10 @@ TEST_CASE("plant file: any limb that is written reads back bit for bit") {
   Chance chance(20221);
   std::size_t effects_on = 0;
   for (int i = 0; i < 1000; ++i) {
-    const plant::Limb<double> limb = any_limb(chance);
-    for (const bool on : limb.on) effects_on += on;
+    const plant::Plant limb = any_limb(chance);
+    for (const bool on : limb.on()) effects_on += on;
     const std::string text = plant_to_yaml(limb);
-    const plant::Limb<double> back = read(text);
+    const plant::Plant back = read(text);
     if (!same_bits(back, limb)) FAIL(text);
     CHECK(plant_to_yaml(back) == text);
   }
@@ -128,14 +128,14 @@ TEST_CASE("plant file: any limb that is written reads back bit for bit") {
 TEST_CASE("plant file: written with a margin it reads back inside another map") {
   Chance chance(7);
   for (int i = 0; i < 20; ++i) {
-    const plant::Limb<double> limb = any_limb(chance);
+    const plant::Plant limb = any_limb(chance);
     const YamlValue root = parse_yaml("plant:\n" + plant_to_yaml(limb, 2), "s.yaml");
     CHECK(same_bits(read_plant(*YamlMap(root).find("plant"), "."), limb));
   }
 }
 
 TEST_CASE("plant file: angles are degrees in the file and radians inside") {
-  const plant::Limb<double> limb =
+  const plant::Plant limb =
       read("parameters: { angle_offset_deg: 90 }\neffects: { angle_sensor_drift: { rate_deg_s: -0.5 } }\n");
   // pi/2, and -0.5 * pi/180; one rounding each.
   CHECK(value(limb, "angle_offset_deg") == doctest::Approx(1.5707963267948966).epsilon(3e-16));
@@ -143,17 +143,17 @@ TEST_CASE("plant file: angles are degrees in the file and radians inside") {
 }
 
 TEST_CASE("plant file: whole degrees are written as whole degrees") {
-  const std::size_t tilt = plant::parameter_index("gravity_load.tilt_deg");
-  plant::Limb<double> limb;
+  plant::Plant limb = plant::default_plant();
+  const plant::ParameterId tilt = limb.system().parameter("gravity_load.tilt_deg");
   for (int degrees = -180; degrees <= 180; ++degrees) {
-    plant::set_in_file_units(limb, tilt, degrees);
+    limb.set_in_file_units(tilt, degrees);
     CHECK(parameter_text(limb, tilt) == std::to_string(degrees));
   }
 }
 
 TEST_CASE("plant file: a number has its shortest form, a toggle is a word") {
-  plant::Limb<double> limb = read("parameters: { heat_loss_A_W_K: 0.0375, beam_inertia_kgm2: 2.5e-5, bend_sign: -1 }");
-  const auto text = [&](std::string_view key) { return parameter_text(limb, plant::parameter_index(key)); };
+  plant::Plant limb = read("parameters: { heat_loss_A_W_K: 0.0375, beam_inertia_kgm2: 2.5e-5, bend_sign: -1 }");
+  const auto text = [&](std::string_view key) { return parameter_text(limb, limb.system().parameter(key)); };
   CHECK(text("heat_loss_A_W_K") == "0.0375");
   CHECK(text("beam_inertia_kgm2") == "2.5e-05");
   CHECK(text("bend_sign") == "-1");
@@ -163,24 +163,24 @@ TEST_CASE("plant file: a number has its shortest form, a toggle is a word") {
 }
 
 TEST_CASE("plant file: what is left out has the default of the paper's limb") {
-  CHECK(read("") == plant::Limb<double>{});
-  CHECK(read("base: paper_limb\nparameters: {}\neffects: {}\n") == plant::Limb<double>{});
-  const plant::Limb<double> limb = read("parameters: { ambient_temperature_degC: 22.5 }");
+  CHECK(read("") == plant::default_plant());
+  CHECK(read("base: paper_limb\nparameters: {}\neffects: {}\n") == plant::default_plant());
+  const plant::Plant limb = read("parameters: { ambient_temperature_degC: 22.5 }");
   CHECK(value(limb, "ambient_temperature_degC") == 22.5);
   CHECK(value(limb, "heat_loss_A_W_K") == 0.040);
   CHECK(value(limb, "supply_voltage_V") == 7.0);
 }
 
 TEST_CASE("plant file: the shipped paper_limb is the default") {
-  CHECK(read_plant_file(fs::path(SINEW_SOURCE_DIR) / "plant/limbs/paper_limb.yaml") == plant::Limb<double>{});
+  CHECK(read_plant_file(fs::path(SINEW_SOURCE_DIR) / "plant/limbs/paper_limb.yaml") == plant::default_plant());
 }
 
 TEST_CASE("plant file: an effect that is named is on with its values, the others are off") {
-  const plant::Limb<double> limb = read("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25.0 }\n");
+  const plant::Plant limb = read("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25.0 }\n");
   CHECK(value(limb, "viscoelastic_creep.stiffness_Nm_rad") == 0.02);
   CHECK(value(limb, "viscoelastic_creep.time_constant_s") == 25.0);
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    CHECK(limb.on[e] == (plant::effects()[e].name == "viscoelastic_creep"));
+  for (const plant::EffectId e : limb.system().effects().ids())
+    CHECK(limb.is_on(e) == (limb.system().effects()[e].name == "viscoelastic_creep"));
 }
 
 TEST_CASE("plant file: a null value turns an effect off") {
@@ -189,7 +189,7 @@ TEST_CASE("plant file: a null value turns an effect off") {
   CHECK_FALSE(is_on(read("effects: { thermocouple_heat_sink: { gain: 1.0 } }"), "thermocouple_heat_sink"));
   CHECK(is_on(read("effects: { thermocouple_heat_sink: { gain: 0.99 } }"), "thermocouple_heat_sink"));
   CHECK_FALSE(is_on(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }"), "airflow_change"));
-  CHECK(plant_to_yaml(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }")) == plant_to_yaml({}));
+  CHECK(plant_to_yaml(read("effects: { airflow_change: { relative_change: 0, onset_s: 10 } }")) == plant_to_yaml(plant::default_plant()));
 }
 
 TEST_CASE("plant file: a toggle is true or false") {
@@ -245,8 +245,9 @@ TEST_CASE("plant file: a value out of its range is an error with the range, the 
 }
 
 TEST_CASE("plant file: both ends of every range can be read, and nothing beyond") {
-  for (const auto& info : plant::parameters()) {
-    if (info.effect != plant::no_effect || info.declaration.kind != plant::Kind::real) continue;
+  const plant::Plant limb = plant::default_plant();
+  for (const auto& info : limb.system().parameters()) {
+    if (info.effect || info.declaration.kind != plant::Kind::real) continue;
     const plant::Declaration& declared = info.declaration;
     const auto text = [&](double v) { return "parameters: { " + std::string(declared.name) + ": " + shortest(v) + " }"; };
     CAPTURE(declared.name);
@@ -268,8 +269,10 @@ TEST_CASE("plant file: maps where lists or words stand are errors") {
 }
 
 TEST_CASE("plant file: a file of another format is refused") {
-  CHECK(read("format: 1\n") == plant::Limb<double>{});
-  CHECK(reading_error("format: 2\nparameters: {}\n") == "p.yaml:1:9: format = 2\n  must be 1, the format that this version reads");
+  CHECK(read("format: 1\n") == plant::default_plant());
+  CHECK(read("format: 2\n") == plant::default_plant());
+  CHECK(reading_error("format: 3\nparameters: {}\n") ==
+        "p.yaml:1:9: format = 3\n  must be 1 or 2, the formats that this version reads");
 }
 
 TEST_CASE("plant file: a base gives what the file leaves out, and the file has the last word") {
@@ -281,7 +284,7 @@ TEST_CASE("plant file: a base gives what the file leaves out, and the file has t
                                      "base: limbs/warm.yaml\nparameters: { heat_loss_A_W_K: 0.06 }\n"
                                      "effects:\n  thermocouple_lag: { time_constant_s: 3 }\n"
                                      "  latent_heat: { latent_heat_J: 9 }\n");
-  const plant::Limb<double> limb = read_plant_file(file);
+  const plant::Plant limb = read_plant_file(file);
   CHECK(value(limb, "ambient_temperature_degC") == 30.0);
   CHECK(value(limb, "heat_loss_A_W_K") == 0.06);
   CHECK(value(limb, "heat_loss_B_W_K") == 0.040);
@@ -324,7 +327,7 @@ TEST_CASE("plant file: an empty file is an error, a format alone is the paper's 
   const Folder folder;
   const fs::path file = folder.write("empty.yaml", "# nothing yet\n");
   CHECK(error_of([&] { read_plant_file(file); }).find("holds no plant") != std::string::npos);
-  CHECK(read_plant_file(folder.write("least.yaml", "format: 1\n")) == plant::Limb<double>{});
+  CHECK(read_plant_file(folder.write("least.yaml", "format: 1\n")) == plant::default_plant());
 }
 
 TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {
@@ -342,4 +345,175 @@ TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {
   folder.write("left.yaml", "base: root.yaml\n");
   CHECK(value(read("base: left.yaml", folder.path()), "heat_loss_A_W_K") == 0.05);
   CHECK(value(read("base: root.yaml", folder.path()), "heat_loss_A_W_K") == 0.05);
+}
+
+namespace {
+
+// Two segments in series, four coils; names the file's own way.
+const std::string robot =
+    "format: 2\n"
+    "limb:\n"
+    "  segments:\n"
+    "    - {name: base, axes: 2}\n"
+    "    - {name: tip, axes: 1}\n"
+    "  coils:\n"
+    "    - {name: A, segment: base, direction_deg: 0}\n"
+    "    - {name: B, segment: base, direction_deg: 122.5}\n"
+    "    - {name: C, segment: tip, direction_deg: 0}\n"
+    "    - {name: D, segment: tip, direction_deg: 180}\n"
+    "  channels:\n"
+    "    - {column: angle_x_deg, camera: base, axis: x}\n"
+    "    - {column: angle_y_deg, bend: base, axis: y}\n"
+    "    - {column: angle_tip_deg, camera: tip}\n"
+    "    - {column: temperature_C_degC, thermocouple: C}\n";
+
+const std::string two_coils_written =
+    "limb:\n  segments: [{name: limb, axes: 1}]\n"
+    "  coils: [{name: A, segment: limb, direction_deg: 0}, {name: B, segment: limb, direction_deg: 180}]\n"
+    "  channels: [{column: temperature_A_degC, thermocouple: A}, {column: angle_deg, bend: limb}]\n";
+
+}  // namespace
+
+TEST_CASE("plant file, format 2: a structure is read, written and read back the same") {
+  const plant::Plant limb = read(robot + "parameters: { heat_loss_D_W_K: 0.05, bend_sign_tip: -1, angle_offset_base_y_deg: 2.5 }\n"
+                                         "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                         "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  CHECK(limb.system().inputs().size() == 4);
+  CHECK(limb.system().channels().size() == 4);
+  CHECK(value(limb, "heat_loss_D_W_K") == 0.05);
+  CHECK(value(limb, "bend_sign_tip") == -1.0);
+  CHECK(value(limb, "angle_offset_base_y_deg") == doctest::Approx(2.5 * 0.017453292519943295).epsilon(1e-15));
+  CHECK(value(limb, "latent_heat.latent_heat_J") == 12.0);
+  CHECK(value(limb, "latent_heat.B.latent_heat_J") == 15.0);
+  const std::string text = plant_file_text(limb);
+  CHECK(text.starts_with(robot + "parameters:\n"));
+  CHECK(text.find("  latent_heat:\n    latent_heat_J: 12\n    B:\n      latent_heat_J: 15\n") != std::string::npos);
+  const plant::Plant back = read(text);
+  CHECK(back == limb);
+  CHECK(same_bits(back, limb));
+  CHECK(plant_file_text(back) == text);
+}
+
+TEST_CASE("plant file, format 2: any values of any structure that are written read back bit for bit") {
+  Chance chance(81);
+  const std::string own = "effects:\n  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n"
+                          "  cubic_stiffening: { stiffness_Nm_rad3: 0.1, tip: { stiffness_Nm_rad3: 0.2 }, base_x: { stiffness_Nm_rad3: 0.3 } }\n";
+  const plant::Plant shaped = read(robot + own);
+  for (int i = 0; i < 200; ++i) {
+    plant::Plant limb = shaped;
+    const auto& all = limb.system().parameters();
+    for (const plant::ParameterId p : all.ids())
+      if (all[p].declaration.kind == plant::Kind::real && (!all[p].effect || limb.is_on(*all[p].effect)))
+        limb.set_in_file_units(p, std::nextafter(chance.in(all[p].declaration.range), 1.0));
+    const std::string text = plant_file_text(limb);
+    const plant::Plant back = read(text);
+    if (!same_bits(back, limb)) FAIL(text);
+    CHECK(plant_file_text(back) == text);
+  }
+}
+
+TEST_CASE("plant file, format 2: a file says so where it needs it, and only there") {
+  CHECK(plant_file_text(plant::default_plant()).starts_with("format: 1\nparameters:\n"));
+  CHECK(plant_file_text(read("effects: { latent_heat: { latent_heat_J: 12 } }")).starts_with("format: 1\n"));
+  CHECK(plant_file_text(read("format: 2\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }")).starts_with("format: 2\nparameters:"));
+  CHECK(plant_file_text(read("format: 2\n" + two_coils_written)).starts_with("format: 2\nlimb:\n"));
+  // What is off is not written, and needs nothing.
+  const plant::Plant off = read("format: 2\neffects: { latent_heat: { latent_heat_J: 0, B: { latent_heat_J: 0 } } }");
+  CHECK(plant_file_text(off).starts_with("format: 1\n"));
+}
+
+TEST_CASE("plant file, format 2: the two-coil limb written out is another plant than that of format 1, with the same values") {
+  const plant::Plant written = read("format: 2\n" + two_coils_written);
+  CHECK_FALSE(written == plant::default_plant());
+  CHECK(written.values() == plant::default_plant().values());
+  CHECK(read("format: 2\nparameters: {}") == plant::default_plant());
+}
+
+TEST_CASE("plant file, format 1: a structure, and values of a part's own, need format 2") {
+  CHECK(reading_error("format: 1\n" + two_coils_written).starts_with("p.yaml:3:3: limb = { a map }\n  needs `format: 2`"));
+  CHECK(reading_error("format: 1\neffects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n") ==
+        "p.yaml:3:40: effects.latent_heat.B = { a map }\n  needs `format: 2`");
+}
+
+TEST_CASE("plant file, format 2: an error of the structure points at the word that is wrong") {
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils:\n    - {name: A, direction_deg: 0}\n"
+                      "    - {name: B, segment: leg, direction_deg: 180}\n  channels: [{column: angle_deg, bend: arm}]\n") ==
+        "p.yaml:6:26: limb.coils[1].segment = leg\n  no such segment; there are arm");
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm, axis: 2}]\n  coils: [{name: A, direction_deg: 0}]\n"
+                      "  channels: [{column: angle_deg, bend: arm}]\n") ==
+        "p.yaml:3:32: limb.segments[0].axis = 2\n  unknown key; may stand here: axes, name");
+  CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils: [{name: A, direction_deg: 0}]\n"
+                      "  channels: [{column: angle_deg, bend: arm}, {column: angle_deg, camera: arm}]\n") ==
+        "p.yaml:5:55: limb.channels[1].column = angle_deg\n  this name stands twice");
+  CHECK(reading_error("format: 2\nlimb: {}\n") ==
+        "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
+  // Inside a scenario the path begins with the plant.
+  const YamlValue root = parse_yaml("plant:\n  limb: { segments: 1, coils: 2, channels: 3 }\n", "s.yaml");
+  CHECK(error_of([&] { read_plant(*YamlMap(root).find("plant"), "."); }).starts_with("s.yaml:2:21: plant.limb.segments = 1\n  must be a list"));
+}
+
+TEST_CASE("plant file, format 2: parameters go by the names of the parts that are there") {
+  CHECK(reading_error(robot + "parameters: { beam_stiffness_Nm_rad: 0.05 }\n").find("no such key here; did you mean beam_stiffness_") != std::string::npos);
+  CHECK(reading_error(robot + "parameters: { heat_loss_E_W_K: 0.05 }\n").find("no such key here; did you mean heat_loss_") != std::string::npos);
+  CHECK(reading_error("format: 2\n" + two_coils_written + "parameters: { heat_loss_B_W_K: 7 }\n") ==
+        "p.yaml:5:32: parameters.heat_loss_B_W_K = 7\n  must lie in [0.002, 1] W/K");
+}
+
+TEST_CASE("plant file: values of a part's own need a part that the effect acts on") {
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, C: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:49: effects.latent_heat.C = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B");
+  CHECK(reading_error("effects: { cross_heating: { conductance_W_K: 0.01, B_A: { conductance_W_K: 0.02 } } }") ==
+        "p.yaml:1:57: effects.cross_heating.B_A = { a map }\n  no such parameter, and no part that this effect acts on; these are A_B");
+  CHECK(reading_error("effects: { latent_heet: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:49: effects.latent_heet.B = { a map }\n  no such effect");
+}
+
+TEST_CASE("plant file: values of a part's own are complete, known and in their range, beside complete shared ones") {
+  CHECK(reading_error("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25 }\n"
+                      "  sheath_heat_storage:\n    { conductance_W_K: 0.04, heat_capacity_J_K: 2, heat_loss_W_K: 0.03, A: { conductance_W_K: 0.02 } }\n") ==
+        "p.yaml:4:76: effects.sheath_heat_storage.A.heat_capacity_J_K\n"
+        "  is missing: an effect that is named gives all its parameters; heat that warms one sheath by one kelvin");
+  CHECK(reading_error("effects: { latent_heat: { B: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:25: effects.latent_heat.latent_heat_J\n"
+        "  is missing: an effect that is named gives all its parameters; latent heat of one whole wire");
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, B: { latent_heet_J: 15 } } }") ==
+        "p.yaml:1:51: effects.latent_heat.B.latent_heet_J\n  no such key here; did you mean latent_heat_J?");
+  CHECK(reading_error("effects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: -1 } } }") ==
+        "p.yaml:1:66: effects.latent_heat.B.latent_heat_J = -1\n  must lie in [0, 100] J; 0 turns latent_heat off");
+}
+
+TEST_CASE("plant file: a file may give a part of its base values of its own, and keeps those that the base gives") {
+  const Folder folder;
+  folder.write("base.yaml", robot + "parameters: { heat_loss_C_W_K: 0.055, angle_offset_tip_deg: 7.7 }\n"
+                                    "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                    "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  const plant::Plant base = read("base: base.yaml", folder.path());
+  const plant::Plant limb = read("format: 2\nbase: base.yaml\nparameters: { heat_loss_D_W_K: 0.06 }\n"
+                                 "effects:\n  latent_heat: { latent_heat_J: 10, C: { latent_heat_J: 18 } }\n"
+                                 "  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n",
+                                 folder.path());
+  CHECK(limb.system().structure_yaml() == base.system().structure_yaml());
+  CHECK(value(limb, "heat_loss_C_W_K") == 0.055);
+  CHECK(value(limb, "heat_loss_D_W_K") == 0.06);
+  CHECK(value(limb, "angle_offset_tip_deg") == value(base, "angle_offset_tip_deg"));
+  CHECK(value(limb, "gravity_load.tilt_deg") == value(base, "gravity_load.tilt_deg"));
+  CHECK(is_on(limb, "gravity_load"));
+  CHECK(value(limb, "latent_heat.latent_heat_J") == 10.0);
+  CHECK(value(limb, "latent_heat.B.latent_heat_J") == 15.0);
+  CHECK(value(limb, "latent_heat.C.latent_heat_J") == 18.0);
+  CHECK(value(limb, "thermocouple_lag.C.time_constant_s") == 2.0);
+  // A part that has values of its own already is given others.
+  const plant::Plant again = read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 16 } } }", folder.path());
+  CHECK(value(again, "latent_heat.B.latent_heat_J") == 16.0);
+  CHECK(plant_file_text(read(plant_file_text(limb))) == plant_file_text(limb));
+}
+
+TEST_CASE("plant file: a structure stands in one place, the file or its base") {
+  const Folder folder;
+  folder.write("base.yaml", robot);
+  CHECK(error_of([&] { read("format: 2\nbase: base.yaml\n" + two_coils_written, folder.path()); }) ==
+        "p.yaml:4:3: limb = { a map }\n  a plant has its structure from its base; leave out one of the two");
+  // An error in values of a base's part points into the file that gives them.
+  CHECK(error_of([&] { read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 1, E: { latent_heat_J: 2 } } }", folder.path()); }) ==
+        "p.yaml:2:48: effects.latent_heat.E = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B, C, D");
 }

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "plant/limb/limb.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -28,11 +29,12 @@
 namespace fs = std::filesystem;
 using namespace sinew::sim;
 using namespace std::literals;
-using sinew::plant::A;
-using sinew::plant::B;
 
 namespace {
 
+// The two-coil limb's coils, inputs and thermocouples, and the channel of its angle.
+constexpr std::size_t A = 0, B = 1, angle = 2;
+const Columns columns = columns_of(*sinew::plant::two_coil_limb());
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 const std::string header = "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n";
 const std::string clock_name = "Timestamp (millisec since midnight today)";
@@ -55,8 +57,8 @@ std::string rows(std::initializer_list<const char*> times) {
   return text;
 }
 
-Recording parse(const std::string& text) { return parse_recording(text, "r.csv"); }
-Recording parse_log(const std::string& text) { return parse_logger(text, "log.csv"); }
+Recording parse(const std::string& text) { return parse_recording(text, "r.csv", columns); }
+Recording parse_log(const std::string& text) { return parse_logger(text, "log.csv", *sinew::plant::two_coil_limb()); }
 
 template <class Reader>
 std::string message_of(Reader reader, const std::string& text) {
@@ -75,9 +77,9 @@ bool same_bits(double a, double b) {
 }
 
 bool same_bits(const Sample& a, const Sample& b) {
-  return same_bits(a.time_s, b.time_s) && same_bits(a.duty_fraction[A], b.duty_fraction[A]) &&
-         same_bits(a.duty_fraction[B], b.duty_fraction[B]) && same_bits(a.temperature_degC[A], b.temperature_degC[A]) &&
-         same_bits(a.temperature_degC[B], b.temperature_degC[B]) && same_bits(a.angle_deg, b.angle_deg);
+  const auto same = [](double x, double y) { return same_bits(x, y); };
+  return same_bits(a.time_s, b.time_s) && std::ranges::equal(a.inputs, b.inputs, same) &&
+         std::ranges::equal(a.channels, b.channels, same);
 }
 
 // What every recording promises, whatever it was read from; empty when it holds.
@@ -88,13 +90,15 @@ std::string broken_promise(const Recording& recording) {
     const Sample& sample = samples[i];
     if (!std::isfinite(sample.time_s)) return "a time that is not finite";
     if (i > 0 && !(sample.time_s > samples[i - 1].time_s)) return "time does not increase";
-    for (const double duty : sample.duty_fraction) {
+    if (sample.inputs.size() != 2 || sample.channels.size() != 3) return "values that are not there";
+    for (const double duty : sample.inputs) {
       if (!(duty >= 0.0 && duty <= 1.0)) return "a duty outside [0, 1]";
     }
-    for (const double temperature : sample.temperature_degC) {
+    for (const std::size_t j : {A, B}) {
+      const double temperature = sample.channels[j];
       if (std::isinf(temperature) || temperature < -273.15) return "an impossible temperature";
     }
-    if (std::isinf(sample.angle_deg) || std::abs(sample.angle_deg) > 360.0) return "an impossible angle";
+    if (std::isinf(sample.channels[angle]) || std::abs(sample.channels[angle]) > 360.0) return "an impossible angle";
   }
   return "";
 }
@@ -107,10 +111,9 @@ TEST_CASE("recording: a clean file is read as it stands and has no notes") {
   CHECK(r.comments == std::vector<std::string>{"from the bench", "second"});
   REQUIRE(r.samples.size() == 2);
   CHECK(r.samples[0].time_s == 0.0);
-  CHECK(r.samples[0].duty_fraction == std::array{0.5, 0.0});
-  CHECK(r.samples[0].temperature_degC == std::array{20.0, 21.25});
-  CHECK(r.samples[0].angle_deg == -3.0);
-  CHECK(r.samples[1].duty_fraction == std::array{0.0, 0.25});
+  CHECK(r.samples[0].inputs == std::vector{0.5, 0.0});
+  CHECK(r.samples[0].channels == std::vector{20.0, 21.25, -3.0});
+  CHECK(r.samples[1].inputs == std::vector{0.0, 0.25});
   CHECK(r.notes.summary().empty());
 }
 
@@ -127,9 +130,8 @@ TEST_CASE("recording: columns are found by name, in any order, spaces around the
   const Recording r = parse(
       "angle_deg, duty_B ,time_s,temperature_B_degC,duty_A,temperature_A_degC\n"
       "-3, 0.25 ,0,21,0.5,20\n-2,0.25,0.1,21,0.5,20\n");
-  CHECK(r.samples[0].angle_deg == -3.0);
-  CHECK(r.samples[0].duty_fraction == std::array{0.5, 0.25});
-  CHECK(r.samples[0].temperature_degC == std::array{20.0, 21.0});
+  CHECK(r.samples[0].inputs == std::vector{0.5, 0.25});
+  CHECK(r.samples[0].channels == std::vector{20.0, 21.0, -3.0});
   CHECK(r.samples[1].time_s == 0.1);
   CHECK(r.notes.summary().empty());
 }
@@ -162,40 +164,40 @@ TEST_CASE("recording: a column that stands twice is an error") {
 TEST_CASE("recording: a logger's file is told from a recording, and sinew convert is named") {
   CHECK(error_of(logger_top + logger_row("1000", "0", "0", "20", "20", "1")) ==
         "r.csv:1: missing columns = time_s, duty_A, duty_B, temperature_A_degC, temperature_B_degC, angle_deg\n"
-        "  this is a file of the limb's logger; `sinew convert` makes a recording of it");
+        "  this is a file of the logger; `sinew convert` makes a recording of it");
 }
 
 TEST_CASE("recording: missing measurements are NaN and counted by channel") {
   const Recording r = parse(header + "0,0.5,0,,21,3\n0.1,0.5,0,nan,NaN,3\n0.2,0.5,0, ,21,\n0.3,0.5,0,20,21,4\n");
-  CHECK(std::isnan(r.samples[0].temperature_degC[A]));
-  CHECK(std::isnan(r.samples[1].temperature_degC[B]));
-  CHECK(std::isnan(r.samples[2].angle_deg));
-  CHECK(r.samples[3].temperature_degC[A] == 20.0);
-  CHECK(r.notes.missing_temperature[A].count == 3);
-  CHECK(r.notes.missing_temperature[A].first_line == 2);
-  CHECK(r.notes.missing_temperature[B].count == 1);
-  CHECK(r.notes.missing_temperature[B].first_line == 3);
-  CHECK(r.notes.missing_angle.count == 1);
-  CHECK(r.notes.missing_angle.first_line == 4);
+  CHECK(std::isnan(r.samples[0].channels[A]));
+  CHECK(std::isnan(r.samples[1].channels[B]));
+  CHECK(std::isnan(r.samples[2].channels[angle]));
+  CHECK(r.samples[3].channels[A] == 20.0);
+  CHECK(r.notes.missing[A].count == 3);
+  CHECK(r.notes.missing[A].first_line == 2);
+  CHECK(r.notes.missing[B].count == 1);
+  CHECK(r.notes.missing[B].first_line == 3);
+  CHECK(r.notes.missing[angle].count == 1);
+  CHECK(r.notes.missing[angle].first_line == 4);
   CHECK(r.notes.summary() ==
-        "3 missing temperatures of coil A, left missing (first on line 2)\n"
-        "1 missing temperature of coil B, left missing (line 3)\n"
-        "1 missing angle, left missing (line 4)\n");
+        "3 missing values of temperature A, left missing (first on line 2)\n"
+        "1 missing value of temperature B, left missing (line 3)\n"
+        "1 missing value of angle, left missing (line 4)\n");
 }
 
 TEST_CASE("recording: a missing duty is the one before, held, and counted") {
   const Recording r = parse(header + "0,0.5,0.25,20,21,3\n0.1,,0.125,20,21,3\n0.2,nan,,20,21,3\n0.3,0,0,20,21,3\n");
-  CHECK(r.samples[1].duty_fraction == std::array{0.5, 0.125});
-  CHECK(r.samples[2].duty_fraction == std::array{0.5, 0.125});
-  CHECK(r.samples[3].duty_fraction == std::array{0.0, 0.0});
+  CHECK(r.samples[1].inputs == std::vector{0.5, 0.125});
+  CHECK(r.samples[2].inputs == std::vector{0.5, 0.125});
+  CHECK(r.samples[3].inputs == std::vector{0.0, 0.0});
   CHECK(r.notes.summary() ==
-        "2 missing duties of coil A, the one before held (first on line 3)\n"
-        "1 missing duty of coil B, the one before held (line 4)\n");
+        "2 missing values of duty A, the one before held (first on line 3)\n"
+        "1 missing value of duty B, the one before held (line 4)\n");
 }
 
 TEST_CASE("recording: no duty in the first row is an error") {
   CHECK(error_of(header + "0,0.5,,20,21,3\n" + rows({"0.1"})) ==
-        "r.csv:2:7: duty_B = (empty)\n  the first row needs a duty: there is none before it to hold");
+        "r.csv:2:7: duty_B = (empty)\n  the first row needs a value: there is none before it to hold");
 }
 
 TEST_CASE("recording: a row without a readable time is an error") {
@@ -220,27 +222,27 @@ TEST_CASE("recording: what is no number is an error that points at it") {
 TEST_CASE("recording: a duty outside [0, 1] is an error, with a hint") {
   CHECK(
       error_of(header + "0,60,0,20,21,3\n") ==
-      "r.csv:2:3: duty_A = 60\n  a duty is a fraction and must lie in [0, 1]\n  if it is in percent, divide it by 100");
+      "r.csv:2:3: duty_A = 60\n  must lie in [0, 1]\n  if it is in percent, divide it by 100");
   CHECK(error_of(header + "0,0,-0.25,20,21,3\n") ==
-        "r.csv:2:5: duty_B = -0.25\n  a duty is a fraction and must lie in [0, 1]\n"
-        "  it has no direction: each coil has a column of its own");
+        "r.csv:2:5: duty_B = -0.25\n  must lie in [0, 1]\n"
+        "  it has no direction: each part that is driven has a column of its own");
   CHECK(error_of(header + "0,0,255,20,21,3\n") ==
-        "r.csv:2:5: duty_B = 255\n  a duty is a fraction and must lie in [0, 1]");
+        "r.csv:2:5: duty_B = 255\n  must lie in [0, 1]");
   CHECK(parse(header + "0,0,1,20,21,3\n1,-0,1,20,21,3\n").samples.size() == 2);
 }
 
 TEST_CASE("recording: impossible temperatures and angles are errors") {
   CHECK(error_of(header + "0,0,0,-273.16,21,3\n") ==
-        "r.csv:2:7: temperature_A_degC = -273.16\n  below absolute zero, -273.15 degC");
+        "r.csv:2:7: temperature_A_degC = -273.16\n  must lie in [-273.15, 10000] degC");
   CHECK(error_of(header + "0,0,0,20,21,-360.5\n") ==
-        "r.csv:2:13: angle_deg = -360.5\n  must lie in [-360, 360] degrees");
+        "r.csv:2:13: angle_deg = -360.5\n  must lie in [-360, 360] deg");
   CHECK(parse(header + "0,0,0,-273.15,21,360\n1,0,0,20,21,-360\n").samples.size() == 2);
 }
 
 TEST_CASE("recording: a row that repeats a time is dropped, alike or not, and counted apart") {
   const Recording r = parse(header + rows({"0", "0.1", "0.1", "0.1"}) + "0.1,0.5,0,20,21,99\n" + rows({"0.2", "0.3"}));
   REQUIRE(r.samples.size() == 4);
-  CHECK(r.samples[1].angle_deg == 3.0);
+  CHECK(r.samples[1].channels[angle] == 3.0);
   CHECK(r.notes.repeated_rows.count == 2);
   CHECK(r.notes.repeated_rows.first_line == 4);
   CHECK(r.notes.conflicting_rows.count == 1);
@@ -292,7 +294,7 @@ TEST_CASE("recording: a last line cut off in its middle is dropped and counted")
 TEST_CASE("recording: a full last line needs no line end") {
   const Recording r = parse(header + rows({"0", "0.1"}) + "0.2,0.5,0,20,21,4");
   REQUIRE(r.samples.size() == 3);
-  CHECK(r.samples[2].angle_deg == 4.0);
+  CHECK(r.samples[2].channels[angle] == 4.0);
   CHECK(r.notes.summary().empty());
 }
 
@@ -323,7 +325,7 @@ TEST_CASE("recording: Windows line ends, a byte-order mark, blank lines and late
   CHECK(w.notes.windows_line_ends.count == 7);
   CHECK(w.notes.windows_line_ends.first_line == 1);
   CHECK(w.samples.size() == 2);
-  CHECK(w.samples[1].angle_deg == 3.0);
+  CHECK(w.samples[1].channels[angle] == 3.0);
   CHECK(
       w.notes.summary().starts_with("1 byte-order mark, passed over (line 1)\n"
                                     "7 lines end as on Windows, CR LF (first on line 1)\n"));
@@ -370,18 +372,17 @@ TEST_CASE("recording: an empty file, a header alone and a single row are errors"
 TEST_CASE("recording: written and read again it is the same to the last bit") {
   std::mt19937_64 random(4711);
   const auto fraction = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  Recording r{.name = "made", .comments = {"seed 4711", "", " indented", "ü"}, .samples = {}};
+  Recording r{.name = "made", .columns = columns, .comments = {"seed 4711", "", " indented", "ü"}, .samples = {}};
   double time_s = -1.0 / 3.0;
   for (int i = 0; i < 2000; ++i) {
     time_s += 0.05 + 0.1 * fraction();
     const auto maybe = [&](double value) { return random() % 16 == 0 ? missing : value; };
     r.samples.push_back({.time_s = time_s,
-                         .duty_fraction = {fraction(), random() % 2 == 0 ? 0.0 : 1e-300 * fraction()},
-                         .temperature_degC = {maybe(20.0 + 80.0 * fraction()), maybe(-0.0)},
-                         .angle_deg = maybe(720.0 * fraction() - 360.0)});
+                         .inputs = {fraction(), random() % 2 == 0 ? 0.0 : 1e-300 * fraction()},
+                         .channels = {maybe(20.0 + 80.0 * fraction()), maybe(-0.0), maybe(720.0 * fraction() - 360.0)}});
   }
   const std::string text = to_csv(r);
-  const Recording back = parse_recording(text, "made");
+  const Recording back = parse_recording(text, "made", columns);
   CHECK(back.comments == r.comments);
   REQUIRE(back.samples.size() == r.samples.size());
   CHECK(std::equal(r.samples.begin(), r.samples.end(), back.samples.begin(),
@@ -392,8 +393,9 @@ TEST_CASE("recording: written and read again it is the same to the last bit") {
 TEST_CASE("recording: the bytes that are written") {
   const Recording r{
       .name = "",
+      .columns = columns,
       .comments = {"one\ntwo", ""},
-      .samples = {{0.0, {0.5, 0.0}, {20.25, missing}, -3.0}, {0.1, {0.5, 1.0}, {missing, 21.0}, missing}}};
+      .samples = {{0.0, {0.5, 0.0}, {20.25, missing, -3.0}}, {0.1, {0.5, 1.0}, {missing, 21.0, missing}}}};
   CHECK(to_csv(r) == "# one\n# two\n#\n" + header + "0,0.5,0,20.25,,-3\n0.1,0.5,1,,21,\n");
 }
 
@@ -403,15 +405,15 @@ TEST_CASE("recording: a file on disk, and its path in messages") {
   const fs::path file = fs::path(folder) / "a.csv";
   const Recording r = parse(header + rows({"0", "0.1"}));
   write_recording(file, r);
-  const Recording back = read_recording(file);
+  const Recording back = read_recording(file, columns);
   CHECK(back.name == file.string());
   CHECK(back.samples.size() == 2);
   write_file_whole(file, header);
-  CHECK_THROWS_WITH_AS(read_recording(file),
+  CHECK_THROWS_WITH_AS(read_recording(file, columns),
                        (file.string() + ": rows = 0\n  a recording has at least two rows below its header").c_str(),
                        InputError);
   fs::remove_all(folder);
-  CHECK_THROWS_WITH_AS(read_logger(file), (file.string() + ": cannot read\n  No such file or directory").c_str(),
+  CHECK_THROWS_WITH_AS(read_logger(file, *sinew::plant::two_coil_limb()), (file.string() + ": cannot read\n  No such file or directory").c_str(),
                        InputError);
 }
 
@@ -422,17 +424,15 @@ TEST_CASE("logger: time from the first row on, pwm_0 and Tl as coil A, pwm_1 and
   REQUIRE(r.samples.size() == 2);
   CHECK(r.samples[0].time_s == 0.0);
   CHECK(r.samples[1].time_s == 0.103);
-  CHECK(r.samples[0].duty_fraction == std::array{0.5, 0.0});
-  CHECK(r.samples[0].temperature_degC == std::array{27.75, 28.25});
-  CHECK(r.samples[0].angle_deg == -3.5);
-  CHECK(r.samples[1].duty_fraction == std::array{0.0, 0.25});
+  CHECK(r.samples[0].inputs == std::vector{0.5, 0.0});
+  CHECK(r.samples[0].channels == std::vector{27.75, 28.25, -3.5});
+  CHECK(r.samples[1].inputs == std::vector{0.0, 0.25});
   CHECK(r.comments == std::vector<std::string>{"CV Data Logger started on:,2021-03-04", "anything, at all"});
   CHECK(r.notes.summary().empty());
 
-  const Recording swapped = parse_logger(text, "log.csv", true);
-  CHECK(swapped.samples[0].duty_fraction == std::array{0.0, 0.5});
-  CHECK(swapped.samples[0].temperature_degC == std::array{28.25, 27.75});
-  CHECK(swapped.samples[0].angle_deg == -3.5);
+  const Recording swapped = parse_logger(text, "log.csv", *sinew::plant::two_coil_limb(), true);
+  CHECK(swapped.samples[0].inputs == std::vector{0.0, 0.5});
+  CHECK(swapped.samples[0].channels == std::vector{28.25, 27.75, -3.5});
 }
 
 TEST_CASE("logger: what is converted reads as a recording with the same samples") {
@@ -486,8 +486,8 @@ TEST_CASE("logger: a row out of order across midnight goes back by a little, not
 TEST_CASE("logger: errors name the logger's columns and point at them") {
   const std::string row = logger_row("1000", "0.5", "0", "20", "21", "3");
   CHECK(logger_error_of(logger_top + row + logger_row("1100", "-0.5", "0", "20", "21", "3")) ==
-        "log.csv:5:11: pwm_0 = -0.5\n  a duty is a fraction and must lie in [0, 1]\n"
-        "  it has no direction: each coil has a column of its own");
+        "log.csv:5:11: pwm_0 = -0.5\n  must lie in [0, 1]\n"
+        "  it has no direction: each part that is driven has a column of its own");
   CHECK(logger_error_of(logger_top + row + logger_row("86400001", "0.5", "0", "20", "21", "3")) ==
         "log.csv:5:1: Timestamp (millisec since midnight today) = 86400001\n"
         "  must lie in [0, 86400000], a day in ms");
@@ -632,11 +632,11 @@ TEST_CASE("recording: the recordings of the physical limb are read, where they a
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     CAPTURE(file.string());
-    const Recording r = read_recording(file);
+    const Recording r = read_recording(file, columns);
     CHECK(broken_promise(r).empty());
     CHECK(r.samples.size() > 1000);
     CHECK(r.median_period_s() == doctest::Approx(0.1).epsilon(1e-9));  // sampled at 10 Hz; rounding of differences
-    const Recording back = parse_recording(to_csv(r), r.name);
+    const Recording back = parse_recording(to_csv(r), r.name, columns);
     CHECK(back.comments == r.comments);
     CHECK(std::equal(r.samples.begin(), r.samples.end(), back.samples.begin(), back.samples.end(),
                      [](const Sample& a, const Sample& b) { return same_bits(a, b); }));

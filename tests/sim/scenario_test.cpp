@@ -24,10 +24,11 @@
 namespace fs = std::filesystem;
 namespace plant = sinew::plant;
 using namespace sinew::sim;
-using sinew::plant::A;
-using sinew::plant::B;
 
 namespace {
+
+// The two-coil limb's coils, inputs and thermocouples, and the channel of its angle.
+constexpr std::size_t A = 0, B = 1, angle = 2;
 
 const std::string head = "format: 1\nduration_s: 5\n";
 
@@ -97,7 +98,7 @@ start:
   martensite_B_fraction: 0.3
   angle_deg: 7.7
   angular_velocity_deg_s: -29
-  viscoelastic_creep.angle_deg: 3.3
+  viscoelastic_creep.channels[angle]: 3.3
 input:
   duty_A:
     - constant: { value_fraction: 0.05 }
@@ -127,7 +128,7 @@ TEST_CASE("scenario: every shipped scenario is read, and its resolved form resol
     CHECK(scenario.comments.front().size() > 20);
     const std::string resolved = to_yaml(scenario);
     CHECK(to_yaml(parse(resolved)) == resolved);
-    CHECK(parse(resolved).limb == scenario.limb);
+    CHECK(parse(resolved).plant == scenario.plant);
   }
   CHECK(demo);
 }
@@ -137,7 +138,7 @@ TEST_CASE("scenario: a scenario with something of everything resolves to itself"
   const std::string resolved = to_yaml(scenario);
   const Scenario back = parse(resolved);
   CHECK(to_yaml(back) == resolved);
-  CHECK(back.limb == scenario.limb);
+  CHECK(back.plant == scenario.plant);
   CHECK(back.start == scenario.start);
   CHECK(resolved.find("  angle_deg: 7.7\n") != std::string::npos);
   CHECK(resolved.find("  angular_velocity_deg_s: -29\n") != std::string::npos);
@@ -160,7 +161,7 @@ TEST_CASE("scenario: every value stands where it was given") {
   CHECK(s.seed == 9007199254740993);  // 2^53 + 1: not a double
   CHECK(s.duration_s == 12.5);
   CHECK(s.sample_period_s == 0.05);
-  CHECK(s.limb.core.ambient_temperature_degC == 22.0);
+  CHECK(s.plant.get(s.plant.system().parameter("ambient_temperature_degC")) == 22.0);
   // Core states, then those of the effects in their order: thermocouple_lag's two, then viscoelastic_creep's.
   REQUIRE(s.start.size() == 9);
   CHECK(s.start[0] == 61.3);
@@ -170,23 +171,23 @@ TEST_CASE("scenario: every value stands where it was given") {
   CHECK(*s.start[5] == doctest::Approx(-29.0 * 0.017453292519943295).epsilon(1e-15));
   CHECK(*s.start[8] == doctest::Approx(3.3 * 0.017453292519943295).epsilon(1e-15));
   const auto& input = std::get<OpenLoopInput>(s.input);
-  REQUIRE(input.duty[A].size() == 4);
-  REQUIRE(input.duty[B].size() == 2);
-  CHECK(std::get<ConstantSignal>(input.duty[A][0]).value_fraction == 0.05);
-  CHECK(std::get<StepSignal>(input.duty[A][1]).until_s == 5.0);
-  CHECK(std::get<RampSignal>(input.duty[A][2]).last_fraction == 0.3);
-  CHECK(std::get<SineSignal>(input.duty[A][3]).mean_fraction == -0.1);
-  CHECK(std::get<ChirpSignal>(input.duty[B][0]).last_frequency_Hz == 2.0);
-  CHECK(std::get<PrbsSignal>(input.duty[B][1]).hold_s == 0.3);
-  CHECK(s.sensors.temperature[A].noise == 0.2);
-  CHECK(s.sensors.temperature[A].step == 0.5);
-  CHECK(s.sensors.temperature[A].bias == -1.5);
-  CHECK(s.sensors.temperature[A].dropout_fraction == 0.01);
-  CHECK(s.sensors.temperature[B].noise == 0.1);
-  CHECK(s.sensors.angle.noise == 0.0);
-  CHECK(s.sensors.angle.step == 0.03125);
-  REQUIRE(s.sensors.angle.stuck.has_value());
-  CHECK(s.sensors.angle.stuck->from_s == 2.0);
+  REQUIRE(input.signals[A].size() == 4);
+  REQUIRE(input.signals[B].size() == 2);
+  CHECK(std::get<ConstantSignal>(input.signals[A][0]).value_fraction == 0.05);
+  CHECK(std::get<StepSignal>(input.signals[A][1]).until_s == 5.0);
+  CHECK(std::get<RampSignal>(input.signals[A][2]).last_fraction == 0.3);
+  CHECK(std::get<SineSignal>(input.signals[A][3]).mean_fraction == -0.1);
+  CHECK(std::get<ChirpSignal>(input.signals[B][0]).last_frequency_Hz == 2.0);
+  CHECK(std::get<PrbsSignal>(input.signals[B][1]).hold_s == 0.3);
+  CHECK(s.sensors[A].noise == 0.2);
+  CHECK(s.sensors[A].step == 0.5);
+  CHECK(s.sensors[A].bias == -1.5);
+  CHECK(s.sensors[A].dropout_fraction == 0.01);
+  CHECK(s.sensors[B].noise == 0.1);
+  CHECK(s.sensors[angle].noise == 0.0);
+  CHECK(s.sensors[angle].step == 0.03125);
+  REQUIRE(s.sensors[angle].stuck.has_value());
+  CHECK(s.sensors[angle].stuck->from_s == 2.0);
   CHECK(s.numerics.method == plant::Method::arkode);
   CHECK(s.numerics.relative_tolerance == 1e-6);
   CHECK(s.restart_period_s == 2.5);
@@ -197,19 +198,18 @@ TEST_CASE("scenario: what is left out has its default") {
   CHECK(s.comments.empty());
   CHECK(s.seed == 1);
   CHECK(s.sample_period_s == 0.1);
-  CHECK(s.limb == plant::Limb<double>{});
+  CHECK(s.plant == plant::default_plant());
   CHECK(s.start == std::vector<std::optional<double>>(6));
-  CHECK(std::get<OpenLoopInput>(s.input).duty[A].empty());
-  CHECK(std::get<OpenLoopInput>(s.input).duty[B].empty());
+  for (const auto& of_input : std::get<OpenLoopInput>(s.input).signals) CHECK(of_input.empty());
   // The sensors of docs/plant.md, section 3.
-  for (const std::size_t j : plant::coils) {
-    CHECK(s.sensors.temperature[j].noise == 0.1);
-    CHECK(s.sensors.temperature[j].step == 0.25);
-    CHECK(s.sensors.temperature[j].dropout_fraction == 0.0);
-    CHECK_FALSE(s.sensors.temperature[j].stuck.has_value());
+  for (const std::size_t j : {A, B}) {
+    CHECK(s.sensors[j].noise == 0.1);
+    CHECK(s.sensors[j].step == 0.25);
+    CHECK(s.sensors[j].dropout_fraction == 0.0);
+    CHECK_FALSE(s.sensors[j].stuck.has_value());
   }
-  CHECK(s.sensors.angle.noise == 0.05);
-  CHECK(s.sensors.angle.step == 1.0 / 32.0);
+  CHECK(s.sensors[angle].noise == 0.05);
+  CHECK(s.sensors[angle].step == 1.0 / 32.0);
   CHECK(s.numerics.method == plant::Method::cvode);
   CHECK(s.numerics.relative_tolerance == 1e-8);
   CHECK(s.restart_period_s == 60.0);
@@ -223,10 +223,10 @@ TEST_CASE("scenario: babbling has the paper's law unless told otherwise") {
   CHECK(babble.proportional_gain_1_deg == 0.06);
   CHECK(babble.integral_gain_1_deg_s == 1e-5);
   CHECK(babble.duty_limit_fraction == 0.6);
-  CHECK(babble.positive_drives == A);
+  CHECK(babble.positive_drives.empty());  // as the limb says: A
   CHECK(babble.both_coils);
   const Scenario other = parse(head + "input: { babble: { lowest_deg: 0, highest_deg: 45, positive_drives: B, both_coils: false } }\n");
-  CHECK(std::get<BabbleInput>(other.input).positive_drives == B);
+  CHECK(std::get<BabbleInput>(other.input).positive_drives == "B");
   CHECK_FALSE(std::get<BabbleInput>(other.input).both_coils);
 }
 
@@ -247,9 +247,9 @@ TEST_CASE("scenario: samples are at both ends, and their times are rounded once"
 TEST_CASE("scenario: one signal may stand without a list") {
   const Scenario s = parse(head + "input: { duty_B: { constant: { value_fraction: 0.25 } } }\n");
   const auto& input = std::get<OpenLoopInput>(s.input);
-  CHECK(input.duty[A].empty());
-  REQUIRE(input.duty[B].size() == 1);
-  CHECK(std::get<ConstantSignal>(input.duty[B][0]).value_fraction == 0.25);
+  CHECK(input.signals[A].empty());
+  REQUIRE(input.signals[B].size() == 1);
+  CHECK(std::get<ConstantSignal>(input.signals[B][0]).value_fraction == 0.25);
 }
 
 TEST_CASE("scenario: format and duration must be there, and the format be known") {
@@ -362,8 +362,8 @@ TEST_CASE("scenario: a start names states that the limb has") {
         "s.yaml:3:10: start.temperatur_A_degC\n  no such key here; did you mean temperature_A_degC?\n"
         "  a state that is left out is at rest");
   // Creep has a state only where creep is on.
-  const std::string creep = "start: { viscoelastic_creep.angle_deg: 2 }\n";
-  CHECK(parsing_error(head + creep).starts_with("s.yaml:3:10: start.viscoelastic_creep.angle_deg\n  no such key here"));
+  const std::string creep = "start: { viscoelastic_creep.channels[angle]: 2 }\n";
+  CHECK(parsing_error(head + creep).starts_with("s.yaml:3:10: start.viscoelastic_creep.channels[angle]\n  no such key here"));
   CHECK(parsing_error(head + "plant: { effects: { viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25 } } }\n" + creep) ==
         "nothing was thrown");
 }
@@ -378,10 +378,10 @@ TEST_CASE("scenario: a plant's base is looked for beside the scenario, and resol
   folder.write("limbs/mine.yaml", "parameters: { heat_loss_A_W_K: 0.05 }\n");
   const fs::path file = folder.write("s.yaml", head + "plant: { base: limbs/mine.yaml }\n");
   const Scenario scenario = read_scenario(file);
-  CHECK(scenario.limb.core.heat_loss_W_K[A] == 0.05);
+  CHECK(scenario.plant.get(scenario.plant.system().parameter("heat_loss_A_W_K")) == 0.05);
   const std::string resolved = to_yaml(scenario);
   CHECK(resolved.find("base") == std::string::npos);
-  CHECK(parse(resolved).limb == scenario.limb);
+  CHECK(parse(resolved).plant == scenario.plant);
 }
 
 TEST_CASE("scenario: a recording to replay is looked for beside the scenario") {
@@ -391,7 +391,7 @@ TEST_CASE("scenario: a recording to replay is looked for beside the scenario") {
   const Scenario scenario = read_scenario(file);
   const auto& input = std::get<ReplayInput>(scenario.input);
   REQUIRE(input.recording.samples.size() == 2);
-  CHECK(input.recording.samples[1].duty_fraction[A] == 0.25);
+  CHECK(input.recording.samples[1].inputs[A] == 0.25);
   CHECK(input.recording_path == (folder.path() / "data/r.csv").string());
 }
 

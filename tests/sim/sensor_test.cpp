@@ -9,14 +9,17 @@
 #include <string>
 #include <vector>
 
+#include "plant/limb/limb.h"
 #include "sim/recording.h"
 #include "sim/simulation.h"
 
 using namespace sinew::sim;
-using sinew::plant::A;
-using sinew::plant::B;
 
 namespace {
+
+// The two-coil limb's coils, inputs and thermocouples, and the channel of its angle.
+constexpr std::size_t A = 0, B = 1, angle = 2;
+const Columns columns = columns_of(*sinew::plant::two_coil_limb());
 
 constexpr std::size_t samples = 50000;
 const double one_deviation = 1.0 / std::sqrt(static_cast<double>(samples));
@@ -157,11 +160,11 @@ TEST_CASE("sensor: another seed is another noise") {
 TEST_CASE("sensor: dropout, bias, noise or a fault of one channel leaves the others bit for bit as they were") {
   Scenario scenario;
   scenario.duration_s = 12.0;
-  OpenLoopInput input;
-  input.duty[A].push_back(StepSignal{0.5, 1.0, 6.0});
-  input.duty[B].push_back(StepSignal{0.3, 4.0, 9.0});
+  OpenLoopInput input{.signals = {{}, {}}};
+  input.signals[A].push_back(StepSignal{0.5, 1.0, 6.0});
+  input.signals[B].push_back(StepSignal{0.3, 4.0, 9.0});
   scenario.input = input;
-  const auto samples_of = [](const Scenario& s) { return parse_recording(run(s).recording_csv, "run").samples; };
+  const auto samples_of = [](const Scenario& s) { return parse_recording(run(s).recording_csv, "run", columns).samples; };
   const std::vector<Sample> before = samples_of(scenario);
   const auto change = [](SensorSettings& settings) {
     settings.dropout_fraction = 0.3;
@@ -171,18 +174,18 @@ TEST_CASE("sensor: dropout, bias, noise or a fault of one channel leaves the oth
   };
   for (std::size_t changed = 0; changed < 3; ++changed) {
     Scenario other = scenario;
-    change(changed < 2 ? other.sensors.temperature[changed] : other.sensors.angle);
+    change(other.sensors[changed]);
     const std::vector<Sample> after = samples_of(other);
     REQUIRE(after.size() == before.size());
     CAPTURE(changed);
     std::size_t differences = 0;
     for (std::size_t k = 0; k < before.size(); ++k) {
-      CHECK(after[k].duty_fraction == before[k].duty_fraction);
-      if (changed != 0) CHECK(after[k].temperature_degC[A] == before[k].temperature_degC[A]);
-      if (changed != 1) CHECK(after[k].temperature_degC[B] == before[k].temperature_degC[B]);
-      if (changed != 2) CHECK(after[k].angle_deg == before[k].angle_deg);
-      const double here = changed < 2 ? after[k].temperature_degC[changed] : after[k].angle_deg;
-      const double there = changed < 2 ? before[k].temperature_degC[changed] : before[k].angle_deg;
+      CHECK(after[k].inputs == before[k].inputs);
+      if (changed != 0) CHECK(after[k].channels[A] == before[k].channels[A]);
+      if (changed != 1) CHECK(after[k].channels[B] == before[k].channels[B]);
+      if (changed != 2) CHECK(after[k].channels[angle] == before[k].channels[angle]);
+      const double here = after[k].channels[changed];
+      const double there = before[k].channels[changed];
       differences += !same(here, there);
     }
     CHECK(differences > before.size() / 2);

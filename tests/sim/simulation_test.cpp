@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "plant/limb/limb.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/recording.h"
@@ -27,10 +28,12 @@
 namespace fs = std::filesystem;
 namespace plant = sinew::plant;
 using namespace sinew::sim;
-using sinew::plant::A;
-using sinew::plant::B;
 
 namespace {
+
+// The two-coil limb's coils, inputs and thermocouples, and the channel of its angle.
+constexpr std::size_t A = 0, B = 1, angle = 2;
+const Columns columns = columns_of(*sinew::plant::two_coil_limb());
 
 Scenario parse(const std::string& text) { return parse_scenario(text, "s.yaml"); }
 
@@ -164,12 +167,13 @@ TEST_CASE("simulation: so does one whose sensors drop out and stick") {
 
 TEST_CASE("simulation: so does one with every effect on") {
   Scenario scenario = parse(babbling);
-  for (std::size_t e = 0; e < plant::effect_count; ++e)
-    for (const std::size_t p : plant::effects()[e].parameters)
-      plant::set_in_file_units(scenario.limb, p, plant::parameters()[p].declaration.typical);
-  plant::set_in_file_units(scenario.limb, plant::parameter_index("airflow_change.onset_s"), 13.57);
-  plant::turn_on_by_strength(scenario.limb);
-  REQUIRE(std::all_of(scenario.limb.on.begin(), scenario.limb.on.end(), [](bool on) { return on; }));
+  const plant::System& system = scenario.plant.system();
+  for (const auto& effect : system.effects())
+    for (const plant::ParameterId p : effect.parameters)
+      scenario.plant.set_in_file_units(p, system.parameters()[p].declaration.typical);
+  scenario.plant.set_in_file_units(system.parameter("airflow_change.onset_s"), 13.57);
+  scenario.plant.turn_on_by_strength();
+  REQUIRE(std::ranges::all_of(scenario.plant.on(), [](bool on) { return on; }));
   scenario.start.clear();
   check_resuming(scenario, 20.0);
 }
@@ -227,7 +231,7 @@ TEST_CASE("simulation: a checkpoint's text gives back the checkpoint") {
   CHECK(lines(result.checkpoint->recording_csv) == 1 + 200);
   const std::string text = to_json(*result.checkpoint, yaml);
   CHECK((to_json(checkpoint_from_json(text, "c.json", yaml), yaml) == text));
-  CHECK(std::isnan(checkpoint_from_json(text, "c.json", yaml).measured.temperature_degC[B]));
+  CHECK(std::isnan(checkpoint_from_json(text, "c.json", yaml).measured.channels[B]));
 }
 
 TEST_CASE("simulation: a checkpoint of another scenario, or of another seed, is refused") {
@@ -288,7 +292,7 @@ TEST_CASE("simulation: the recording has a row a sample, and reads back without 
   const RunResult result = run(scenario);
   CHECK(result.status == RunStatus::finished);
   CHECK(result.recording_csv.starts_with("time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n0,"));
-  const Recording recording = parse_recording(result.recording_csv, "recording.csv");
+  const Recording recording = parse_recording(result.recording_csv, "recording.csv", columns);
   CHECK(recording.notes.summary().empty());
   REQUIRE(recording.samples.size() == 401);
   for (std::size_t k = 0; k < recording.samples.size(); ++k) CHECK(recording.samples[k].time_s == static_cast<double>(k) / 10.0);
@@ -305,51 +309,50 @@ TEST_CASE("simulation: the truth has a row a sample and a column a state") {
 }
 
 TEST_CASE("simulation: without input a limb at rest stays at rest") {
-  const Recording recording = parse_recording(run(parse("format: 1\nduration_s: 10\n" + noise_free)).recording_csv, "r");
+  const Recording recording = parse_recording(run(parse("format: 1\nduration_s: 10\n" + noise_free)).recording_csv, "r", columns);
   for (const Sample& sample : recording.samples) {
-    CHECK(sample.temperature_degC[A] == 25.0);
-    CHECK(sample.temperature_degC[B] == 25.0);
+    CHECK(sample.channels[A] == 25.0);
+    CHECK(sample.channels[B] == 25.0);
     // Both coils pull alike; the balance is found to 1e-13 rad.
-    CHECK(std::abs(sample.angle_deg) < 1e-10);
+    CHECK(std::abs(sample.channels[angle]) < 1e-10);
   }
 }
 
 TEST_CASE("simulation: a wire without transformation heat warms as a first-order lag does") {
   const Recording recording = parse_recording(
       run(parse("format: 1\nduration_s: 20\ninput: { duty_A: { step: { height_fraction: 0.5, from_s: 0, until_s: 20 } } }\n" +
-                noise_free)).recording_csv, "r");
+                noise_free)).recording_csv, "r", columns);
   // By hand: 0.5 * 7^2 / 2.5 = 9.8 W over 0.04 W/K is a rise of 245 K with a time constant of 0.85/0.04 = 21.25 s.
   for (const Sample& sample : recording.samples) {
     const double expected_degC = 25.0 + 245.0 * (1.0 - std::exp(-sample.time_s / 21.25));
     // The integrator's tolerance is 1e-8 a step, of which there are some hundreds.
-    CHECK(sample.temperature_degC[A] == doctest::Approx(expected_degC).epsilon(1e-6));
-    CHECK(sample.temperature_degC[B] == 25.0);
+    CHECK(sample.channels[A] == doctest::Approx(expected_degC).epsilon(1e-6));
+    CHECK(sample.channels[B] == 25.0);
   }
-  CHECK(recording.samples.back().angle_deg > 10.0);
+  CHECK(recording.samples.back().channels[angle] > 10.0);
 }
 
 TEST_CASE("simulation: a command acts from its sample on, and the measurement is the one before it") {
   const Recording recording = parse_recording(
       run(parse("format: 1\nduration_s: 2\ninput: { duty_A: { step: { height_fraction: 1, from_s: 1, until_s: 2 } } }\n" +
-                noise_free)).recording_csv, "r");
-  CHECK(recording.samples[9].duty_fraction[A] == 0.0);
-  CHECK(recording.samples[10].duty_fraction[A] == 1.0);
-  CHECK(recording.samples[10].temperature_degC[A] == 25.0);
-  CHECK(recording.samples[11].temperature_degC[A] > 26.0);
+                noise_free)).recording_csv, "r", columns);
+  CHECK(recording.samples[9].inputs[A] == 0.0);
+  CHECK(recording.samples[10].inputs[A] == 1.0);
+  CHECK(recording.samples[10].channels[A] == 25.0);
+  CHECK(recording.samples[11].channels[A] > 26.0);
 }
 
 TEST_CASE("simulation: the backend behind the seam gives what a run records") {
   Scenario scenario = parse(babbling);
   scenario.restart_period_s = 1000.0;
-  const Recording recording = parse_recording(run(scenario).recording_csv, "r");
+  const Recording recording = parse_recording(run(scenario).recording_csv, "r", columns);
   SimulatedBackend limb(scenario);
   Measurement measured = limb.begin();
   bool equal = true;
   for (std::size_t k = 0; k < recording.samples.size(); ++k) {
     const Sample& sample = recording.samples[k];
-    equal = equal && measured.tick == static_cast<std::int64_t>(k) && measured.temperature_degC == sample.temperature_degC &&
-            measured.angle_deg == sample.angle_deg;
-    measured = limb.exchange({static_cast<std::int64_t>(k), sample.duty_fraction});
+    equal = equal && measured.tick == static_cast<std::int64_t>(k) && measured.channels == sample.channels;
+    measured = limb.exchange({static_cast<std::int64_t>(k), sample.inputs});
   }
   CHECK(equal);
 }
@@ -359,16 +362,16 @@ TEST_CASE("simulation: where checkpoints could be taken does not matter beyond t
   Scenario often = parse(text), never = often;
   never.restart_period_s = 1000.0;
   // Open loop, since a controller would feed differences back.
-  OpenLoopInput input;
-  input.duty[A] = {StepSignal{0.5, 1.0, 12.0}};
-  input.duty[B] = {StepSignal{0.4, 15.0, 30.0}};
+  OpenLoopInput input{.signals = {{}, {}}};
+  input.signals[A] = {StepSignal{0.5, 1.0, 12.0}};
+  input.signals[B] = {StepSignal{0.4, 15.0, 30.0}};
   often.input = never.input = input;
-  const Recording a = parse_recording(run(often).recording_csv, "a"), b = parse_recording(run(never).recording_csv, "b");
+  const Recording a = parse_recording(run(often).recording_csv, "a", columns), b = parse_recording(run(never).recording_csv, "b", columns);
   for (std::size_t k = 0; k < a.samples.size(); ++k) {
     // Tolerance 1e-8 a step over some hundreds of steps, of temperatures about 100 degC and angles about 45 deg.
-    CHECK(std::abs(a.samples[k].temperature_degC[A] - b.samples[k].temperature_degC[A]) < 1e-4);
-    CHECK(std::abs(a.samples[k].temperature_degC[B] - b.samples[k].temperature_degC[B]) < 1e-4);
-    CHECK(std::abs(a.samples[k].angle_deg - b.samples[k].angle_deg) < 1e-3);
+    CHECK(std::abs(a.samples[k].channels[A] - b.samples[k].channels[A]) < 1e-4);
+    CHECK(std::abs(a.samples[k].channels[B] - b.samples[k].channels[B]) < 1e-4);
+    CHECK(std::abs(a.samples[k].channels[angle] - b.samples[k].channels[angle]) < 1e-3);
   }
 }
 
@@ -380,16 +383,16 @@ TEST_CASE("simulation: a run's own duty, replayed on the same limb, gives the sa
     folder.write("original.csv", original.recording_csv);
     Scenario replaying = parse_scenario("format: 1\nduration_s: 40\ninput: { replay: { recording: original.csv } }\n" + noise_free,
                                         folder.path() / "s.yaml");
-    replaying.limb = scenario.limb;
+    replaying.plant = scenario.plant;
     replaying.start = scenario.start;
     // Other restarts on purpose: 60 s instead of 2 s.
-    const Recording before = parse_recording(original.recording_csv, "r"), after = parse_recording(run(replaying).recording_csv, "r");
+    const Recording before = parse_recording(original.recording_csv, "r", columns), after = parse_recording(run(replaying).recording_csv, "r", columns);
     REQUIRE(after.samples.size() == before.samples.size());
     for (std::size_t k = 0; k < before.samples.size(); ++k) {
-      CHECK(after.samples[k].duty_fraction == before.samples[k].duty_fraction);
-      for (const std::size_t j : plant::coils)
-        CHECK(std::abs(after.samples[k].temperature_degC[j] - before.samples[k].temperature_degC[j]) < 1e-4);
-      CHECK(std::abs(after.samples[k].angle_deg - before.samples[k].angle_deg) < 1e-3);
+      CHECK(after.samples[k].inputs == before.samples[k].inputs);
+      for (const std::size_t j : {A, B})
+        CHECK(std::abs(after.samples[k].channels[j] - before.samples[k].channels[j]) < 1e-4);
+      CHECK(std::abs(after.samples[k].channels[angle] - before.samples[k].channels[angle]) < 1e-3);
     }
     // And with the same restarts the same bytes.
     replaying.restart_period_s = scenario.restart_period_s;
@@ -399,15 +402,15 @@ TEST_CASE("simulation: a run's own duty, replayed on the same limb, gives the sa
 
 TEST_CASE("simulation: so does replaying in the recording's own times") {
   const Scenario scenario = parse(with_effects + noise_free);
-  const Recording recording = parse_recording(run(scenario).recording_csv, "r");
+  const Recording recording = parse_recording(run(scenario).recording_csv, "r", columns);
   for (const plant::Method method : {plant::Method::cvode, plant::Method::arkode}) {
-    plant::Integrator limb(scenario.limb, plant::Start{}, {method, 1e-8});
+    plant::Integrator limb(scenario.plant, plant::Start{}, {method, 1e-8});
     std::size_t visited = 0;
-    const auto failure = replay(limb, recording.samples, [&](std::size_t k) {
-      const auto shown = limb.reading();
-      for (const std::size_t j : plant::coils)
-        CHECK(std::abs(shown.temperature_degC[j] - recording.samples[k].temperature_degC[j]) < 1e-4);
-      CHECK(std::abs(shown.angle_rad / plant::radians_per_degree - recording.samples[k].angle_deg) < 1e-3);
+    const auto failure = replay(limb, scenario.plant.system(), recording.samples, [&](std::size_t k) {
+      const auto shown = in_file_units(scenario.plant.system(), limb.readings());
+      for (const std::size_t j : {A, B})
+        CHECK(std::abs(shown[j] - recording.samples[k].channels[j]) < 1e-4);
+      CHECK(std::abs(shown[angle] - recording.samples[k].channels[angle]) < 1e-3);
       ++visited;
     });
     CHECK_FALSE(failure.has_value());
@@ -466,23 +469,23 @@ TEST_CASE("simulation: an integrator that may take too few steps fails where it 
   REQUIRE(result.failure.has_value());
   CHECK(result.failure->time_s == 5.0);
   CHECK(result.failure->reason.find("mxstep steps") != std::string::npos);
-  const Recording recording = parse_recording(result.recording_csv, "r");
-  CHECK_FALSE(std::isnan(recording.samples[50].angle_deg));
-  CHECK(std::isnan(recording.samples[51].angle_deg));
-  CHECK(recording.samples[50].duty_fraction[A] == 1.0);
+  const Recording recording = parse_recording(result.recording_csv, "r", columns);
+  CHECK_FALSE(std::isnan(recording.samples[50].channels[angle]));
+  CHECK(std::isnan(recording.samples[51].channels[angle]));
+  CHECK(recording.samples[50].inputs[A] == 1.0);
 }
 
 TEST_CASE("simulation: a backend that has failed goes on giving nothing") {
   const Scenario scenario = parse("format: 1\nduration_s: 10\nplant: { parameters: { heat_capacity_A_J_K: 0.05 }, effects: { convection_nonlinearity: { slope_1_K: 0.1 } } }\n"
                                   "start: { temperature_A_degC: -1000 }\n");
   SimulatedBackend limb(scenario);
-  CHECK_FALSE(std::isnan(limb.begin().temperature_degC[A]));
+  CHECK_FALSE(std::isnan(limb.begin().channels[A]));
   for (std::int64_t tick = 0; tick < 3; ++tick) {
     const Measurement measured = limb.exchange({tick, {0.0, 0.0}});
     CHECK(measured.tick == tick + 1);
-    CHECK(std::isnan(measured.temperature_degC[A]));
-    CHECK(std::isnan(measured.temperature_degC[B]));
-    CHECK(std::isnan(measured.angle_deg));
+    CHECK(std::isnan(measured.channels[A]));
+    CHECK(std::isnan(measured.channels[B]));
+    CHECK(std::isnan(measured.channels[angle]));
     REQUIRE(limb.failure().has_value());
     CHECK(limb.failure()->time_s == 0.0);
   }
@@ -494,19 +497,19 @@ TEST_CASE("simulation: in the paper's babbling the duty never passes 0.6, and on
     const Scenario scenario = read_scenario(fs::path(SINEW_SOURCE_DIR) / "scenarios" / name);
     const RunResult result = run(scenario);
     REQUIRE(result.status == RunStatus::finished);
-    const Recording recording = parse_recording(result.recording_csv, name);
+    const Recording recording = parse_recording(result.recording_csv, name, columns);
     REQUIRE(recording.samples.size() == 6001);
     double highest = 0.0, lowest_deg = 0.0, highest_deg = 0.0;
     std::array<std::size_t, 2> driven{};
     for (const Sample& sample : recording.samples) {
-      for (const std::size_t j : plant::coils) {
-        CHECK(sample.duty_fraction[j] >= 0.0);
-        highest = std::max(highest, sample.duty_fraction[j]);
-        driven[j] += sample.duty_fraction[j] > 0.0;
+      for (const std::size_t j : {A, B}) {
+        CHECK(sample.inputs[j] >= 0.0);
+        highest = std::max(highest, sample.inputs[j]);
+        driven[j] += sample.inputs[j] > 0.0;
       }
-      CHECK((sample.duty_fraction[A] == 0.0 || sample.duty_fraction[B] == 0.0));
-      lowest_deg = std::min(lowest_deg, sample.angle_deg);
-      highest_deg = std::max(highest_deg, sample.angle_deg);
+      CHECK((sample.inputs[A] == 0.0 || sample.inputs[B] == 0.0));
+      lowest_deg = std::min(lowest_deg, sample.channels[angle]);
+      highest_deg = std::max(highest_deg, sample.channels[angle]);
     }
     CHECK(highest == 0.6);
     CHECK(driven[A] > 500);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Both solvers against each other, against a method that shares nothing with them, and against their tolerance.
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 const std::vector<double> sample_times_s = sample_times_between_jumps(36.0);
 
-std::vector<std::vector<double>> states(const Limb<double>& limb, Method method, double tolerance) {
+std::vector<std::vector<double>> states(const Plant& limb, Method method, double tolerance) {
   Integrator run(limb, Start{}, {.method = method, .relative_tolerance = tolerance, .most_steps = 1000000});
   std::vector<std::vector<double>> all;
   drive(run, babbling_profile(), sample_times_s, [&](std::size_t) { all.push_back(run.state()); });
@@ -23,13 +23,13 @@ std::vector<std::vector<double>> states(const Limb<double>& limb, Method method,
 struct Distance {
   double largest = 0.0, mean_square = 0.0;
 };
-Distance distance(const Limb<double>& limb, const std::vector<std::vector<double>>& left, const std::vector<std::vector<double>>& right) {
-  const Layout layout = layout_of(limb.on);
+Distance distance(const Plant& limb, const std::vector<std::vector<double>>& left, const std::vector<std::vector<double>>& right) {
+  const States layout = limb.states();
   Distance result;
   REQUIRE(left.size() == right.size());
   for (std::size_t k = 0; k < left.size(); ++k)
     for (std::size_t i = 0; i < layout.size(); ++i) {
-      const double d = std::abs(left[k][i] - right[k][i]) / layout.entries[i].declaration.scale;
+      const double d = std::abs(left[k][i] - right[k][i]) / layout[StateId{i}].scale;
       result.largest = std::max(result.largest, d);
       result.mean_square += d * d / static_cast<double>(left.size() * layout.size());
     }
@@ -39,18 +39,18 @@ Distance distance(const Limb<double>& limb, const std::vector<std::vector<double
 // Effects that the physical limb asked for after the reference: on their own, for with them the others meet other corners.
 constexpr std::array asked_for{"sheath_heat_storage", "outer_turns"};
 
-Limb<double> limb_with_what_was_asked_for() {
-  Limb<double> limb;
-  for (const char* name : asked_for) turn_on_typical(limb, effect_index(name));
+Plant limb_with_what_was_asked_for() {
+  Plant limb = default_plant();
+  for (const char* name : asked_for) turn_on_typical(limb, effect_id(name));
   return limb;
 }
 
-Limb<double> limb_with_everything() {
-  Limb<double> limb;
-  for (std::size_t e = 0; e < effect_count; ++e)
+Plant limb_with_everything() {
+  Plant limb = default_plant();
+  for (const EffectId e : effects().ids())
     if (std::find(asked_for.begin(), asked_for.end(), effects()[e].name) == asked_for.end()) turn_on_typical(limb, e);
-  set_in_file_units(limb, parameter_index("airflow_change.onset_s"), 12.34);
-  set_in_file_units(limb, parameter_index("dry_friction.smoothing_rad_s"), 0.5);  // so that the fixed step below is stable
+  set_in_file_units(limb, "airflow_change.onset_s", 12.34);
+  set_in_file_units(limb, "dry_friction.smoothing_rad_s", 0.5);  // so that the fixed step below is stable
   return limb;
 }
 
@@ -61,7 +61,7 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
   // an envelope is worse than it looks to the solver: that is the factor of 50. The angular velocity, which feels both most,
   // sets the largest error, twenty times the mean. Which corners a step meets is chance, so that a tolerance ten times
   // smaller may gain little, but not twice in a row.
-  for (const Limb<double>& limb : {Limb<double>{}, limb_with_what_was_asked_for(), limb_with_everything()}) {
+  for (const Plant& limb : {default_plant(), limb_with_what_was_asked_for(), limb_with_everything()}) {
     const auto limit = states(limb, Method::cvode, 1e-12);
     for (const Method method : {Method::cvode, Method::arkode}) {
       double before = 1.0, before_that = 1.0;
@@ -81,7 +81,7 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
 }
 
 TEST_CASE("both methods and a fixed step of Runge and Kutta go to one limit") {
-  for (const Limb<double>& limb : {Limb<double>{}, limb_with_everything()}) {
+  for (const Plant& limb : {default_plant(), limb_with_everything()}) {
     const auto cvode = states(limb, Method::cvode, 1e-11);
     CHECK(distance(limb, cvode, states(limb, Method::arkode, 1e-10)).largest < 1e-7);  // 1000 times the tolerance, as above
     const auto by_other_means = [&](double step_s) {

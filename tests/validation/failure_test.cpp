@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
 using namespace sinew::plant;
@@ -11,8 +11,8 @@ using namespace sinew::test;
 namespace {
 
 bool names_a_state(const Integrator& run, const std::string& text) {
-  for (const Layout::Entry& entry : run.layout().entries)
-    if (text.find(entry.key) != std::string::npos) return true;
+  for (const StateInfo& state : run.states())
+    if (text.find(state.key) != std::string::npos) return true;
   return false;
 }
 
@@ -20,7 +20,7 @@ bool names_a_state(const Integrator& run, const std::string& text) {
 
 TEST_CASE("an integration that would take too many steps fails, says so, and names the states it could not follow") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(Limb<double>{}, Start{}, {.method = method, .most_steps = 1});
+    Integrator run(default_plant(), Start{}, {.method = method, .most_steps = 1});
     run.hold({0.6, 0.0});
     const auto failure = run.advance_to(10.0);
     REQUIRE(failure);
@@ -35,7 +35,7 @@ TEST_CASE("an integration that would take too many steps fails, says so, and nam
 
 TEST_CASE("a failure later on leaves time and state where they were last good") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(Limb<double>{}, Start{}, {.method = method, .most_steps = 60});
+    Integrator run(default_plant(), Start{}, {.method = method, .most_steps = 60});
     run.hold({0.6, 0.0});
     double last_good_s = 0.0;
     std::vector<double> last_good = run.state();
@@ -56,7 +56,7 @@ TEST_CASE("a failure later on leaves time and state where they were last good") 
 
 TEST_CASE("a rate that is not a number is a failure and no state") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(Limb<double>{}, Start{}, {.method = method});
+    Integrator run(default_plant(), Start{}, {.method = method});
     run.hold({std::numeric_limits<double>::quiet_NaN(), 0.0});
     const auto failure = run.advance_to(1.0);
     REQUIRE(failure);
@@ -67,7 +67,7 @@ TEST_CASE("a rate that is not a number is a failure and no state") {
 
 TEST_CASE("with sensitivities, too, a failure is a value") {
   for (const Method method : {Method::cvode, Method::arkode}) {
-    Integrator run(Limb<double>{}, Start{}, {.method = method, .most_steps = 1}, {{0, 1}, {}});
+    Integrator run(default_plant(), Start{}, {.method = method, .most_steps = 1}, {{ParameterId{0}, ParameterId{1}}, {}});
     run.hold({0.6, 0.0});
     const auto failure = run.advance_to(10.0);
     REQUIRE(failure);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Temperatures and bends for which the equations can be solved on paper.
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
 using namespace sinew::plant;
@@ -18,15 +18,15 @@ constexpr NumericalSettings settings(Method method) { return {.method = method, 
 }  // namespace
 
 TEST_CASE("a wire heats and cools by the exponential law, across every jump of the duty") {
-  Limb<double> limb;
-  limb.core.resistance_Ohm = {2.5, 3.1};
-  limb.core.heat_capacity_J_K = {0.85, 0.6};
-  limb.core.heat_loss_W_K = {0.040, 0.055};
-  limb.core.ambient_temperature_degC = 21.0;
+  Plant limb = default_plant();
+  set(limb, "resistance_B_Ohm", 3.1);
+  set(limb, "heat_capacity_B_J_K", 0.6);
+  set(limb, "heat_loss_B_W_K", 0.055);
+  set(limb, "ambient_temperature_degC", 21.0);
   const Profile profile = babbling_profile();
   for (const Method method : methods) {
     Integrator run(limb, Start{}, settings(method));
-    PerCoil<double> expected_degC{21.0, 21.0};
+    std::vector<double> expected_degC{21.0, 21.0};
     double worst_K = 0.0;
     for (std::size_t k = 0; k < profile.jumps.size(); ++k) {
       run.hold(profile.jumps[k].duty_fraction);
@@ -47,14 +47,14 @@ TEST_CASE("a wire heats and cools by the exponential law, across every jump of t
 }
 
 TEST_CASE("how a wire's temperature depends on its parameters is the derivative of the exponential law") {
-  const SensitivityRequest request{{parameter_index("supply_voltage_V"), parameter_index("resistance_A_Ohm"),
-                                    parameter_index("heat_capacity_A_J_K"), parameter_index("heat_loss_A_W_K"),
-                                    parameter_index("ambient_temperature_degC"), parameter_index("resistance_B_Ohm")},
-                                   {core_state::temperature + A}};
+  const SensitivityRequest request{{parameter_id("supply_voltage_V"), parameter_id("resistance_A_Ohm"),
+                                    parameter_id("heat_capacity_A_J_K"), parameter_id("heat_loss_A_W_K"),
+                                    parameter_id("ambient_temperature_degC"), parameter_id("resistance_B_Ohm")},
+                                   {StateId{core_state::temperature + A}}};
   std::vector<std::optional<double>> given(6);
   given[0] = 40.0;
   for (const Method method : methods) {
-    Integrator run(Limb<double>{}, Start{given, {}}, settings(method), request);
+    Integrator run(default_plant(), Start{given, {}}, settings(method), request);
     run.hold({0.3, 0.0});
     for (const double t : {0.5, 3.0, 8.0}) {
       advance(run, t);
@@ -89,7 +89,7 @@ TEST_CASE("a thermocouple behind its bead reads the answer of two time constants
       const double wire_s = 0.85 / 0.04, bead_s = 1.5, rise_K = 0.4 * 49.0 / (2.5 * 0.04);
       const double expected_degC =
           25.0 + rise_K * (1.0 - (wire_s * std::exp(-t / wire_s) - bead_s * std::exp(-t / bead_s)) / (wire_s - bead_s));
-      CHECK(std::abs(run.reading().temperature_degC[A] - expected_degC) < tolerance_K);
+      CHECK(std::abs(run.readings()[A] - expected_degC) < tolerance_K);
     }
   }
 }
@@ -119,7 +119,7 @@ TEST_CASE("a cold limb that is bent by hand and let go springs back as its two r
   const double root = std::sqrt(damping * damping - 4.0 * inertia * stiffness);
   const double slow_1_s = (-damping + root) / (2.0 * inertia), fast_1_s = (-damping - root) / (2.0 * inertia);
   for (const Method method : methods) {
-    Integrator run(Limb<double>{}, Start{given, {}}, settings(method));
+    Integrator run(default_plant(), Start{given, {}}, settings(method));
     for (const double t : {0.002, 0.01, 0.05, 0.2}) {
       advance(run, t);
       // theta = 0.3 (s_fast e^(s_slow t) - s_slow e^(s_fast t)) / (s_fast - s_slow): at rest at first.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The two envelopes and loops within them, on ramps slow enough to be worked by hand.
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
 using namespace sinew::plant;
@@ -14,10 +14,10 @@ namespace {
 constexpr double capacity_J_K = 20.0, loss_W_K = 0.04, duty = 0.3, follow_s = 0.005;
 constexpr double settled_K = duty * 49.0 / (2.5 * loss_W_K);  // 147 K above ambient
 
-Limb<double> slow_limb() {
-  Limb<double> limb;
-  limb.core.heat_capacity_J_K[A] = capacity_J_K;
-  limb.core.transformation_time_s = follow_s;
+Plant slow_limb() {
+  Plant limb = default_plant();
+  set(limb, "heat_capacity_A_J_K", capacity_J_K);
+  set(limb, "transformation_time_s", follow_s);
   return limb;
 }
 
@@ -127,7 +127,7 @@ TEST_CASE("a fraction inside the loop stands still while the temperature stands 
 
 TEST_CASE("with minor loops the fraction follows a share of the envelope across the loop") {
   // Inside the loop and away from its edges the law integrates: xi = xi_0 + mu (envelope(T) - envelope(T_0)).
-  Limb<double> limb = slow_limb();
+  Plant limb = slow_limb();
   turn_on(limb, "minor_loops", {{"slope_share", 0.2}});
   std::vector<std::optional<double>> given(6);
   given[0] = 66.0;

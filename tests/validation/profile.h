@@ -5,13 +5,13 @@
 
 #include <vector>
 
-#include "plant/scalar.h"
+#include "tests/plant/limb/one_instant.h"
 
 namespace sinew::test {
 
 struct Jump {
   double time_s;
-  plant::PerCoil<double> duty_fraction;
+  std::vector<double> duty_fraction;
 };
 
 struct Profile {
@@ -24,18 +24,18 @@ struct Profile {
 inline Profile babbling_profile() {
   struct Stretch {
     double until_s, start, end;
-    plant::Coil coil;
+    std::size_t coil;
   };
-  constexpr Stretch drawn[] = {{4.8, 0.60, 0.55, plant::A},  {8.0, 0.25, 0.12, plant::A},  {13.6, 0.00, 0.00, plant::A},
-                               {20.0, 0.30, 0.55, plant::B}, {24.0, 0.45, 0.40, plant::B}, {26.8, 0.075, 0.00, plant::B},
-                               {31.6, 0.50, 0.60, plant::A}, {33.2, 0.02, 0.00, plant::A}, {36.0, 0.40, 0.60, plant::B}};
+  constexpr Stretch drawn[] = {{4.8, 0.60, 0.55, A},  {8.0, 0.25, 0.12, A},  {13.6, 0.00, 0.00, A},
+                               {20.0, 0.30, 0.55, B}, {24.0, 0.45, 0.40, B}, {26.8, 0.075, 0.00, B},
+                               {31.6, 0.50, 0.60, A}, {33.2, 0.02, 0.00, A}, {36.0, 0.40, 0.60, B}};
   Profile profile{{}, 36.0};
   double from_s = 0.0;
   for (const Stretch& s : drawn) {
     const int count = static_cast<int>((s.until_s - from_s) / 0.4 + 0.5);
     for (int k = 0; k < count; ++k) {
       const double share = static_cast<double>(k) / count;
-      plant::PerCoil<double> duty{0.0, 0.0};
+      std::vector<double> duty{0.0, 0.0};
       duty[s.coil] = s.start + share * (s.end - s.start) + (s.start > 0.1 ? 0.02 * (k % 3) : 0.0);
       profile.jumps.push_back({from_s + 0.4 * k, duty});
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
 using namespace sinew::plant;
@@ -22,22 +22,22 @@ End finish(Integrator& run) {
   return {run.state(), run.counters()};
 }
 
-Integrator in_the_middle(const Limb<double>& limb, Method method) {
+Integrator in_the_middle(const Plant& limb, Method method) {
   Integrator run(limb, Start{}, {.method = method});
   drive(run, babbling_profile(), middle_s);
   return run;
 }
 
-Limb<double> limb_with_everything_but_delay() {
-  Limb<double> limb;
-  for (std::size_t e = 0; e < effect_count; ++e) turn_on_typical(limb, e);
-  set_in_file_units(limb, parameter_index("airflow_change.onset_s"), 12.34);
-  limb.on[effect_index("input_delay")] = false;
+Plant limb_with_everything_but_delay() {
+  Plant limb = default_plant();
+  for (const EffectId e : effects().ids()) turn_on_typical(limb, e);
+  set_in_file_units(limb, "airflow_change.onset_s", 12.34);
+  limb.turn(effect_id("input_delay"), false);
   return limb;
 }
 
-Limb<double> limb_with_delay() {
-  Limb<double> limb = limb_with_everything_but_delay();
+Plant limb_with_delay() {
+  Plant limb = limb_with_everything_but_delay();
   turn_on(limb, "input_delay", {{"delay_s", 0.7}});  // longer than from jump to jump: several commands are under way
   return limb;
 }
@@ -45,7 +45,7 @@ Limb<double> limb_with_delay() {
 }  // namespace
 
 TEST_CASE("a run that goes on from a checkpoint at a jump ends as the run without one, to the last bit") {
-  for (const Limb<double>& limb : {Limb<double>{}, limb_with_everything_but_delay()})
+  for (const Plant& limb : {default_plant(), limb_with_everything_but_delay()})
     for (const Method method : {Method::cvode, Method::arkode}) {
       Integrator uninterrupted = in_the_middle(limb, method);
       Integrator watched = in_the_middle(limb, method);
@@ -62,7 +62,7 @@ TEST_CASE("a run that goes on from a checkpoint at a jump ends as the run withou
 }
 
 TEST_CASE("a run that goes on from a checkpoint where it was restarted ends as the run that was restarted there") {
-  for (const Limb<double>& limb : {Limb<double>{}, limb_with_delay()})
+  for (const Plant& limb : {default_plant(), limb_with_delay()})
     for (const Method method : {Method::cvode, Method::arkode}) {
       const auto restarted = [&] {
         Integrator run = in_the_middle(limb, method);
@@ -73,7 +73,7 @@ TEST_CASE("a run that goes on from a checkpoint where it was restarted ends as t
       Integrator uninterrupted = restarted();
       Integrator watched = restarted();
       const Checkpoint checkpoint = watched.checkpoint();
-      CHECK(checkpoint.commands_under_way.size() == (limb.on[effect_index("input_delay")] ? 2 : 0));
+      CHECK(checkpoint.commands_under_way.size() == (limb.is_on(effect_id("input_delay")) ? 2 : 0));
       Integrator resumed(limb, checkpoint, {.method = method});
       const End expected = finish(uninterrupted);
       CHECK(finish(resumed) == expected);
@@ -83,8 +83,8 @@ TEST_CASE("a run that goes on from a checkpoint where it was restarted ends as t
 
 TEST_CASE("the method that was chosen at the start stays chosen when a run goes on from a checkpoint") {
   // Dry friction is stiff at rest and not in motion; a stop is stiff only in contact.
-  for (const Limb<double>& limb : {limb_with("dry_friction", {{"moment_Nm", 0.003}}),
-                                   limb_with("hard_stop", {{"stiffness_Nm_rad", 50.0}}), Limb<double>{}}) {
+  for (const Plant& limb : {limb_with("dry_friction", {{"moment_Nm", 0.003}}),
+                                   limb_with("hard_stop", {{"stiffness_Nm_rad", 50.0}}), default_plant()}) {
     Integrator watched = in_the_middle(limb, Method::automatic);
     Integrator resumed(limb, watched.checkpoint(), {.method = Method::automatic});
     CHECK(finish(resumed).state == finish(watched).state);
@@ -92,7 +92,7 @@ TEST_CASE("the method that was chosen at the start stays chosen when a run goes 
 }
 
 TEST_CASE("two runs of one limb are the same to the last bit, and a moved run is the run") {
-  const Limb<double> limb = limb_with_delay();
+  const Plant limb = limb_with_delay();
   for (const Method method : {Method::cvode, Method::arkode}) {
     Integrator one = in_the_middle(limb, method), other = in_the_middle(limb, method);
     Integrator moved = std::move(other);
@@ -101,7 +101,7 @@ TEST_CASE("two runs of one limb are the same to the last bit, and a moved run is
 }
 
 TEST_CASE("a checkpoint of another limb is refused") {
-  Integrator run = in_the_middle(Limb<double>{}, Method::cvode);
-  CHECK_THROWS_WITH_AS(Integrator(limb_with("thermocouple_lag"), run.checkpoint(), {}), "checkpoint is of another limb",
+  Integrator run = in_the_middle(default_plant(), Method::cvode);
+  CHECK_THROWS_WITH_AS(Integrator(limb_with("thermocouple_lag"), run.checkpoint(), {}), "checkpoint is of another plant",
                        std::invalid_argument);
 }

@@ -10,37 +10,34 @@
 #include <cmath>
 #include <vector>
 
-#include "plant/equations.h"
 #include "tests/validation/profile.h"
 
 namespace sinew::test {
 
 struct Sample {
   std::vector<double> state;
-  plant::Reading<double> reading;
+  std::vector<double> reading;  // [channels]
 };
 
 // States and readings at the sample times, which must increase and not be those of a jump.
-inline std::vector<Sample> runge_kutta(const plant::Limb<double>& limb, const std::vector<std::optional<double>>& given,
+inline std::vector<Sample> runge_kutta(const plant::Plant& limb, const std::vector<std::optional<double>>& given,
                                        const Profile& profile, const std::vector<double>& sample_times_s, double step_s) {
-  const plant::Equations<double> equations(limb);
-  const std::size_t n = equations.layout().size();
-  plant::Situation situation;
-  situation.duty_fraction = {0.0, 0.0};
-  std::vector<double> y = equations.rest(situation, given.empty() ? std::vector<std::optional<double>>(n) : given);
+  const auto equations = limb.equations();
+  const std::size_t n = limb.states().size();
+  plant::Situation situation = idle(limb);
+  std::vector<double> y = equations->rest(situation, given.empty() ? std::vector<std::optional<double>>(n) : given);
 
-  const double delay_s = equations.command_delay_s();
+  const double delay_s = equations->input_delay_s();
   std::vector<double> marks = sample_times_s;
   for (const Jump& jump : profile.jumps) marks.push_back(jump.time_s + delay_s);
-  for (const double switch_s : equations.switch_times_s()) marks.push_back(switch_s);
+  for (const double switch_s : equations->switch_times_s()) marks.push_back(switch_s);
   std::sort(marks.begin(), marks.end());
 
   std::vector<Sample> samples;
   std::vector<double> k1(n), k2(n), k3(n), k4(n), at(n);
-  plant::Instant<double> now;
   const auto rates = [&](double time_s, const std::vector<double>& state, std::vector<double>& rate) {
     situation.time_s = time_s;
-    equations.evaluate(situation, state.data(), now, rate.data());
+    equations->rates(situation, state.data(), rate.data());
   };
   double from_s = 0.0;
   for (const double to_s : marks) {
@@ -50,7 +47,7 @@ inline std::vector<Sample> runge_kutta(const plant::Limb<double>& limb, const st
     const double h = (to_s - from_s) / count;
     situation.segment_start_s = from_s;
     for (const Jump& jump : profile.jumps)
-      if (jump.time_s + delay_s <= from_s) situation.duty_fraction = jump.duty_fraction;
+      if (jump.time_s + delay_s <= from_s) situation.inputs = jump.duty_fraction;
     for (int s = 0; s < count && h > 0.0; ++s) {
       const double t = from_s + s * h;
       rates(t, y, k1);
@@ -65,7 +62,8 @@ inline std::vector<Sample> runge_kutta(const plant::Limb<double>& limb, const st
     from_s = to_s;
     if (samples.size() < sample_times_s.size() && to_s == sample_times_s[samples.size()]) {
       rates(to_s, y, k1);
-      samples.push_back({y, equations.reading(now, y.data())});
+      samples.push_back({y, std::vector<double>(limb.system().channels().size())});
+      equations->readings(y.data(), samples.back().reading.data());
       if (samples.size() == sample_times_s.size()) break;
     }
   }

@@ -2,7 +2,7 @@
 // Sensitivities of both methods against differences of runs that share nothing with them but the equations: Runge-Kutta
 // with a fixed step, which is smooth in the parameters, so that the steps of the differences may be small.
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
 
@@ -16,7 +16,7 @@ constexpr std::size_t readings = 3;
 constexpr std::size_t angular_velocity_row = readings + core_state::angular_velocity;
 
 struct Trial {
-  Limb<double> limb;
+  Plant limb = default_plant();
   std::vector<std::optional<double>> given;  // empty: at rest
   SensitivityRequest request;
   Profile profile = babbling_profile();
@@ -27,36 +27,36 @@ struct Trial {
   double tolerance = 3e-3;
   bool at_two_steps = true;  // whether to see that the differences do not depend on their step
 
-  std::size_t rows() const { return readings + layout_of(limb.on).size(); }
+  std::size_t rows() const { return readings + limb.states().size(); }
   std::vector<double> sample_times_s() const { return sample_times_between_jumps(profile.end_s); }
   // A change of this size is large: of a parameter in internal units, or of a first value.
   double size(std::size_t column) const {
     if (column >= request.parameters.size())
-      return layout_of(limb.on).entries[request.initial_states[column - request.parameters.size()]].declaration.scale;
+      return limb.states()[request.initial_states[column - request.parameters.size()]].scale;
     const Declaration& declared = parameters()[request.parameters[column]].declaration;
     return std::max(std::abs(declared.typical), declared.prior_deviation) * declared.unit.internal_per_unit;
   }
   std::string name(std::size_t column) const {
     if (column < request.parameters.size()) return parameters()[request.parameters[column]].key();
-    return "first " + layout_of(limb.on).entries[request.initial_states[column - request.parameters.size()]].key;
+    return "first " + limb.states()[request.initial_states[column - request.parameters.size()]].key;
   }
 };
 
 // [rows x samples] of a run in which one column's quantity is moved by so much.
 Eigen::MatrixXd moved(const Trial& trial, std::size_t column, double by) {
-  Limb<double> limb = trial.limb;
+  Plant limb = trial.limb;
   std::vector<std::optional<double>> given = trial.given;
   if (column < trial.request.parameters.size()) {
-    const std::size_t p = trial.request.parameters[column];
-    set(limb, p, get(limb, p) + by);
+    const ParameterId p = trial.request.parameters[column];
+    limb.set(p, limb.get(p) + by);
   } else {
-    *given[trial.request.initial_states[column - trial.request.parameters.size()]] += by;
+    *given[trial.request.initial_states[column - trial.request.parameters.size()].index] += by;
   }
   const auto samples = runge_kutta(limb, given, trial.profile, trial.sample_times_s(), trial.step_s);
   Eigen::MatrixXd result(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(samples.size()));
   for (std::size_t k = 0; k < samples.size(); ++k)
-    result.col(static_cast<Eigen::Index>(k)) << samples[k].reading.temperature_degC[A], samples[k].reading.temperature_degC[B],
-        samples[k].reading.angle_rad, Eigen::Map<const Eigen::VectorXd>(samples[k].state.data(), static_cast<Eigen::Index>(samples[k].state.size()));
+    result.col(static_cast<Eigen::Index>(k)) << samples[k].reading[A], samples[k].reading[B],
+        samples[k].reading[angle], Eigen::Map<const Eigen::VectorXd>(samples[k].state.data(), static_cast<Eigen::Index>(samples[k].state.size()));
   return result;
 }
 
@@ -72,9 +72,9 @@ std::vector<Eigen::MatrixXd> integrated(const Trial& trial, Method method) {
   const auto times_s = trial.sample_times_s();
   std::vector<Eigen::MatrixXd> columns(trial.request.columns(), Eigen::MatrixXd(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(times_s.size())));
   drive(run, trial.profile, times_s, [&](std::size_t k) {
-    Reading<double> reading;
-    Eigen::Matrix<double, 3, Eigen::Dynamic> of_reading;
-    run.reading_with_sensitivity(reading, of_reading);
+    std::vector<double> reading;
+    Eigen::MatrixXd of_reading;
+    run.readings_with_sensitivity(reading, of_reading);
     const Eigen::MatrixXd of_state = run.state_sensitivity();
     for (std::size_t c = 0; c < columns.size(); ++c)
       columns[c].col(static_cast<Eigen::Index>(k)) << of_reading.col(static_cast<Eigen::Index>(c)), of_state.col(static_cast<Eigen::Index>(c));
@@ -89,11 +89,11 @@ struct Disagreement {
 // Row by row: the norm over the run of the difference, as a share of the norm of what is expected. A row that the column
 // hardly moves, less than a thousandth of its scale for a large change, is judged as if it were moved that much.
 Disagreement disagreement(const Trial& trial, std::size_t column, const Eigen::MatrixXd& found, const Eigen::MatrixXd& expected) {
-  const Layout layout = layout_of(trial.limb.on);
+  const States layout = trial.limb.states();
   Disagreement worst;
   for (std::size_t r = 0; r < trial.rows(); ++r) {
     const auto row = static_cast<Eigen::Index>(r);
-    const double scale = r < 2 ? 50.0 : r == 2 ? 1.0 : layout.entries[r - readings].declaration.scale;
+    const double scale = r < 2 ? 50.0 : r == 2 ? 1.0 : layout[StateId{r - readings}].scale;
     const double least = 1e-3 * scale / trial.size(column) * std::sqrt(static_cast<double>(expected.cols()));
     const double share = (found.row(row) - expected.row(row)).norm() / std::max(expected.row(row).norm(), least);
     double& kept = r == angular_velocity_row ? worst.angular_velocity : worst.elsewhere;
@@ -133,33 +133,33 @@ double stable_step_s(std::string_view effect) { return effect == "dry_friction" 
 // A minor loop fades in over 0.001 of a fraction, a corner at either end of it at every turn of the temperature.
 double tolerance_of(std::string_view effect) { return effect == "minor_loops" ? 4e-2 : 3e-3; }
 
-Limb<double> typical(std::size_t effect) {
-  Limb<double> limb;
+Plant typical(EffectId effect) {
+  Plant limb = default_plant();
   turn_on_typical(limb, effect);
-  if (effects()[effect].name == "airflow_change") set_in_file_units(limb, parameter_index("airflow_change.onset_s"), 12.34);
+  if (effects()[effect].name == "airflow_change") set_in_file_units(limb, "airflow_change.onset_s", 12.34);
   return limb;
 }
 
-std::vector<std::size_t> real_parameters(std::size_t effect) {
-  std::vector<std::size_t> real;
-  for (std::size_t p = 0; p < parameters().size(); ++p)
+std::vector<ParameterId> real_parameters(std::optional<EffectId> effect) {
+  std::vector<ParameterId> real;
+  for (const ParameterId p : parameters().ids())
     if (parameters()[p].effect == effect && parameters()[p].declaration.kind == Kind::real) real.push_back(p);
   return real;
 }
 
 // In mid-motion: both wires warm, both fractions inside their loops, the limb bent and moving, effects not at rest.
-std::vector<std::optional<double>> in_motion(const Limb<double>& limb) {
+std::vector<std::optional<double>> in_motion(const Plant& limb) {
   std::vector<std::optional<double>> given{40.0, 30.0, 0.97, 0.992, 0.1, 0.5};
-  const Layout layout = layout_of(limb.on);
+  const States layout = limb.states();
   for (std::size_t i = given.size(); i < layout.size(); ++i)
-    given.push_back(layout.entries[i].declaration.unit.text == "degC" ? 33.0 : 0.05);
+    given.push_back(layout[StateId{i}].unit.text == "degC" ? 33.0 : 0.05);
   return given;
 }
 
 }  // namespace
 
 TEST_CASE("the run of these tests takes both fractions through their loops and the limb past 30 degrees both ways") {
-  const auto samples = runge_kutta(Limb<double>{}, {}, babbling_profile(), sample_times_between_jumps(36.0), 1e-3);
+  const auto samples = runge_kutta(default_plant(), {}, babbling_profile(), sample_times_between_jumps(36.0), 1e-3);
   double least[5] = {1e9, 1e9, 1e9, 1e9, 1e9}, most[5] = {-1e9, -1e9, -1e9, -1e9, -1e9};
   for (const Sample& sample : samples)
     for (std::size_t i = 0; i < 5; ++i) {
@@ -175,11 +175,11 @@ TEST_CASE("the run of these tests takes both fractions through their loops and t
 }
 
 TEST_CASE("sensitivities are what differences say: every parameter of the core") {
-  check({.limb = {}, .given = {}, .request = {real_parameters(no_effect), {}}});
+  check({.given = {}, .request = {real_parameters(std::nullopt), {}}});
 }
 
 TEST_CASE("sensitivities are what differences say: every parameter of every effect") {
-  for (std::size_t e = 0; e < effect_count; ++e) {
+  for (const EffectId e : effects().ids()) {
     const auto name = effects()[e].name;
     const auto real = real_parameters(e);
     if (real.empty()) continue;
@@ -188,17 +188,17 @@ TEST_CASE("sensitivities are what differences say: every parameter of every effe
 }
 
 TEST_CASE("sensitivities are what differences say: every effect's strength at its null") {
-  for (std::size_t e = 0; e < effect_count; ++e) {
+  for (const EffectId e : effects().ids()) {
     const auto name = effects()[e].name;
-    const std::size_t strength = effects()[e].strength;
+    const ParameterId strength = effects()[e].strength;
     const Declaration& declared = parameters()[strength].declaration;
     if (declared.kind != Kind::real) continue;
     Trial trial{.limb = typical(e), .given = {}, .request = {{strength}, {}}, .step_s = stable_step_s(name), .tolerance = tolerance_of(name)};
     trial.profile.end_s = 24.0;  // both coils have pulled
-    set_in_file_units(trial.limb, strength, *declared.null_value);
+    trial.limb.set_in_file_units(strength, *declared.null_value);
     trial.side = *declared.null_value == declared.range.lowest ? 1 : *declared.null_value == declared.range.highest ? -1 : 0;
     // Just inside the loops: a wire at rest stands on the corner of its cooling envelope, where sides differ.
-    trial.given.resize(layout_of(trial.limb.on).size());
+    trial.given.resize(trial.limb.states().size());
     trial.given[core_state::martensite + A] = trial.given[core_state::martensite + B] = 0.995;
     check(trial);
   }
@@ -207,9 +207,9 @@ TEST_CASE("sensitivities are what differences say: every effect's strength at it
 TEST_CASE("while the limb stands still and steps are long, its sensitivities stay what they are") {
   // A wire warms below its transformation and nothing moves; but with an R-phase it would, and that is the sensitivity.
   // The explicit method's steps, long for the state, must not be too long for what the sensitivity does.
-  Limb<double> limb;
-  limb.on[effect_index("r_phase")] = true;
-  const SensitivityRequest request{{parameter_index("r_phase.share")}, {}};
+  Plant limb = default_plant();
+  turn_on(limb, "r_phase");
+  const SensitivityRequest request{{parameter_id("r_phase.share")}, {}};
   for (const double tolerance : {1e-6, 1e-8}) {
     Integrator cvode(limb, Start{}, {.method = Method::cvode, .relative_tolerance = tolerance}, request);
     Integrator arkode(limb, Start{}, {.method = Method::arkode, .relative_tolerance = tolerance}, request);
@@ -228,32 +228,32 @@ TEST_CASE("while the limb stands still and steps are long, its sensitivities sta
 }
 
 TEST_CASE("sensitivities are what differences say: every first value of a state") {
-  const auto check_first_values = [](const Limb<double>& limb, double step_s, double tolerance) {
+  const auto check_first_values = [](const Plant& limb, double step_s, double tolerance) {
     Trial trial{.limb = limb, .given = in_motion(limb), .request = {}, .step_s = step_s, .tolerance = tolerance};
     trial.profile.end_s = 16.0;  // by then wire A has been through its loop and a first value is nearly forgotten
-    for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(i);
+    for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(StateId{i});
     check(trial);
   };
-  check_first_values(Limb<double>{}, stable_step_s(""), 3e-3);
-  for (std::size_t e = 0; e < effect_count; ++e) {
-    const Limb<double> limb = typical(e);
-    if (layout_of(limb.on).size() > core_state::count) check_first_values(limb, stable_step_s(effects()[e].name), 3e-3);
+  check_first_values(default_plant(), stable_step_s(""), 3e-3);
+  for (const EffectId e : effects().ids()) {
+    const Plant limb = typical(e);
+    if (limb.states().size() > core_state::count) check_first_values(limb, stable_step_s(effects()[e].name), 3e-3);
   }
 }
 
 TEST_CASE("sensitivities are what differences say: all parameters and first values with all effects at once") {
-  Trial trial{.limb = {}, .given = {}, .request = {}};
+  Trial trial{.given = {}, .request = {}};
   // As for minor loops, which also are among them; the more so as CVODES chooses its steps by the states alone.
   trial.tolerance = 5e-2;
   trial.profile.end_s = 16.0;
   trial.at_two_steps = false;  // each has been seen alone
-  for (std::size_t e = 0; e < effect_count; ++e) turn_on_typical(trial.limb, e);
-  set_in_file_units(trial.limb, parameter_index("airflow_change.onset_s"), 12.34);
-  set_in_file_units(trial.limb, parameter_index("dry_friction.smoothing_rad_s"), 0.5);  // so that the fixed step is stable
-  set_in_file_units(trial.limb, parameter_index("hard_stop.angle_deg"), 10.0);          // so that it is reached
-  for (std::size_t p = 0; p < parameters().size(); ++p)
+  for (const EffectId e : effects().ids()) turn_on_typical(trial.limb, e);
+  set_in_file_units(trial.limb, "airflow_change.onset_s", 12.34);
+  set_in_file_units(trial.limb, "dry_friction.smoothing_rad_s", 0.5);  // so that the fixed step is stable
+  set_in_file_units(trial.limb, "hard_stop.angle_deg", 10.0);          // so that it is reached
+  for (const ParameterId p : parameters().ids())
     if (parameters()[p].declaration.kind == Kind::real) trial.request.parameters.push_back(p);
   trial.given = in_motion(trial.limb);
-  for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(i);
+  for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(StateId{i});
   check(trial);
 }

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "plant/integrator.h"
-#include "tests/plant/one_instant.h"
+#include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
 using namespace sinew::plant;
@@ -44,27 +44,29 @@ TEST_CASE("at rest the core's beam stands where tensions and bending balance") {
     return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
   };
   for (int n = 0; n < 50; ++n) {
-    Limb<double> limb;
-    Core<double>& core = limb.core;
-    core.austenite_stiffness_N_m = between(200.0, 400.0);
-    core.martensite_stiffness_N_m = between(50.0, 200.0);
-    core.coil_stretch_m = between(0.01, 0.04);
-    core.transformation_stretch_m = between(0.01, 0.04);
-    core.moment_arm_m = {between(0.003, 0.01), between(0.003, 0.01)};
-    core.beam_stiffness_Nm_rad = between(0.03, 0.1);
-    core.bend_sign = n % 2 ? 1.0 : -1.0;
+    Plant limb = default_plant();
+    const double ka = between(200.0, 400.0), km = between(50.0, 200.0);
+    const double stretch_m = between(0.01, 0.04), transformation_m = between(0.01, 0.04);
+    const double arm_a = between(0.003, 0.01), arm_b = between(0.003, 0.01);
+    const double beam_Nm_rad = between(0.03, 0.1), sign = n % 2 ? 1.0 : -1.0;
+    set(limb, "austenite_stiffness_N_m", ka);
+    set(limb, "martensite_stiffness_N_m", km);
+    set(limb, "coil_stretch_m", stretch_m);
+    set(limb, "transformation_stretch_m", transformation_m);
+    set(limb, "moment_arm_A_m", arm_a);
+    set(limb, "moment_arm_B_m", arm_b);
+    set(limb, "beam_stiffness_Nm_rad", beam_Nm_rad);
+    set(limb, "bend_sign", sign);
     const double a = between(0.0, 1.0), b = between(0.0, 1.0);
     std::vector<std::optional<double>> given(6);
     given[0] = between(20.0, 100.0);
     given[2] = a;
     given[3] = b;
-    const auto y = Equations<double>(limb).rest({}, given);
+    const auto y = at_rest(limb, given);
     const auto moment = [&](double theta) {
-      const double sign = core.bend_sign, arm_a = core.moment_arm_m[A], arm_b = core.moment_arm_m[B];
-      const double ka = core.austenite_stiffness_N_m, km = core.martensite_stiffness_N_m;
-      const double fa = (ka + a * (km - ka)) * (core.coil_stretch_m - sign * arm_a * theta - a * core.transformation_stretch_m);
-      const double fb = (ka + b * (km - ka)) * (core.coil_stretch_m + sign * arm_b * theta - b * core.transformation_stretch_m);
-      return sign * (arm_a * fa - arm_b * fb) - core.beam_stiffness_Nm_rad * theta;
+      const double fa = (ka + a * (km - ka)) * (stretch_m - sign * arm_a * theta - a * transformation_m);
+      const double fb = (ka + b * (km - ka)) * (stretch_m + sign * arm_b * theta - b * transformation_m);
+      return sign * (arm_a * fa - arm_b * fb) - beam_Nm_rad * theta;
     };
     CHECK(std::abs(y[4] - bisect(moment, -6.0, 6.0)) < rest_rad);
     CHECK(y[0] == *given[0]);
@@ -75,7 +77,7 @@ TEST_CASE("at rest the core's beam stands where tensions and bending balance") {
 }
 
 TEST_CASE("at rest with weight, stiffening, a stop, slack, an R-phase, creep and friction, all at once") {
-  Limb<double> limb;
+  Plant limb = default_plant();
   turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}, {"tilt_deg", 35.0}});
   turn_on(limb, "cubic_stiffening", {{"stiffness_Nm_rad3", 0.08}});
   turn_on(limb, "hard_stop", {{"stiffness_Nm_rad", 0.15}, {"angle_deg", 12.0}});
@@ -89,12 +91,12 @@ TEST_CASE("at rest with weight, stiffening, a stop, slack, an R-phase, creep and
   };
   // Hot A, hot B (so that it leans on the stop from the other side), both half-way, and one where the cold coil is slack.
   for (const Case& c : {Case{95.0, 25.0, 0.05, 0.99}, Case{25.0, 95.0, 0.99, 0.05}, Case{67.0, 67.0, 0.5, 0.5}, Case{25.0, 120.0, 1.0, 0.0}}) {
-    std::vector<std::optional<double>> given(layout_of(limb.on).size());
+    std::vector<std::optional<double>> given(limb.states().size());
     given[0] = c.t_a;
     given[1] = c.t_b;
     given[2] = c.xi_a;
     given[3] = c.xi_b;
-    const auto y = Equations<double>(limb).rest({}, given);
+    const auto y = at_rest(limb, given);
     const auto moment = [&](double theta) {
       constexpr double degree = std::numbers::pi / 180.0;
       const double fa = std::max(0.0, tension_N(c.xi_a, 0.7 * c.xi_a + 0.3 * logistic(c.t_a, 45.0, 4.0), 0.006 * theta));
@@ -111,7 +113,7 @@ TEST_CASE("at rest with stress shift, fractions and bend settle together") {
   // Room temperature, one side warm, both warm alike (so that the beam is straight from the first), and a strong shift.
   struct Case {
     double shift_K_N;
-    PerCoil<double> temperature_degC;
+    std::vector<double> temperature_degC;
   };
   for (const auto& [shift_K_N, temperature_degC] :
        {Case{0.8, {25.0, 25.0}}, {0.8, {62.0, 25.0}}, {0.8, {30.0, 66.0}}, {0.8, {62.0, 62.0}}, {2.5, {25.0, 25.0}}, {2.5, {70.0, 25.0}}, {5.0, {70.0, 25.0}}}) {
@@ -122,7 +124,7 @@ TEST_CASE("at rest with stress shift, fractions and bend settle together") {
     std::vector<std::optional<double>> given(6);
     given[0] = temperature_degC[A];
     given[1] = temperature_degC[B];
-    const auto y = Equations<double>(limb).rest({}, given);
+    const auto y = at_rest(limb, given);
     // A coil's fraction is the root of xi = xi_cool(T - F(xi) / C_F) at its stretch; the beam's angle that of the moment.
     const double shift = shift_K_N;
     const auto fraction = [shift](double t_degC, double shortening_m) {
@@ -144,16 +146,16 @@ TEST_CASE("at rest neither fractions nor limb want to move, however strong the s
   for (const double shift_K_N : {0.3, 0.8, 2.5, 5.0, 10.0, 20.0})
     for (double warm_degC = 0.0; warm_degC <= 150.0; warm_degC += 7.5)
       for (const double other_degC : {25.0, 70.0, warm_degC}) {
-        Limb<double> limb = limb_with("stress_shift", {{"shift_K_N", shift_K_N}});
+        Plant limb = limb_with("stress_shift", {{"shift_K_N", shift_K_N}});
         turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}});
         turn_on(limb, "coil_slack", {{"enabled", 1.0}});
         std::vector<std::optional<double>> given(6);
         given[0] = warm_degC;
         given[1] = other_degC;
-        const auto at = at_one_instant(limb, {}, Equations<double>(limb).rest({}, given));
+        const auto at = at_one_instant(limb, {}, at_rest(limb, given));
         for (const std::size_t j : coils)
           not_at_rest += std::abs(at.now.cooling_envelope[j] - at.now.martensite_fraction[j]) > rest_rad;
-        not_at_rest += std::abs(at.now.moment_Nm / 0.05) > rest_rad;
+        not_at_rest += std::abs(at.now.moment_Nm[0] / 0.05) > rest_rad;
       }
   CHECK(not_at_rest == 0);
 }
@@ -162,19 +164,19 @@ TEST_CASE("how the state at rest depends on a parameter is what differences of s
   const double step = 1e-6;  // of a parameter of size one; differences of values right to 1e-15 are then right to 1e-9
   for (const std::string_view key : {"stress_shift.shift_K_N", "coil_stretch_m", "ambient_temperature_degC"}) {
     CAPTURE(key);
-    const std::size_t p = parameter_index(key);
+    const ParameterId p = parameter_id(key);
     const double size = parameters()[p].declaration.typical;
-    const auto at_rest = [&](double by) {
-      Limb<double> limb = limb_with("stress_shift", {{"shift_K_N", 2.5}});
-      set(limb, p, get(limb, p) + by);
+    const auto at_rest_moved = [&](double by) {
+      Plant limb = limb_with("stress_shift", {{"shift_K_N", 2.5}});
+      limb.set(p, limb.get(p) + by);
       std::vector<std::optional<double>> given(6);
       given[0] = 70.0;
-      return Equations<double>(limb).rest({}, given);
+      return at_rest(limb, given);
     };
     std::vector<std::optional<double>> given(6);
     given[0] = 70.0;
     const Integrator run(limb_with("stress_shift", {{"shift_K_N", 2.5}}), Start{given, {}}, {}, {{p}, {}});
-    const auto above = at_rest(step * size), below = at_rest(-step * size);
+    const auto above = at_rest_moved(step * size), below = at_rest_moved(-step * size);
     for (std::size_t i = 0; i < 6; ++i) {
       CAPTURE(i);
       const double expected = (above[i] - below[i]) / (2.0 * step);  // for a change of the parameter's size
@@ -184,14 +186,14 @@ TEST_CASE("how the state at rest depends on a parameter is what differences of s
 }
 
 TEST_CASE("a limb that is let go goes to the bend at which it balances") {
-  Limb<double> limb;
+  Plant limb = default_plant();
   turn_on(limb, "gravity_load", {{"moment_Nm", 0.02}, {"tilt_deg", 35.0}});
   turn_on(limb, "cubic_stiffening", {{"stiffness_Nm_rad3", 0.08}});
   turn_on(limb, "hard_stop", {{"stiffness_Nm_rad", 0.15}, {"angle_deg", 12.0}});
   turn_on(limb, "coil_slack", {{"enabled", 1.0}});
   turn_on(limb, "viscoelastic_creep", {{"stiffness_Nm_rad", 0.03}, {"time_constant_s", 0.5}});
   turn_on(limb, "dry_friction", {{"moment_Nm", 0.001}, {"smoothing_rad_s", 0.1}});
-  std::vector<std::optional<double>> given(layout_of(limb.on).size());
+  std::vector<std::optional<double>> given(limb.states().size());
   given[0] = 100.0;
   given[2] = 0.02;  // inside the loop, 0.003 to 0.027
   given[3] = 0.995;
@@ -216,15 +218,15 @@ TEST_CASE("a limb that is let go goes to the bend at which it balances") {
 }
 
 TEST_CASE("a limb at rest stays at rest") {
-  Limb<double> limb;
-  for (std::size_t e = 0; e < effect_count; ++e) turn_on_typical(limb, e);
-  set_in_file_units(limb, parameter_index("ambient_drift.rate_K_s"), 0.0);
+  Plant limb = default_plant();
+  for (const EffectId e : effects().ids()) turn_on_typical(limb, e);
+  set_in_file_units(limb, "ambient_drift.rate_K_s", 0.0);
   for (const Method method : {Method::cvode, Method::arkode}) {
     Integrator run(limb, Start{}, {.method = method});
     const auto at_first = run.state();
     advance(run, 100.0);
     for (std::size_t i = 0; i < at_first.size(); ++i) {
-      INFO(run.layout().entries[i].key);
+      INFO(run.states()[StateId{i}].key);
       CHECK(std::abs(run.state()[i] - at_first[i]) < 1e-9);  // what rest() leaves, 1e-12, and the solver's 1e-8 of it
     }
   }
