@@ -12,8 +12,8 @@ using namespace sinew;
 namespace {
 
 // Largest difference of a column between the path's sensitivities and the integrator's own, relative to the column.
-double worst_difference(const plant::Limb<double>& limb, const sim::Recording& recording) {
-  const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {{&recording, recording.samples.size(), {0.12, 0.12, 0.05}}},
+double worst_difference(const plant::Plant& limb, const sim::Recording& recording) {
+  const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), testing::data_of(recording),
                                      diagnose::StartPolicy::estimated, {plant::Method::arkode, 1e-7});
   const std::size_t n = problem.unknowns().size();
   std::vector<double> z(n, 0.0), residuals(problem.residual_count()), exact(problem.residual_count() * n);
@@ -38,16 +38,16 @@ double worst_difference(const plant::Limb<double>& limb, const sim::Recording& r
 TEST_CASE("path: its sensitivities are those of the integrator to a few per cent, and its residuals the same") {
   const sim::Recording recording = testing::recorded(testing::babbling(60.0));
   // A few per cent: the derivatives are taken as constant over each tenth of a second, and the hysteresis has corners.
-  CHECK(worst_difference({}, recording) < 0.05);
+  CHECK(worst_difference(plant::default_plant(), recording) < 0.05);
 }
 
 TEST_CASE("path: a parameter that moves the instant of a jump has its sensitivity too") {
   const sim::Recording recording = testing::recorded(testing::babbling(60.0));
-  plant::Limb<double> gust = diagnose::with_effect({}, plant::effect_index("airflow_change"));
-  plant::set(gust, plant::parameter_index("airflow_change.relative_change"), 0.5);
-  plant::set(gust, plant::parameter_index("airflow_change.onset_s"), 20.03);
+  plant::Plant gust = diagnose::with_effect(plant::default_plant(), testing::effect("airflow_change"));
+  gust.set(testing::parameter("airflow_change.relative_change"), 0.5);
+  gust.set(testing::parameter("airflow_change.onset_s"), 20.03);
   CHECK(worst_difference(gust, recording) < 0.05);
-  plant::Limb<double> late = diagnose::with_effect({}, plant::effect_index("input_delay"));
-  plant::set(late, plant::parameter_index("input_delay.delay_s"), 0.237);
+  plant::Plant late = diagnose::with_effect(plant::default_plant(), testing::effect("input_delay"));
+  late.set(testing::parameter("input_delay.delay_s"), 0.237);
   CHECK(worst_difference(late, recording) < 0.05);
 }

@@ -21,8 +21,8 @@ struct Setting {
 
   explicit Setting(double duration_s)
       : recording(testing::recorded(testing::babbling(duration_s))),
-        problem({}, fittable_parameters({}), {{&recording, recording.samples.size(), testing::paper_noise}}, StartPolicy::estimated,
-                {plant::Method::automatic, 1e-6}),
+        problem(plant::default_plant(), fittable_parameters(plant::default_plant()), testing::data_of(recording),
+                StartPolicy::estimated, {plant::Method::automatic, 1e-6}),
         blocks(problem), z(problem.unknowns().size(), 0.0) {
     REQUIRE(follow(problem, z.data(), Want::everything, path));
   }
@@ -36,12 +36,20 @@ struct Setting {
   }
 };
 
+constexpr plant::EntryGroupId air{0}, heat{1};
+ForcingSize forcing(double of_air, double of_heat) {
+  ForcingSize size = no_forcing(testing::limb_system());
+  size[air] = of_air;
+  size[heat] = of_heat;
+  return size;
+}
+
 }  // namespace
 
 TEST_CASE("state noise: without forcing, whitening weighs a mean of five samples as five samples") {
   const Setting setting(30.0);
   StateNoise noise = setting.noise();
-  noise.set({});
+  noise.set(no_forcing(testing::limb_system()));
   Eigen::MatrixXd ones = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(setting.blocks.rows().size()), 1);
   noise.whiten(ones);
   for (std::size_t i = 0; i < setting.blocks.rows().size(); ++i)
@@ -52,7 +60,7 @@ TEST_CASE("state noise: without forcing, whitening weighs a mean of five samples
 TEST_CASE("state noise: moving air hides a change of ambient but for what its own mean does not wander") {
   const Setting setting(120.0);
   StateNoise noise = setting.noise();
-  noise.set(only_air(0.3));
+  noise.set(only_nuisance(testing::limb_system(), 0.3));
   Eigen::MatrixXd ambient = setting.column("ambient_temperature_degC");
   noise.whiten(ambient);
   // By hand: the mean of an Ornstein-Uhlenbeck process of 0.3 K and 30 s, weighted best over T = 120 s, has the variance
@@ -65,7 +73,7 @@ TEST_CASE("state noise: the size of a forcing is found from what it does, and th
   const Setting setting(120.0);
   // A slow wave of heat into wire A, through the linear equations along the path, and the sensors' noise.
   StateNoise noise = setting.noise();
-  noise.set({0.0, 0.5, 0.0, 0.0, 0.0, 0.0});
+  noise.set(forcing(0.0, 0.5));
   const Eigen::Index rows = static_cast<Eigen::Index>(setting.blocks.rows().size());
   const sim::RandomStream chance(5, "test.state_noise");
   Eigen::VectorXd residual(rows);
@@ -73,14 +81,16 @@ TEST_CASE("state noise: the size of a forcing is found from what it does, and th
     residual(i) = chance.normal(static_cast<std::uint64_t>(i)) / std::sqrt(setting.blocks.rows()[static_cast<std::size_t>(i)].count);
   const Eigen::VectorXd sensors_alone = residual;
   residual += 2.0 * setting.column("heat_loss_A_W_K") * 0.05;
-  const ForcingSize found = noise.maximise(residual, {0.05, 0.05, 0.0, 0.0, 0.0, 0.0}, {true, true, false, false, false, false}, 0.6, 1.3);
-  CHECK(found[1] > 0.01);
+  REQUIRE(testing::limb_system().entry_groups()[heat].name == "heat");
+  const FreeForcings air_and_heat = nuisance_and(testing::limb_system(), heat);
+  const ForcingSize found = noise.maximise(residual, forcing(0.05, 0.05), air_and_heat, 1.3);
+  CHECK(found[heat] > 0.01);
   const Smoothed smoothed = noise.smooth(residual);
   // What the forcings are said to do accounts for what is there beyond noise.
   const Eigen::VectorXd left = residual - smoothed.response.rowwise().sum();
   CHECK(left.squaredNorm() < 1.3 * sensors_alone.squaredNorm());
   CHECK(residual.squaredNorm() > 3.0 * sensors_alone.squaredNorm());
   // Noise alone needs no forcing.
-  const ForcingSize none = noise.maximise(sensors_alone, {0.05, 0.05, 0.0, 0.0, 0.0, 0.0}, {true, true, false, false, false, false}, 0.6, 1.3);
-  CHECK(none[1] < 0.02);
+  const ForcingSize none = noise.maximise(sensors_alone, forcing(0.05, 0.05), air_and_heat, 1.3);
+  CHECK(none[heat] < 0.02);
 }
