@@ -36,8 +36,9 @@ TEST_CASE("noise: a channel that never moves has the noise of the paper's sensor
   sim::Recording recording;
   for (int k = 0; k < 100; ++k) recording.samples.push_back({0.1 * k, {0.0, 0.0}, {25.0, 25.0, 3.0}});
   const auto noise = testing::noise_of(recording);
-  CHECK(noise[testing::temperature_A] == 0.12);
-  CHECK(noise[testing::angle] == 0.05);
+  // White noise of 0.1 K and steps of 0.25 K: hypot(0.1, 0.25 / sqrt(12)); of 0.05 and 1/32 degrees.
+  CHECK(noise[testing::temperature_A] == doctest::Approx(0.12332).epsilon(1e-4));
+  CHECK(noise[testing::angle] == doctest::Approx(0.050807).epsilon(1e-4));
 }
 
 TEST_CASE("correlation length: white residuals have 1, a first-order process has (1 + a)/(1 - a)") {
