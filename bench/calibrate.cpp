@@ -51,7 +51,8 @@ int main() {
     parameters.push_back(p);
   }
   const sim::Recording recording = bench::babbling(600.0, truth);
-  const std::vector<diagnose::FitData> data{{&recording, recording.samples.size(), diagnose::noise_of(recording)}};
+  const std::vector<diagnose::FitData> data{
+      {&recording, recording.samples.size(), diagnose::noise_of(nominal.system(), recording)}};
   diagnose::CalibrationSettings settings;
   settings.parameters = parameters;
 

@@ -12,7 +12,7 @@ using namespace sinew;
 
 namespace {
 
-std::size_t index(const char* key) { return plant::parameter_index(key); }
+plant::ParameterId index(const char* key) { return testing::parameter(key); }
 
 const diagnose::Estimate& estimate(const diagnose::Calibration& calibration, const std::string& name) {
   for (const auto& e : calibration.estimates)
@@ -24,15 +24,15 @@ const diagnose::Estimate& estimate(const diagnose::Calibration& calibration, con
 // A limb off the nominal one, recorded with the paper's sensors.
 sim::Scenario other_limb(double duration_s) {
   sim::Scenario scenario = testing::babbling(duration_s);
-  scenario.sensors = {};
-  plant::set(scenario.limb, index("heat_loss_A_W_K"), 0.043);
-  plant::set(scenario.limb, index("heat_capacity_B_J_K"), 0.80);
-  plant::set(scenario.limb, index("ambient_temperature_degC"), 27.0);
-  plant::set(scenario.limb, index("heating_midpoint_degC"), 78.0);
-  plant::set(scenario.limb, index("beam_stiffness_Nm_rad"), 0.054);
+  scenario.sensors = sim::usual_sensors(scenario.plant.system());
+  scenario.plant.set(index("heat_loss_A_W_K"), 0.043);
+  scenario.plant.set(index("heat_capacity_B_J_K"), 0.80);
+  scenario.plant.set(index("ambient_temperature_degC"), 27.0);
+  scenario.plant.set(index("heating_midpoint_degC"), 78.0);
+  scenario.plant.set(index("beam_stiffness_Nm_rad"), 0.054);
   return scenario;
 }
-const std::vector<std::size_t> changed{index("heat_loss_A_W_K"), index("heat_capacity_B_J_K"),
+const std::vector<plant::ParameterId> changed{index("heat_loss_A_W_K"), index("heat_capacity_B_J_K"),
                                        index("ambient_temperature_degC"), index("heating_midpoint_degC"),
                                        index("beam_stiffness_Nm_rad")};
 
@@ -41,37 +41,37 @@ const std::vector<std::size_t> changed{index("heat_loss_A_W_K"), index("heat_cap
 TEST_CASE("calibrate: finds the parameters of another limb within its own standard errors, and what is left is noise") {
   const sim::Scenario truth = other_limb(120.0);
   const sim::Recording recording = testing::recorded(truth);
-  const auto noise = diagnose::noise_of(recording);
+  const auto noise = testing::noise_of(recording);
   diagnose::CalibrationSettings settings;
   settings.parameters = changed;
   settings.starts = 2;
-  const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), noise}}, settings);
+  const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(recording, noise), settings);
   CHECK(result.several_starts_agree);
   CHECK(result.flipped_signs.empty());
-  for (const std::size_t p : changed) {
-    const auto& e = estimate(result, plant::parameters()[p].key());
-    INFO(e.unknown.name << " = " << e.value << " +- " << e.standard_error << ", true " << plant::get(truth.limb, p));
+  for (const plant::ParameterId p : changed) {
+    const auto& e = estimate(result, testing::limb_system().parameters()[p].key());
+    INFO(e.unknown.name << " = " << e.value << " +- " << e.standard_error << ", true " << truth.plant.get(p));
     CHECK(e.told());
-    CHECK(std::abs(e.value - plant::get(truth.limb, p)) < 4.0 * e.standard_error);
+    CHECK(std::abs(e.value - truth.plant.get(p)) < 4.0 * e.standard_error);
     CHECK(e.standard_error < 0.1 * e.unknown.deviation);
   }
-  const auto comparison = diagnose::compare(result.limb, result.starts_of_recordings[0], recording, noise,
+  const auto comparison = diagnose::compare(result.fitted, result.starts_of_recordings[0], recording, noise,
                                             std::numeric_limits<double>::infinity(), {plant::Method::cvode, 1e-8});
-  for (std::size_t c = 0; c < diagnose::channel_count; ++c) CHECK(comparison.fitted[c].rmse < 1.1 * noise[c]);
+  for (const plant::ChannelId c : testing::limb_system().channels().ids()) CHECK(comparison.fitted[c].rmse < 1.1 * noise[c]);
 }
 
 TEST_CASE("calibrate: a recording that begins in mid-motion is fitted with its first values") {
   const sim::Recording whole = testing::recorded(other_limb(120.0));
   sim::Recording late = whole;
   late.samples.erase(late.samples.begin(), late.samples.begin() + 500);
-  const auto noise = diagnose::noise_of(late);
+  const auto noise = testing::noise_of(late);
   diagnose::CalibrationSettings settings;
   settings.parameters = changed;
   settings.starts = 1;
-  const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&late, late.samples.size(), noise}}, settings);
-  const auto comparison = diagnose::compare(result.limb, result.starts_of_recordings[0], late, noise,
+  const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(late, noise), settings);
+  const auto comparison = diagnose::compare(result.fitted, result.starts_of_recordings[0], late, noise,
                                             std::numeric_limits<double>::infinity(), {plant::Method::cvode, 1e-8});
-  for (std::size_t c = 0; c < diagnose::channel_count; ++c) CHECK(comparison.fitted[c].rmse < 1.15 * noise[c]);
+  for (const plant::ChannelId c : testing::limb_system().channels().ids()) CHECK(comparison.fitted[c].rmse < 1.15 * noise[c]);
 }
 
 TEST_CASE("calibrate: parameters that only appear as a product cannot be told, and name each other") {
@@ -80,7 +80,7 @@ TEST_CASE("calibrate: parameters that only appear as a product cannot be told, a
   // V^2/(R C), h/C: resistance, heat capacity and heat loss have one direction that no temperature shows.
   settings.parameters = {index("resistance_A_Ohm"), index("heat_capacity_A_J_K"), index("heat_loss_A_W_K")};
   settings.starts = 1;
-  const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), diagnose::noise_of(recording)}}, settings);
+  const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), settings);
   const auto& resistance = estimate(result, "resistance_A_Ohm");
   CHECK_FALSE(resistance.told());
   CHECK(std::abs(resistance.partner_correlation) > 0.99);
@@ -89,29 +89,29 @@ TEST_CASE("calibrate: parameters that only appear as a product cannot be told, a
 
 TEST_CASE("calibrate: a limb wired the other way is noticed") {
   sim::Scenario truth = other_limb(40.0);
-  plant::set(truth.limb, index("bend_sign"), -1.0);
-  std::get<sim::BabbleInput>(truth.input).positive_drives = plant::B;
+  truth.plant.set(index("bend_sign"), -1.0);
+  std::get<sim::BabbleInput>(truth.input).positive_drives = "B";
   const sim::Recording recording = testing::recorded(truth);
   diagnose::CalibrationSettings settings;
   settings.parameters = changed;
   settings.starts = 1;
-  const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), diagnose::noise_of(recording)}}, settings);
-  CHECK(result.flipped_signs == std::vector<std::size_t>{index("bend_sign")});
-  CHECK(plant::get(result.limb, index("bend_sign")) == -1.0);
+  const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), settings);
+  CHECK(result.flipped_signs == std::vector<plant::ParameterId>{index("bend_sign")});
+  CHECK(result.fitted.get(index("bend_sign")) == -1.0);
 }
 
 TEST_CASE("calibrate: standard errors grow where physics is missing") {
   sim::Scenario truth = other_limb(120.0);
   const sim::Recording right = testing::recorded(truth);
-  plant::set(truth.limb, index("viscoelastic_creep.stiffness_Nm_rad"), 0.02);
-  plant::set(truth.limb, index("viscoelastic_creep.time_constant_s"), 15.0);
-  plant::turn_on_by_strength(truth.limb);
+  truth.plant.set(index("viscoelastic_creep.stiffness_Nm_rad"), 0.02);
+  truth.plant.set(index("viscoelastic_creep.time_constant_s"), 15.0);
+  truth.plant.turn_on_by_strength();
   const sim::Recording creeping = testing::recorded(truth);
   diagnose::CalibrationSettings settings;
   settings.parameters = changed;
   settings.starts = 1;
   const auto error = [&](const sim::Recording& recording) {
-    const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), diagnose::noise_of(recording)}}, settings);
+    const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), settings);
     return estimate(result, "beam_stiffness_Nm_rad").standard_error;
   };
   CHECK(error(creeping) > 10.0 * error(right));
@@ -124,7 +124,7 @@ TEST_CASE("calibrate: the same result to the last bit whatever the number of thr
   settings.starts = 3;
   const auto values = [&](int threads) {
     settings.threads = threads;
-    const auto result = diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), diagnose::noise_of(recording)}}, settings);
+    const auto result = diagnose::calibrate(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), settings);
     std::vector<double> all;
     for (const auto& e : result.estimates) all.insert(all.end(), {e.value, e.standard_error});
     return all;
@@ -138,6 +138,6 @@ TEST_CASE("calibrate: stops when asked to, with an exception") {
   const sim::Recording recording = testing::recorded(other_limb(10.0));
   diagnose::CalibrationSettings settings;
   settings.should_stop = [] { return true; };
-  CHECK_THROWS_AS(diagnose::calibrate(plant::Limb<double>{}, {{&recording, recording.samples.size(), testing::paper_noise}}, settings),
+  CHECK_THROWS_AS(diagnose::calibrate(plant::default_plant(), testing::data_of(recording), settings),
                   diagnose::Stopped);
 }

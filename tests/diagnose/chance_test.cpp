@@ -12,7 +12,7 @@ namespace {
 
 sim::Scenario with_sensors_of_the_paper() {
   sim::Scenario scenario = testing::babbling(40.0);
-  scenario.sensors = {};
+  scenario.sensors = sim::usual_sensors(scenario.plant.system());
   return scenario;
 }
 
@@ -52,8 +52,8 @@ TEST_CASE("chance: an unrest that other parameters take away as well is none") {
 
 TEST_CASE("chance: what is missing leaves an unrest that no other parameters take away") {
   sim::Scenario scenario = with_sensors_of_the_paper();
-  scenario.limb = diagnose::with_effect(scenario.limb, plant::effect_index("thermocouple_lag"));
-  plant::set_in_file_units(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 0.5);
+  scenario.plant = diagnose::with_effect(scenario.plant, testing::effect("thermocouple_lag"));
+  scenario.plant.set_in_file_units(testing::parameter("thermocouple_lag.time_constant_s"), 0.5);
   const testing::FittedCore limb(scenario);
   REQUIRE(limb.core.usable);
   CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) > 250.0);

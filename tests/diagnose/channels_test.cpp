@@ -13,31 +13,32 @@ TEST_CASE("noise: white noise on a slow signal is found from second differences"
   const sim::RandomStream a(1, "a"), c(1, "c");
   for (std::uint64_t k = 0; k < 6000; ++k) {
     const double t = 0.1 * static_cast<double>(k);
-    recording.samples.push_back({t, {0.0, 0.0}, {60.0 + 20.0 * std::sin(t / 20.0) + 0.1 * a.normal(k), 25.0},
-                                 30.0 * std::sin(t / 5.0) + 0.05 * c.normal(k)});
+    recording.samples.push_back({t, {0.0, 0.0}, {60.0 + 20.0 * std::sin(t / 20.0) + 0.1 * a.normal(k), 25.0,
+                                             30.0 * std::sin(t / 5.0) + 0.05 * c.normal(k)}});
   }
-  const auto noise = diagnose::noise_of(recording);
+  const auto noise = testing::noise_of(recording);
   // The standard deviation of an estimate from 6000 samples is about 1.5 %; cutting at 4 sigma takes 0.1 %.
-  CHECK(noise[0] == doctest::Approx(0.1).epsilon(0.05));
-  CHECK(noise[2] == doctest::Approx(0.05).epsilon(0.05));
+  CHECK(noise[testing::temperature_A] == doctest::Approx(0.1).epsilon(0.05));
+  CHECK(noise[testing::angle] == doctest::Approx(0.05).epsilon(0.05));
 }
 
 TEST_CASE("noise: a quantised sensor without noise has that of its steps") {
   sim::Recording recording;
   for (int k = 0; k < 2000; ++k) {
     const double t = 0.1 * k;
-    recording.samples.push_back({t, {0.0, 0.0}, {std::round((40.0 + 0.05 * t) / 0.25) * 0.25, 25.0}, 0.0});
+    recording.samples.push_back({t, {0.0, 0.0}, {std::round((40.0 + 0.05 * t) / 0.25) * 0.25, 25.0, 0.0}});
   }
   // 0.25 / sqrt(12) = 0.0722
-  CHECK(diagnose::noise_of(recording)[0] == doctest::Approx(0.0722).epsilon(0.02));
+  CHECK(testing::noise_of(recording)[testing::temperature_A] == doctest::Approx(0.0722).epsilon(0.02));
 }
 
 TEST_CASE("noise: a channel that never moves has the noise of the paper's sensor, not none") {
   sim::Recording recording;
-  for (int k = 0; k < 100; ++k) recording.samples.push_back({0.1 * k, {0.0, 0.0}, {25.0, 25.0}, 3.0});
-  const auto noise = diagnose::noise_of(recording);
-  CHECK(noise[0] == 0.12);
-  CHECK(noise[2] == 0.05);
+  for (int k = 0; k < 100; ++k) recording.samples.push_back({0.1 * k, {0.0, 0.0}, {25.0, 25.0, 3.0}});
+  const auto noise = testing::noise_of(recording);
+  // White noise of 0.1 K and steps of 0.25 K: hypot(0.1, 0.25 / sqrt(12)); of 0.05 and 1/32 degrees.
+  CHECK(noise[testing::temperature_A] == doctest::Approx(0.12332).epsilon(1e-4));
+  CHECK(noise[testing::angle] == doctest::Approx(0.050807).epsilon(1e-4));
 }
 
 TEST_CASE("correlation length: white residuals have 1, a first-order process has (1 + a)/(1 - a)") {

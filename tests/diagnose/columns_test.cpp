@@ -9,7 +9,7 @@ using namespace sinew;
 
 TEST_CASE("columns: kelvin, radians and exchanged names are found, right columns are not") {
   const auto found_in = [](const sim::Recording& recording) {
-    const auto mistaken = diagnose::mistaken_column(plant::Limb<double>{}, recording);
+    const auto mistaken = diagnose::mistaken_column(plant::default_plant(), recording);
     return mistaken ? mistaken->column + " " + mistaken->why : "";
   };
   const sim::Recording right = testing::recorded(testing::babbling(120.0));
@@ -17,12 +17,12 @@ TEST_CASE("columns: kelvin, radians and exchanged names are found, right columns
 
   sim::Recording duties = right, temperatures = right, kelvin = right, radians = right, offset = right, alike = right;
   for (std::size_t k = 0; k < right.samples.size(); ++k) {
-    std::swap(duties.samples[k].duty_fraction[0], duties.samples[k].duty_fraction[1]);
-    std::swap(temperatures.samples[k].temperature_degC[0], temperatures.samples[k].temperature_degC[1]);
-    kelvin.samples[k].temperature_degC[1] += 273.15;
-    radians.samples[k].angle_deg *= plant::radians_per_degree;
-    offset.samples[k].temperature_degC[0] += 30.0;
-    alike.samples[k].duty_fraction[1] = alike.samples[k].duty_fraction[0];
+    std::swap(duties.samples[k].inputs[0], duties.samples[k].inputs[1]);
+    std::swap(temperatures.samples[k].channels[0], temperatures.samples[k].channels[1]);
+    kelvin.samples[k].channels[1] += 273.15;
+    radians.samples[k].channels[2] *= plant::radians_per_degree;
+    offset.samples[k].channels[0] += 30.0;
+    alike.samples[k].inputs[1] = alike.samples[k].inputs[0];
   }
   CHECK(found_in(duties).find("seem to be exchanged") != std::string::npos);
   CHECK(found_in(temperatures).find("seem to be exchanged") != std::string::npos);
@@ -35,6 +35,6 @@ TEST_CASE("columns: kelvin, radians and exchanged names are found, right columns
 
 TEST_CASE("columns: a column that was never measured is not mistaken") {
   sim::Recording recording = testing::recorded(testing::babbling(60.0));
-  for (sim::Sample& sample : recording.samples) sample.temperature_degC[0] = sample.angle_deg = std::nan("");
-  CHECK(!diagnose::mistaken_column(plant::Limb<double>{}, recording));
+  for (sim::Sample& sample : recording.samples) sample.channels[0] = sample.channels[2] = std::nan("");
+  CHECK(!diagnose::mistaken_column(plant::default_plant(), recording));
 }

@@ -10,11 +10,11 @@ using namespace sinew;
 TEST_CASE("compare: a limb against its own recording is off by the integrator's tolerance alone") {
   const sim::Scenario scenario = testing::babbling(30.0);
   const sim::Recording recording = testing::recorded(scenario);
-  const auto comparison = diagnose::compare(scenario.limb, {}, recording, testing::paper_noise, 20.0, {plant::Method::arkode, 1e-9});
+  const auto comparison = diagnose::compare(scenario.plant, {}, recording, testing::paper_noise, 20.0, {plant::Method::arkode, 1e-9});
   // 200 samples before 20 s, 101 from there on.
-  CHECK(comparison.fitted[0].samples == 200);
-  CHECK(comparison.unfitted[0].samples == 101);
-  for (std::size_t c = 0; c < diagnose::channel_count; ++c) {
+  CHECK(comparison.fitted[testing::temperature_A].samples == 200);
+  CHECK(comparison.unfitted[testing::temperature_A].samples == 101);
+  for (const plant::ChannelId c : testing::limb_system().channels().ids()) {
     CHECK(comparison.fitted[c].rmse < 1e-3);
     CHECK(comparison.unfitted[c].rmse < 1e-3);
     CHECK(comparison.fitted[c].more_than_noise == 0.0);
@@ -24,26 +24,26 @@ TEST_CASE("compare: a limb against its own recording is off by the integrator's 
 TEST_CASE("compare: a constant offset is bias, RMSE and largest error, and is shared evenly over time") {
   const sim::Scenario scenario = testing::babbling(30.0);
   sim::Recording recording = testing::recorded(scenario);
-  for (auto& sample : recording.samples) sample.angle_deg -= 2.0;
-  const auto comparison = diagnose::compare(scenario.limb, {}, recording, {0.12, 0.12, 0.5}, 1e9, {plant::Method::arkode, 1e-9});
-  const auto& angle = comparison.fitted[2];
+  for (auto& sample : recording.samples) sample.channels[2] -= 2.0;
+  const auto comparison = diagnose::compare(scenario.plant, {}, recording, diagnose::PerChannel({0.12, 0.12, 0.5}), 1e9, {plant::Method::arkode, 1e-9});
+  const auto& angle = comparison.fitted[testing::angle];
   CHECK(angle.bias == doctest::Approx(2.0).epsilon(1e-3));
   CHECK(angle.rmse == doctest::Approx(2.0).epsilon(1e-3));
   CHECK(angle.largest == doctest::Approx(2.0).epsilon(1e-2));
   // 1 - 0.5^2 / 2^2 = 0.9375
   CHECK(angle.more_than_noise == doctest::Approx(0.9375).epsilon(1e-3));
   // Half of the error needs about half of the seven windows (the last one holds a single sample).
-  CHECK(comparison.worst[2].share_of_time >= 3.0 / 7.0);
-  CHECK(comparison.unfitted[2].samples == 0);
+  CHECK(comparison.worst[testing::angle].share_of_time >= 3.0 / 7.0);
+  CHECK(comparison.unfitted[testing::angle].samples == 0);
 }
 
 TEST_CASE("compare: an error that happens in one window is found there") {
   const sim::Scenario scenario = testing::babbling(50.0);
   sim::Recording recording = testing::recorded(scenario);
-  for (std::size_t k = 210; k < 240; ++k) recording.samples[k].angle_deg += 5.0;  // 21 s to 24 s
-  const auto comparison = diagnose::compare(scenario.limb, {}, recording, testing::paper_noise, 1e9, {plant::Method::arkode, 1e-9});
-  REQUIRE(comparison.worst[2].windows_s.size() == 1);
-  CHECK(comparison.worst[2].windows_s[0].first == 20.0);
-  CHECK(comparison.worst[2].windows_s[0].second == 25.0);
-  CHECK(comparison.worst[2].share_of_error > 0.99);
+  for (std::size_t k = 210; k < 240; ++k) recording.samples[k].channels[2] += 5.0;  // 21 s to 24 s
+  const auto comparison = diagnose::compare(scenario.plant, {}, recording, testing::paper_noise, 1e9, {plant::Method::arkode, 1e-9});
+  REQUIRE(comparison.worst[testing::angle].windows_s.size() == 1);
+  CHECK(comparison.worst[testing::angle].windows_s[0].first == 20.0);
+  CHECK(comparison.worst[testing::angle].windows_s[0].second == 25.0);
+  CHECK(comparison.worst[testing::angle].share_of_error > 0.99);
 }

@@ -42,9 +42,9 @@ double worst_column(const diagnose::FitProblem& problem, const std::vector<doubl
 
 TEST_CASE("fit: the Jacobian over two recordings is that of differences, first values included") {
   const sim::Recording first = testing::recorded(testing::babbling(25.0)), second = testing::recorded(testing::babbling(15.0));
-  plant::Limb<double> limb;
-  plant::set_in_file_units(limb, plant::parameter_index("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
-  plant::turn_on_by_strength(limb);
+  plant::Plant limb;
+  limb.set_in_file_units(testing::parameter("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
+  limb.turn_on_by_strength();
   const diagnose::FitProblem problem(
       limb, diagnose::fittable_parameters(limb),
       {{&first, first.samples.size(), testing::paper_noise}, {&second, 100, testing::paper_noise}},
@@ -57,8 +57,8 @@ TEST_CASE("fit: the Jacobian over two recordings is that of differences, first v
 
 TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
   sim::Recording recording = testing::recorded(testing::babbling(10.0));
-  recording.samples[5].angle_deg = std::nan("");
-  const diagnose::FitProblem problem(plant::Limb<double>{}, {plant::parameter_index("heat_loss_A_W_K")},
+  recording.samples[5].channels[2] = std::nan("");
+  const diagnose::FitProblem problem(plant::default_plant(), {testing::parameter("heat_loss_A_W_K")},
                                      {{&recording, 50, testing::paper_noise}}, diagnose::StartPolicy::at_rest,
                                      {plant::Method::cvode, 1e-8});
   CHECK(problem.rows().size() == 3 * 50 - 1);
@@ -69,19 +69,19 @@ TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
   CHECK(residuals.back() == 0.7);
   CHECK(jacobian.back() == 1.0);
   // One deviation of the prior is 0.02 W/K around 0.04.
-  CHECK(plant::get(problem.limb_at(&z), plant::parameter_index("heat_loss_A_W_K")) == doctest::Approx(0.054).epsilon(1e-12));
+  CHECK(problem.plant_at(&z).get(testing::parameter("heat_loss_A_W_K")) == doctest::Approx(0.054).epsilon(1e-12));
 }
 
 TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a plant file") {
   const sim::Recording recording = testing::recorded(testing::babbling(2.0));
-  plant::Limb<double> limb;
-  plant::set_in_file_units(limb, plant::parameter_index("beam_damping_Nms_rad"), 0.0017);
+  plant::Plant limb;
+  limb.set_in_file_units(testing::parameter("beam_damping_Nms_rad"), 0.0017);
   const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {{&recording, 20, testing::paper_noise}},
                                      diagnose::StartPolicy::at_rest, {plant::Method::arkode, 1e-6});
   for (const bool low : {true, false}) {
     std::vector<double> z;
     for (const auto& unknown : problem.unknowns()) z.push_back(((low ? unknown.lowest : unknown.highest) - unknown.centre) / unknown.deviation);
-    const std::string yaml = sim::plant_to_yaml(problem.limb_at(z.data()));
+    const std::string yaml = sim::plant_to_yaml(problem.plant_at(z.data()));
     CHECK_NOTHROW(sim::read_plant(sim::parse_yaml(yaml, "plant.yaml"), "."));
   }
 }

@@ -11,15 +11,20 @@ namespace {
 
 // A wire that warms by 13 K/s for three seconds and cools: the steepest motion that the paper's limb makes.
 sim::Recording steep() {
-  sim::Recording recording{"steep", {}, {}, {}};
+  sim::Recording recording{.name = "steep"};
   for (int k = 0; k < 400; ++k) {
     const double time_s = 0.1 * k, warm = std::clamp(13.0 * (time_s - 10.0), 0.0, 39.0);
     const double temperature = 25.0 + (time_s < 13.0 ? warm : 39.0 * std::exp(-(time_s - 13.0) / 21.0));
     const double wobble = 0.1 * std::sin(37.0 * k);
     recording.samples.push_back(
-        {time_s, {time_s >= 10.0 && time_s < 13.0 ? 0.6 : 0.0, 0.0}, {temperature + wobble, 25.0 + wobble}, wobble});
+        {time_s, {time_s >= 10.0 && time_s < 13.0 ? 0.6 : 0.0, 0.0}, {temperature + wobble, 25.0 + wobble, wobble}});
   }
   return recording;
+}
+
+using Counts = plant::ListOf<plant::ChannelId, std::size_t>;
+Counts counts(std::size_t first, std::size_t second, std::size_t third) {
+  return Counts(std::vector<std::size_t>{first, second, third});
 }
 
 }  // namespace
@@ -27,63 +32,63 @@ sim::Recording steep() {
 TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
   sim::Recording recording = steep();
   diagnose::GateNotes notes;
-  CHECK(diagnose::gated(recording, nullptr, notes).samples[115].temperature_degC[0] ==
-        recording.samples[115].temperature_degC[0]);
-  CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
-  recording.samples[115].temperature_degC[0] += 15.0;
-  recording.samples[300].angle_deg -= 9.0;
-  recording.samples[0].temperature_degC[1] -= 19.0;  // the first sample too, which has neighbours on one side alone
+  CHECK(diagnose::gated(testing::limb_system(), recording, nullptr, notes).samples[115].channels[0] ==
+        recording.samples[115].channels[0]);
+  CHECK(notes.outliers == counts(0, 0, 0));
+  recording.samples[115].channels[0] += 15.0;
+  recording.samples[300].channels[2] -= 9.0;
+  recording.samples[0].channels[1] -= 19.0;  // the first sample too, which has neighbours on one side alone
   diagnose::GateNotes again;
-  const sim::Recording clean = diagnose::gated(recording, nullptr, again);
-  CHECK(std::isnan(clean.samples[115].temperature_degC[0]));
-  CHECK(std::isnan(clean.samples[300].angle_deg));
-  CHECK(std::isnan(clean.samples[0].temperature_degC[1]));
-  CHECK(again.outliers == std::array<std::size_t, 3>{1, 1, 1});
+  const sim::Recording clean = diagnose::gated(testing::limb_system(), recording, nullptr, again);
+  CHECK(std::isnan(clean.samples[115].channels[0]));
+  CHECK(std::isnan(clean.samples[300].channels[2]));
+  CHECK(std::isnan(clean.samples[0].channels[1]));
+  CHECK(again.outliers == counts(1, 1, 1));
 }
 
 TEST_CASE(
     "gate: where the limb swings, an error less than what its neighbours span is one; a turn, a kick and a jump are "
     "none") {
-  sim::Recording recording{"swing", {}, {}, {}};
+  sim::Recording recording{.name = "swing"};
   for (int k = 0; k < 270; ++k) {
     const double time_s = 0.1 * k, wobble = 0.05 * std::sin(37.0 * k);
     double angle = 30.0 * std::cos(0.7 * time_s);        // 21 deg/s where it passes the middle; at rest at both ends
     if (k >= 135) angle += 12.0;                         // jumps where it turns
     if (k >= 200) angle += 2.5 * std::min(k - 200, 20);  // is kicked, and stopped
-    recording.samples.push_back({time_s, {0.3, 0.0}, {25.0 + wobble, 25.0 - wobble}, angle + wobble});
+    recording.samples.push_back({time_s, {0.3, 0.0}, {25.0 + wobble, 25.0 - wobble, angle + wobble}});
   }
   diagnose::GateNotes notes;
-  CHECK(std::isfinite(diagnose::gated(recording, nullptr, notes).samples[112].angle_deg));
-  CHECK(notes.outliers == std::array<std::size_t, 3>{0, 0, 0});
-  recording.samples[112].angle_deg += 8.0;  // the six around it span 12 deg
+  CHECK(std::isfinite(diagnose::gated(testing::limb_system(), recording, nullptr, notes).samples[112].channels[2]));
+  CHECK(notes.outliers == counts(0, 0, 0));
+  recording.samples[112].channels[2] += 8.0;  // the six around it span 12 deg
   diagnose::GateNotes again;
-  CHECK(std::isnan(diagnose::gated(recording, nullptr, again).samples[112].angle_deg));
-  CHECK(again.outliers == std::array<std::size_t, 3>{0, 0, 1});
+  CHECK(std::isnan(diagnose::gated(testing::limb_system(), recording, nullptr, again).samples[112].channels[2]));
+  CHECK(again.outliers == counts(0, 0, 1));
   // Beside readings that are missing, what is left is no outlier.
-  for (const std::size_t k : {112u, 113u, 116u, 225u, 226u, 227u}) recording.samples[k].angle_deg = std::nan("");
+  for (const std::size_t k : {112u, 113u, 116u, 225u, 226u, 227u}) recording.samples[k].channels[2] = std::nan("");
   diagnose::GateNotes gaps;
-  static_cast<void>(diagnose::gated(recording, nullptr, gaps));
-  CHECK(gaps.outliers == std::array<std::size_t, 3>{0, 0, 0});
+  static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, gaps));
+  CHECK(gaps.outliers == counts(0, 0, 0));
 }
 
 TEST_CASE("gate: of three outliers within a few samples the one between the others is found, too") {
   sim::Recording recording = steep();
-  recording.samples[200].temperature_degC[0] -= 14.0;
-  recording.samples[203].temperature_degC[0] += 13.0;  // its neighbours span 18 K
-  recording.samples[205].temperature_degC[0] -= 18.0;
+  recording.samples[200].channels[0] -= 14.0;
+  recording.samples[203].channels[0] += 13.0;  // its neighbours span 18 K
+  recording.samples[205].channels[0] -= 18.0;
   diagnose::GateNotes notes;
-  const sim::Recording clean = diagnose::gated(recording, nullptr, notes);
-  for (const std::size_t k : {200u, 203u, 205u}) CHECK(std::isnan(clean.samples[k].temperature_degC[0]));
-  CHECK(notes.outliers == std::array<std::size_t, 3>{3, 0, 0});
+  const sim::Recording clean = diagnose::gated(testing::limb_system(), recording, nullptr, notes);
+  for (const std::size_t k : {200u, 203u, 205u}) CHECK(std::isnan(clean.samples[k].channels[0]));
+  CHECK(notes.outliers == counts(3, 0, 0));
 }
 
 TEST_CASE("gate: missing samples are counted, and a recording in which nothing is driven is said to be of little use") {
   sim::Recording recording = steep();
-  for (auto& sample : recording.samples) sample.duty_fraction = {0.0, 0.0};
-  recording.samples[7].angle_deg = std::nan("");
+  for (auto& sample : recording.samples) sample.inputs = {0.0, 0.0};
+  recording.samples[7].channels[2] = std::nan("");
   diagnose::GateNotes notes;
-  static_cast<void>(diagnose::gated(recording, nullptr, notes));
-  CHECK(notes.missing[2] == 1);
+  static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, notes));
+  CHECK(notes.missing[testing::angle] == 1);
   REQUIRE(notes.warnings.size() == 1);
   CHECK(notes.warnings[0] == "no coil is ever driven: little can be learnt from this recording");
 }

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/diagnose/one_limb.h"
+
 using namespace sinew;
-using diagnose::channel_count;
 using diagnose::Prediction;
 
 namespace {
@@ -16,7 +17,7 @@ constexpr double duration_s = 120.0;
 
 sim::Recording recording_every(double period_s) {
   sim::Recording recording;
-  for (int k = 0; k * period_s <= duration_s; ++k) recording.samples.push_back({k * period_s, {0.0, 0.0}, {25.0, 25.0}, 0.0});
+  for (int k = 0; k * period_s <= duration_s; ++k) recording.samples.push_back({k * period_s, {0.0, 0.0}, {25.0, 25.0, 0.0}});
   return recording;
 }
 
@@ -25,11 +26,13 @@ template <class Before, class After>
 Prediction prediction_of(const sim::Recording& recording, Before&& before, After&& after) {
   Prediction prediction;
   prediction.recording = &recording;
-  prediction.noise = {0.5, 0.5, 0.5};
+  prediction.noise = diagnose::per_channel(testing::limb_system(), 0.5);
+  for (diagnose::Series* series : {&prediction.measured, &prediction.nominal, &prediction.before, &prediction.after})
+    *series = diagnose::Series(testing::limb_system().channels().size(), {});
   for (const sim::Sample& sample : recording.samples) {
     prediction.time_s.push_back(sample.time_s);
     prediction.kept_back.push_back(true);
-    for (std::size_t c = 0; c < channel_count; ++c) {
+    for (const plant::ChannelId c : testing::limb_system().channels().ids()) {
       const double value = diagnose::measured(sample, c);
       prediction.measured[c].push_back(value);
       prediction.nominal[c].push_back(value + 3.0);
@@ -48,10 +51,10 @@ TEST_CASE("kept back: correlation is of the same lags whatever the sampling rate
     CAPTURE(period_s);
     const sim::Recording recording = recording_every(period_s);
     const auto correlation = diagnose::correlation_of({prediction_of(recording, wave, [](double) { return 1.0; })});
-    CHECK(correlation.before[0].at(1) == doctest::Approx(0.0).epsilon(0.02));
-    CHECK(correlation.before[2].at(2) == doctest::Approx(-1.0).epsilon(0.03));
-    CHECK(correlation.before[2].at(4) == doctest::Approx(1.0).epsilon(0.03));
-    CHECK(correlation.after[1].at(4) == doctest::Approx(1.0).epsilon(0.03));
+    CHECK(correlation.before[testing::temperature_A].at(1) == doctest::Approx(0.0).epsilon(0.02));
+    CHECK(correlation.before[testing::angle].at(2) == doctest::Approx(-1.0).epsilon(0.03));
+    CHECK(correlation.before[testing::angle].at(4) == doctest::Approx(1.0).epsilon(0.03));
+    CHECK(correlation.after[testing::temperature_B].at(4) == doctest::Approx(1.0).epsilon(0.03));
   }
 }
 
@@ -60,21 +63,21 @@ TEST_CASE("kept back: errors and gains by hand") {
   Prediction prediction =
       prediction_of(recording, [](double) { return 2.0; }, [](double) { return -1.0; });
   for (std::size_t k = 0; k < 300; ++k) prediction.kept_back[k] = false;
-  prediction.after[0][200] = 1e6;  // not kept back
-  prediction.measured[1].assign(prediction.measured[1].size(), std::nan(""));
+  prediction.after[testing::temperature_A][200] = 1e6;  // not kept back
+  prediction.measured[testing::temperature_B].assign(prediction.measured[testing::temperature_B].size(), std::nan(""));
   const diagnose::HeldOutError error = diagnose::error_of({prediction}, 1);
-  CHECK(error.nominal[0] == doctest::Approx(3.0));
-  CHECK(error.before[0] == doctest::Approx(2.0));
-  CHECK(error.after[0] == doctest::Approx(1.0));
-  CHECK(error.noise[0] == doctest::Approx(0.5));
-  CHECK(error.gain[0] == doctest::Approx(0.5));
-  CHECK(error.gain_lowest[0] == doctest::Approx(0.5));
-  CHECK(error.gain_highest[0] == doctest::Approx(0.5));
-  CHECK(error.samples[0] == recording.samples.size() - 300);
-  CHECK(error.samples[1] == 0);
-  CHECK(std::isnan(error.gain[1]));
+  CHECK(error.nominal[testing::temperature_A] == doctest::Approx(3.0));
+  CHECK(error.before[testing::temperature_A] == doctest::Approx(2.0));
+  CHECK(error.after[testing::temperature_A] == doctest::Approx(1.0));
+  CHECK(error.noise[testing::temperature_A] == doctest::Approx(0.5));
+  CHECK(error.gain[testing::temperature_A] == doctest::Approx(0.5));
+  CHECK(error.gain_lowest[testing::temperature_A] == doctest::Approx(0.5));
+  CHECK(error.gain_highest[testing::temperature_A] == doctest::Approx(0.5));
+  CHECK(error.samples[testing::temperature_A] == recording.samples.size() - 300);
+  CHECK(error.samples[testing::temperature_B] == 0);
+  CHECK(std::isnan(error.gain[testing::temperature_B]));
   // Two channels, each (4 - 1) squares a sample over 0.25.
-  CHECK(error.lowest_total_gain == doctest::Approx(2.0 * 12.0 * static_cast<double>(error.samples[0])).epsilon(0.15));
+  CHECK(error.lowest_total_gain == doctest::Approx(2.0 * 12.0 * static_cast<double>(error.samples[testing::temperature_A])).epsilon(0.15));
   CHECK(error.lowest_total_gain <= error.highest_total_gain);
 }
 
@@ -94,8 +97,8 @@ TEST_CASE("kept back: a plant that cannot follow has no error that is a number")
                                             recording, [](double) { return 1.0; },
                                             [](double time_s) { return time_s < 60.0 ? 0.5 : std::nan(""); })},
                                         1);
-  CHECK(error.before[2] == doctest::Approx(1.0));
-  CHECK(std::isnan(error.after[2]));
+  CHECK(error.before[testing::angle] == doctest::Approx(1.0));
+  CHECK(std::isnan(error.after[testing::angle]));
   CHECK(error.highest_total_gain < 0.0);
 }
 
@@ -104,7 +107,7 @@ TEST_CASE("kept back: too little of it says nothing about chance") {
   recording.samples.resize(90);
   const auto error = diagnose::error_of(
       {prediction_of(recording, [](double) { return 1.0; }, [](double) { return 2.0; })}, 1);
-  CHECK(error.after[0] == doctest::Approx(2.0));
+  CHECK(error.after[testing::temperature_A] == doctest::Approx(2.0));
   CHECK(error.highest_total_gain > 0.0);
   CHECK(error.lowest_total_gain < 0.0);
 }
@@ -112,7 +115,7 @@ TEST_CASE("kept back: too little of it says nothing about chance") {
 TEST_CASE("kept back: two blocks, with a guard around them that is in neither part") {
   const diagnose::Split split = diagnose::split(recording_every(0.1), 1e300, true);
   const auto is_masked = [&](double time_s) {
-    return std::isnan(split.fitted.samples[static_cast<std::size_t>(std::lround(time_s / 0.1))].angle_deg);
+    return std::isnan(split.fitted.samples[static_cast<std::size_t>(std::lround(time_s / 0.1))].channels[2]);
   };
   const auto is_kept_back = [&](double time_s) {
     return bool{split.kept_back[static_cast<std::size_t>(std::lround(time_s / 0.1))]};
@@ -133,7 +136,7 @@ TEST_CASE("kept back: two blocks, with a guard around them that is in neither pa
   brief.samples.resize(41);
   const diagnose::Split most = diagnose::split(brief, 1e300, true);
   CHECK(std::count_if(most.fitted.samples.begin(), most.fitted.samples.end(),
-                      [](const sim::Sample& sample) { return !std::isnan(sample.angle_deg); }) > 20);
+                      [](const sim::Sample& sample) { return !std::isnan(sample.channels[2]); }) > 20);
   const diagnose::Split whole = diagnose::split(recording_every(0.1), 1e300, false);
   CHECK(std::count(whole.kept_back.begin(), whole.kept_back.end(), true) == 0);
 }

@@ -17,19 +17,19 @@ namespace {
 
 sim::Scenario lagging_thermocouples() {
   sim::Scenario scenario = testing::babbling(60.0);
-  scenario.limb = diagnose::with_effect({}, plant::effect_index("thermocouple_lag"));
-  plant::set(scenario.limb, plant::parameter_index("thermocouple_lag.time_constant_s"), 2.5);
+  scenario.plant = diagnose::with_effect(plant::default_plant(), testing::effect("thermocouple_lag"));
+  scenario.plant.set(testing::parameter("thermocouple_lag.time_constant_s"), 2.5);
   return scenario;
 }
 
-const diagnose::PathSearch one_effect{{}, 1, 24.0, 2};
+const diagnose::PathSearch one_effect{.without = {}, .most_effects = 1, .least_gain = 24.0, .threads = 2};
 
 // Folds whose error, in units of noise, is as given.
 diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
   diagnose::FoldErrors folds;
   for (const double error : errors) {
-    folds.squares.push_back({100.0, 100.0, 100.0 * error * error});
-    folds.noise.push_back({100.0, 100.0, 100.0});
+    folds.squares.push_back(diagnose::PerChannel({100.0, 100.0, 100.0 * error * error}));
+    folds.noise.push_back(diagnose::per_channel(testing::limb_system(), 100.0));
   }
   return folds;
 }
@@ -44,7 +44,8 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
   CHECK(diagnose::spread_of(polished, limb.data, numerics).log_sum <=
         diagnose::spread_of(diagnose::fitted(limb.core), limb.data, numerics).log_sum);
   // What is missing is far more than noise, whatever the core's parameters.
-  CHECK(diagnose::spread_of(polished, limb.data, numerics).rmse[0][0] > 5.0 * testing::paper_noise[0]);
+  CHECK(diagnose::spread_of(polished, limb.data, numerics).rmse[0][testing::temperature_A] >
+        5.0 * testing::paper_noise[testing::temperature_A]);
 }
 
 TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there") {
@@ -52,9 +53,9 @@ TEST_CASE("open loop: following whole paths finds what is missing, and nothing o
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
   REQUIRE(lead.effects.size() == 1);
-  CHECK(plant::effects()[lead.effects[0]].name == "thermocouple_lag");
+  CHECK(testing::limb_system().effects()[lead.effects[0]].name == "thermocouple_lag");
   CHECK(lead.gains[0] > 24.0);
-  CHECK(plant::get_in_file_units(lead.path.limb, plant::parameter_index("thermocouple_lag.time_constant_s")) ==
+  CHECK(lead.path.model.get_in_file_units(testing::parameter("thermocouple_lag.time_constant_s")) ==
         doctest::Approx(2.5).epsilon(0.05));
   CHECK(diagnose::follow_paths(lead.path, limb.data, one_effect, limb.settings).effects.empty());
 }
@@ -69,8 +70,8 @@ TEST_CASE("open loop: cross-validation prefers the right plant, and asks of ever
   CHECK_FALSE(diagnose::better_beyond_chance(with, without));
   double squares = 0.0, noise = 0.0, samples = 0.0;
   for (std::size_t f = 0; f < with.squares.size(); ++f)
-    squares += with.squares[f][0], noise += with.noise[f][0],
-        samples += with.noise[f][0] / std::pow(testing::paper_noise[0], 2);
+    squares += with.squares[f][testing::temperature_A], noise += with.noise[f][testing::temperature_A],
+        samples += with.noise[f][testing::temperature_A] / std::pow(testing::paper_noise[testing::temperature_A], 2);
   CHECK(squares < 0.01 * noise);  // the recording has none
   CHECK(samples == doctest::Approx(500.0).epsilon(0.01));  // all but the first ten seconds, once
 }
@@ -89,8 +90,9 @@ TEST_CASE("open loop: better in one fold is chance, better in most is not, and l
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {
   diagnose::Score one, other;
-  one.effect = plant::effect_index("latent_heat");      // never negative
-  other.effect = plant::effect_index("ambient_drift");  // of either sign
+  one.effect = testing::effect("latent_heat");      // never negative
+  other.effect = testing::effect("ambient_drift");
+  other.two_sided = true;  // of either sign
   const double cosine = 0.6;
   one.column = other.column = Eigen::VectorXd::Zero(16);
   one.column(0) = 1.0;

@@ -4,17 +4,20 @@
 #include <utility>
 
 #include "diagnose/diagnosis.h"
+#include "tests/diagnose/one_limb.h"
 
 using namespace sinew;
 using namespace sinew::diagnose;
 
 namespace {
 
-std::size_t effect(const char* name) { return plant::effect_index(name); }
+using testing::effect;
 
 // A search whose first round fitted these effects alone, each taking away a share of the core's misfit.
 Search searched(const std::vector<std::pair<const char*, double>>& shares_alone) {
   Search search;
+  search.core.problem = std::make_shared<FitProblem>(plant::default_plant(), std::vector<plant::ParameterId>{}, std::vector<FitData>{},
+                                                     StartPolicy::at_rest, plant::NumericalSettings{});
   search.core.misfit = 1e6;
   search.rounds.emplace_back();
   for (const auto& [name, share] : shares_alone) {
@@ -36,25 +39,25 @@ TEST_CASE("parsimony: one effect that leaves nothing stands, however much its tw
 TEST_CASE("parsimony: where something is left, what explains nearly all alone is as good") {
   const Search search = searched({{"thermocouple_lag", 0.98}, {"input_delay", 0.94}, {"angle_sensor_lag", 0.8}});
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).as_good ==
-        std::vector<std::size_t>{effect("input_delay")});
+        std::vector<plant::EffectId>{effect("input_delay")});
 }
 
 TEST_CASE("parsimony: two effects that need each other stand; two of which either would do may be one") {
-  const std::vector<std::size_t> both{effect("cubic_stiffening"), effect("hard_stop")};
+  const std::vector<plant::EffectId> both{effect("cubic_stiffening"), effect("hard_stop")};
   CHECK(parsimony_of(both, searched({{"cubic_stiffening", 0.95}, {"hard_stop", 0.3}}), false, {}).none());
   CHECK(parsimony_of(both, searched({{"cubic_stiffening", 0.95}, {"hard_stop", 0.8}}), false, {}).either_alone);
   CHECK_FALSE(parsimony_of(both, searched({{"cubic_stiffening", 0.85}, {"hard_stop", 0.8}}), false, {}).either_alone);
 }
 
 TEST_CASE("parsimony: two effects that leave something are patchwork") {
-  const std::vector<std::size_t> both{effect("resistance_change"), effect("latent_heat")};
+  const std::vector<plant::EffectId> both{effect("resistance_change"), effect("latent_heat")};
   CHECK(parsimony_of(both, searched({{"resistance_change", 0.83}}), true, {}).patched);
   CHECK_FALSE(parsimony_of(both, searched({{"resistance_change", 0.83}}), false, {}).patched);
 }
 
 TEST_CASE("parsimony: both kinds of sensor late may be one cause before both") {
   const Search search = searched({{"thermocouple_lag", 0.87}, {"input_delay", 0.81}, {"outer_turns", 0.8}, {"latent_heat", 0.5}});
-  const auto delay = std::vector<std::size_t>{effect("input_delay")};
+  const auto delay = std::vector<plant::EffectId>{effect("input_delay")};
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("angle_sensor_lag")}, search, false, {}).common_causes == delay);
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("viscoelastic_creep")}, search, false, {}).none());
 }
@@ -68,5 +71,5 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   second.candidates.push_back({effect("angle_sensor_lag"), {}, {}});
   search.rounds.push_back(second);
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes ==
-        std::vector<std::size_t>{effect("input_delay")});
+        std::vector<plant::EffectId>{effect("input_delay")});
 }

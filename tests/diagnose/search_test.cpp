@@ -13,28 +13,26 @@ namespace {
 
 sim::Recording recorded_with(const std::string& key, double value, double duration_s = 120.0) {
   sim::Scenario scenario = testing::babbling(duration_s);
-  scenario.sensors = {};  // the paper's
+  scenario.sensors = sim::usual_sensors(scenario.plant.system());  // the paper's
   if (!key.empty()) {
-    scenario.limb = with_effect(scenario.limb, plant::effect_index(key.substr(0, key.find('.'))));
-    plant::set(scenario.limb, plant::parameter_index(key), value);
+    scenario.plant = with_effect(scenario.plant, testing::effect(key.substr(0, key.find('.'))));
+    scenario.plant.set(testing::parameter(key), value);
   }
-  plant::set(scenario.limb, plant::parameter_index("heat_loss_A_W_K"), 0.043);
-  plant::set(scenario.limb, plant::parameter_index("beam_stiffness_Nm_rad"), 0.047);
+  scenario.plant.set(testing::parameter("heat_loss_A_W_K"), 0.043);
+  scenario.plant.set(testing::parameter("beam_stiffness_Nm_rad"), 0.047);
   return testing::recorded(scenario);
 }
 
-std::vector<FitData> data_of(const sim::Recording& recording) {
-  return {{&recording, recording.samples.size(), noise_of(recording)}};
-}
+std::vector<FitData> data_of(const sim::Recording& recording) { return testing::data_of(recording, testing::noise_of(recording)); }
 
 }  // namespace
 
 TEST_CASE("score: a thermocouple's gain cannot be seen, since calibration imitates it; a lag can") {
   const sim::Recording recording = recorded_with("", 0.0);
-  const Explanation core = explain({}, data_of(recording), {}, {});
+  const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
   REQUIRE(core.usable);
   const Scores scores =
-      score(core, {plant::effect_index("thermocouple_heat_sink"), plant::effect_index("thermocouple_lag")}, 1);
+      score(core, {testing::effect("thermocouple_heat_sink"), testing::effect("thermocouple_lag")}, 1);
   REQUIRE(scores.all.size() == 2);
   CHECK(scores.all[0].visible_share < 1e-3);
   CHECK(scores.all[1].visible_share > 0.1);
@@ -43,24 +41,28 @@ TEST_CASE("score: a thermocouple's gain cannot be seen, since calibration imitat
 
 TEST_CASE("score: at a small strength the score test says what was put in") {
   const sim::Recording recording = recorded_with("duty_deadband.threshold_fraction", 0.002);
-  const Explanation core = explain({}, data_of(recording), {}, {});
-  const Scores scores = score(core, {plant::effect_index("duty_deadband"), plant::effect_index("cubic_stiffening")}, 2);
+  const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
+  const Scores scores = score(core, {testing::effect("duty_deadband"), testing::effect("cubic_stiffening")}, 2);
   const Score& found = scores.all[scores.best.front()];
-  CHECK(plant::effects()[found.effect].name == "duty_deadband");
+  CHECK(testing::limb_system().effects()[found.effect].name == "duty_deadband");
   // Five standard deviations are `smallest_seen`, so two of them are 0.4 of it.
   CHECK(std::abs(found.strength - 0.002) < 0.4 * found.smallest_seen + 0.0005);
 }
 
 TEST_CASE("score: a gain of nothing is certain to come by chance, a large one hardly ever") {
   const sim::Recording recording = recorded_with("", 0.0);
-  const Explanation core = explain({}, data_of(recording), {}, {});
-  std::vector<std::size_t> all;
-  for (std::size_t e = 0; e < plant::effect_count; ++e) all.push_back(e);
+  const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
+  std::vector<plant::EffectId> all;
+  for (const plant::EffectId e : testing::limb_system().effects().ids()) all.push_back(e);
   const Scores scores = score(core, all, 2);
   CHECK(family_wise_probability(scores, 0.0, 1) == 1.0);
   CHECK(family_wise_probability(scores, 40.0, 1) < 1e-6);
   // More columns reach further than one: chi-squared with one degree reaches 6.6 in 1 % of cases.
   CHECK(family_wise_probability(scores, 6.6, 1) > 0.02);
+  for (const Score& one : scores.all) {
+    if (one.effect == testing::effect("latent_heat")) CHECK_FALSE(one.two_sided);  // never negative
+    if (one.effect == testing::effect("ambient_drift")) CHECK(one.two_sided);
+  }
   // Threads and repetition change nothing.
   const Scores again = score(core, all, 1);
   for (std::size_t i = 0; i < scores.all.size(); ++i) CHECK(scores.all[i].statistic == again.all[i].statistic);
@@ -69,18 +71,18 @@ TEST_CASE("score: a gain of nothing is certain to come by chance, a large one ha
 TEST_CASE("start: guesses on the branches of the hysteresis where the loop is open, none where both coils are cold") {
   const sim::Recording whole = testing::recorded(testing::babbling(60.0));
   const auto guesses_from = [&](std::size_t first) {
-    sim::Recording part{"part", {}, {}, {}};
+    sim::Recording part{.name = "part"};
     part.samples.assign(whole.samples.begin() + static_cast<std::ptrdiff_t>(first),
                         whole.samples.begin() + static_cast<std::ptrdiff_t>(first) + 100);
-    return diagnose::on_branches(diagnose::explain({}, {{&part, part.samples.size(), testing::paper_noise}}, {}, {}));
+    return diagnose::with_other_starts(diagnose::explain(plant::default_plant(), testing::data_of(part), {}, {}));
   };
   CHECK(guesses_from(0).empty());
   diagnose::ExplanationSettings at_rest;
   at_rest.start = diagnose::StartPolicy::at_rest;
-  CHECK(diagnose::on_branches(diagnose::explain({}, {{&whole, 100, testing::paper_noise}}, {}, at_rest)).empty());
+  CHECK(diagnose::with_other_starts(diagnose::explain(plant::default_plant(), {{&whole, 100, testing::paper_noise}}, {}, at_rest)).empty());
   std::size_t warm = 0;
   for (std::size_t k = 0; k < 400; ++k)
-    if (whole.samples[k].temperature_degC[0] > whole.samples[warm].temperature_degC[0]) warm = k;
+    if (whole.samples[k].channels[0] > whole.samples[warm].channels[0]) warm = k;
   const auto guesses = guesses_from(warm + 20);
   REQUIRE(guesses.size() == 4);
   const auto fraction_A = [&](std::size_t g) { return guesses[g].values.at("start.martensite_A_fraction"); };
@@ -94,13 +96,13 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
   SearchSettings settings;
   settings.threads = 2;
   const sim::Recording nothing = recorded_with("", 0.0);
-  const Search clean = search({}, data_of(nothing), settings);
+  const Search clean = search(plant::default_plant(), data_of(nothing), settings);
   CHECK(clean.best.effects().empty());
   CHECK(clean.best.unrest < 40.0);
 
   const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
-  const Search found = search({}, data_of(lagging), settings);
-  REQUIRE(found.best.effects() == std::vector<std::size_t>{plant::effect_index("thermocouple_lag")});
+  const Search found = search(plant::default_plant(), data_of(lagging), settings);
+  REQUIRE(found.best.effects() == std::vector<plant::EffectId>{testing::effect("thermocouple_lag")});
   for (std::size_t u = 0; u < found.best.problem->unknowns().size(); ++u)
     if (found.best.problem->unknowns()[u].name == "thermocouple_lag.time_constant_s")
       CHECK(std::abs(found.best.value(u) - 0.8) < 3.0 * found.best.deviation(u));
@@ -110,8 +112,8 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
 TEST_CASE("search: what is taken out of the catalogue is not found, and what is left does not look like noise") {
   SearchSettings settings;
   settings.threads = 2;
-  settings.without = {plant::effect_index("thermocouple_lag")};
+  settings.without = {testing::effect("thermocouple_lag")};
   const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
-  const Search without = search({}, data_of(lagging), settings);
+  const Search without = search(plant::default_plant(), data_of(lagging), settings);
   CHECK(without.best.unrest > 1000.0);
 }

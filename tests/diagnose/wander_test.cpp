@@ -17,16 +17,16 @@ namespace {
 // Air that moves half as much again from 60 s on, or not at all.
 sim::Recording recorded_with_wind(double relative_change) {
   sim::Scenario scenario = testing::babbling(120.0);
-  scenario.sensors = {};  // the paper's
-  scenario.limb = with_effect(scenario.limb, plant::effect_index("airflow_change"));
-  plant::set(scenario.limb, plant::parameter_index("airflow_change.relative_change"), relative_change);
-  plant::set(scenario.limb, plant::parameter_index("airflow_change.onset_s"), 60.0);
+  scenario.sensors = sim::usual_sensors(scenario.plant.system());  // the paper's
+  scenario.plant = with_effect(scenario.plant, testing::effect("airflow_change"));
+  scenario.plant.set(testing::parameter("airflow_change.relative_change"), relative_change);
+  scenario.plant.set(testing::parameter("airflow_change.onset_s"), 60.0);
   return testing::recorded(scenario);
 }
 
 const Wanderer& named(const std::vector<Wanderer>& all, const std::string& words) {
   const auto found = std::find_if(all.begin(), all.end(), [&](const Wanderer& one) {
-    return one.effect == plant::no_effect ? one.words == words : plant::effects()[one.effect].name == words;
+    return one.effect ? testing::limb_system().effects()[*one.effect].name == words : one.words == words;
   });
   REQUIRE(found != all.end());
   return *found;
@@ -37,9 +37,9 @@ const Wanderer& named(const std::vector<Wanderer>& all, const std::string& words
 TEST_CASE("wander: what has states, a delay or no strength cannot wander; nor what may not be named, or is on") {
   const auto has = [](const std::vector<Wanderer>& all, const char* name) {
     return std::any_of(all.begin(), all.end(),
-                       [&](const Wanderer& one) { return one.effect == plant::effect_index(name); });
+                       [&](const Wanderer& one) { return one.effect == testing::effect(name); });
   };
-  const std::vector<Wanderer> all = wanderers({}, {plant::effect_index("supply_sag")});
+  const std::vector<Wanderer> all = wanderers(plant::default_plant(), {testing::effect("supply_sag")});
   CHECK(has(all, "airflow_change"));
   CHECK(has(all, "angle_sensor_drift"));
   CHECK_FALSE(has(all, "thermocouple_lag"));
@@ -47,14 +47,14 @@ TEST_CASE("wander: what has states, a delay or no strength cannot wander; nor wh
   CHECK_FALSE(has(all, "coil_slack"));
   CHECK_FALSE(has(all, "thermocouple_heat_sink"));  // the sensors' gains are there
   CHECK_FALSE(has(all, "supply_sag"));
-  CHECK_FALSE(has(wanderers(with_effect({}, plant::effect_index("airflow_change")), {}), "airflow_change"));
+  CHECK_FALSE(has(wanderers(with_effect(plant::default_plant(), testing::effect("airflow_change")), {}), "airflow_change"));
 }
 
 TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
   const sim::Recording recording = recorded_with_wind(0.0);
-  const FitProblem problem({}, {}, {{&recording, recording.samples.size(), testing::paper_noise}}, StartPolicy::at_rest,
+  const FitProblem problem(plant::default_plant(), {}, testing::data_of(recording), StartPolicy::at_rest,
                            {plant::Method::automatic, 1e-6});
-  const std::vector<Wanderer> all = wanderers({}, {});
+  const std::vector<Wanderer> all = wanderers(plant::default_plant(), {});
   const std::size_t k = 400;  // in the middle of it
   const auto at_k = [&](const char* name) {
     VaryingPush push;
@@ -63,13 +63,13 @@ TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
     both << push.rates[0][k], push.readings[0][k];
     return both;
   };
-  plant::Integrator integrator({}, problem.start_at(nullptr, 0), problem.numerics());
+  plant::Integrator integrator(plant::default_plant(), problem.start_at(nullptr, 0), problem.numerics());
   for (std::size_t i = 0; i <= k; ++i) {
     REQUIRE_FALSE(integrator.advance_to(recording.samples[i].time_s));
-    integrator.hold(recording.samples[i].duty_fraction);
+    integrator.hold(recording.samples[i].inputs);
   }
-  const plant::Core<double> core;
-  const double warmer_K = integrator.state()[0] - core.ambient_temperature_degC;
+  const auto core = [](const char* key) { return plant::default_plant().get(testing::parameter(key)); };
+  const double warmer_K = integrator.state()[0] - core("ambient_temperature_degC");
   REQUIRE(warmer_K > 1.0);
 
   const Eigen::VectorXd thermocouple = at_k("the thermocouples' gain");
@@ -78,23 +78,23 @@ TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
   CHECK(thermocouple(8) == 0.0);
   // h (1 + 0.25) instead of h.
   const Eigen::VectorXd air = at_k("airflow_change");
-  CHECK(air(0) == doctest::Approx(-0.25 * core.heat_loss_W_K[0] * warmer_K / core.heat_capacity_J_K[0]).epsilon(1e-6));
+  CHECK(air(0) == doctest::Approx(-0.25 * core("heat_loss_A_W_K") * warmer_K / core("heat_capacity_A_J_K")).epsilon(1e-6));
   CHECK(air.tail(3).norm() == 0.0);
   REQUIRE(std::abs(integrator.state()[4]) > 0.01);
   const Eigen::VectorXd beam = at_k("the beam's stiffness");
   CHECK(beam.head(5).norm() == 0.0);
-  CHECK(beam(5) == doctest::Approx(-0.1 * core.beam_stiffness_Nm_rad * integrator.state()[4] /
-                                   core.beam_inertia_kgm2)
+  CHECK(beam(5) == doctest::Approx(-0.1 * core("beam_stiffness_Nm_rad") * integrator.state()[4] /
+                                   core("beam_inertia_kgm2"))
                        .epsilon(1e-6));
 }
 
 TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how much") {
   const sim::Recording recording = recorded_with_wind(0.5);
-  const Explanation core = explain({}, {{&recording, recording.samples.size(), noise_of(recording)}}, {}, {});
+  const Explanation core = explain(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), {}, {});
   REQUIRE(core.usable);
   const std::optional<Wandering> found = what_wanders(core, {.threads = 2}, {});
   REQUIRE(found);
-  CHECK(found->of.effect == plant::effect_index("airflow_change"));
+  CHECK(found->of.effect == testing::effect("airflow_change"));
   CHECK(found->explained_share > 0.8);
   // Calibration may take a part of it into the heat loss of all times. Linear about the calibrated path, so within three tenths.
   double before = 0.0, after = 0.0, befores = 0.0, afters = 0.0;
@@ -107,8 +107,8 @@ TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how
 
 TEST_CASE("wander: nothing stands out where nothing is missing") {
   const sim::Recording recording = recorded_with_wind(0.0);
-  const Explanation core = explain({}, {{&recording, recording.samples.size(), noise_of(recording)}}, {}, {});
+  const Explanation core = explain(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), {}, {});
   REQUIRE(core.usable);
   for (const bool temperatures : {true, false})
-    CHECK_FALSE(what_wanders(core, {.temperatures_are_off = temperatures, .threads = 2}, {}));
+    CHECK_FALSE(what_wanders(core, {.upstream_is_off = temperatures, .threads = 2}, {}));
 }
