@@ -114,6 +114,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
   if (!arguments.out.empty()) {
     outputs.emplace(arguments.out, InputPaths{.files = {arguments.model}, .yaml = {arguments.stress}}, arguments.overwrite);
   }
+  const model::Model predictor = model::read_model(weights_path(arguments.model));
   const StressFile stress = read_stress(arguments.stress);
   const sim::Columns columns = sim::columns_of(stress.base.plant.system());
   const sim::Column& predicted = predictor.task.predicted;
@@ -133,7 +134,6 @@ int evaluate_command(const EvaluateArguments& arguments) {
     names.push_back("scenarios/" + outcomes[j].scenario_file);
   }
   if (outputs) outputs->claim(names);
-  const model::Model predictor = model::read_model(weights_path(arguments.model));
   std::vector<std::optional<report::TimePlot>> plots(jobs.size());
   std::vector<std::string> scenarios(jobs.size());
   Progress progress("stress");
