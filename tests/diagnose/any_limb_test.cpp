@@ -62,7 +62,8 @@ TEST_CASE("any limb: two coils written out are fitted as the limb of format 1, t
   CHECK(explained.forcing == again.forcing);
   CHECK(explained.log_evidence == again.log_evidence);
   CHECK(explained.unrest == again.unrest);
-  const std::vector<plant::EffectId> candidates{testing::effect("thermocouple_lag"), testing::effect("hard_stop"), testing::effect("input_delay")};
+  const std::vector<plant::EffectId> candidates{testing::effect("thermocouple_lag"), testing::effect("hard_stop"),
+                                                testing::effect("input_delay")};
   const Scores scores = score(explained, candidates, 1), scores_again = score(again, candidates, 1);
   REQUIRE(scores.all.size() == scores_again.all.size());
   for (std::size_t i = 0; i < scores.all.size(); ++i) CHECK(scores.all[i].statistic == scores_again.all[i].statistic);
