@@ -42,7 +42,7 @@ double worst_column(const diagnose::FitProblem& problem, const std::vector<doubl
 
 TEST_CASE("fit: the Jacobian over two recordings is that of differences, first values included") {
   const sim::Recording first = testing::recorded(testing::babbling(25.0)), second = testing::recorded(testing::babbling(15.0));
-  plant::Plant limb;
+  plant::Plant limb = plant::default_plant();
   limb.set_in_file_units(testing::parameter("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
   limb.turn_on_by_strength();
   const diagnose::FitProblem problem(
@@ -74,7 +74,7 @@ TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
 
 TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a plant file") {
   const sim::Recording recording = testing::recorded(testing::babbling(2.0));
-  plant::Plant limb;
+  plant::Plant limb = plant::default_plant();
   limb.set_in_file_units(testing::parameter("beam_damping_Nms_rad"), 0.0017);
   const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {{&recording, 20, testing::paper_noise}},
                                      diagnose::StartPolicy::at_rest, {plant::Method::arkode, 1e-6});

@@ -90,5 +90,5 @@ TEST_CASE("gate: missing samples are counted, and a recording in which nothing i
   static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, notes));
   CHECK(notes.missing[testing::angle] == 1);
   REQUIRE(notes.warnings.size() == 1);
-  CHECK(notes.warnings[0] == "no coil is ever driven: little can be learnt from this recording");
+  CHECK(notes.warnings[0] == "nothing is ever driven: little can be learnt from this recording");
 }

@@ -37,7 +37,8 @@ class Lag final : public plant::System {
   explicit Lag(plant::Between between) {
     name_ = "lag";
     words_ = "the lag";
-    inputs_.push_back({.column = "u", .name = "u", .part = "u", .words = "u", .unit = plant::units::none, .range = {-10.0, 10.0}, .between = between});
+    inputs_.push_back({.column = "u", .name = "u", .part = "u", .words = "u", .unit = plant::units::none,
+                       .range = {-10.0, 10.0}, .between = between});
     channels_.push_back({.column = "x", .words = "x", .unit_words = "", .unit = plant::units::none, .range = {-1e9, 1e9}, .noise = 0.01,
                          .step = 0.0, .short_name = "x", .kind = "x"});
     const auto parameter = [&](const char* name, double typical, double deviation) {

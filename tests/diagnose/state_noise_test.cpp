@@ -137,7 +137,9 @@ struct Large {
     const auto n = static_cast<Eigen::Index>(plant.states().size()), channels = static_cast<Eigen::Index>(plant.system().channels().size());
     const sim::RandomStream chance(11, "test.varying");
     std::uint64_t draw = 0;
-    const auto random = [&](Eigen::Index size) { return Eigen::VectorXd::NullaryExpr(size, [&] { return 0.1 * chance.normal(draw++); }).eval(); };
+    const auto random = [&](Eigen::Index size) {
+      return Eigen::VectorXd::NullaryExpr(size, [&] { return 0.1 * chance.normal(draw++); }).eval();
+    };
     for (const sim::Recording* recording : {&first, &second}) {
       varying.rates.emplace_back();
       varying.readings.emplace_back();
@@ -197,7 +199,8 @@ struct Dense {
 
   static double time_constant_s(const Large& of, std::size_t entry) {
     const auto& entries = of.plant.system().entries();
-    return entry < entries.size() ? of.plant.system().entry_groups()[entries[entry].group].correlation_time_s : of.varying.correlation_time_s;
+    return entry < entries.size() ? of.plant.system().entry_groups()[entries[entry].group].correlation_time_s
+                                  : of.varying.correlation_time_s;
   }
   static double decay(const Large& of, std::size_t entry, std::size_t from, std::size_t to, std::size_t block) {
     const auto& samples = of.problem.data()[of.blocks.blocks()[block].recording].recording->samples;
@@ -340,7 +343,8 @@ TEST_CASE("state noise: and for plants that are larger, in forcings, in states o
   REQUIRE(many_forcings.system().entries().size() == 17);
   check_against_dense(many_forcings);
   const plant::Plant many_states = with_effects(
-      plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "outer_turns", "body_heat_storage", "fatigue"});
+      plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "outer_turns",
+                              "body_heat_storage", "fatigue"});
   REQUIRE(many_states.states().size() > 16);
   check_against_dense(many_states);
   const plant::Plant many_of_both = with_effects(many_forcings, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"});
