@@ -97,17 +97,22 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
         result["rounds"][r]["candidates"].push_back({system.effects()[candidate.effect].name,
                                                      candidate.explanation.log_evidence, candidate.explanation.misfit,
                                                      candidate.explanation.unrest});
+  const auto numbers_of = [](const std::vector<plant::EffectId>& effects) {
+    std::vector<std::size_t> numbers;
+    for (const plant::EffectId e : effects) numbers.push_back(e.index);
+    return numbers;
+  };
   for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
     result["explanations"].push_back({{"evidence", one->log_evidence},
                                       {"misfit", one->misfit},
                                       {"unrest", one->unrest},
                                       {"forcing", one->forcing.values()},
-                                      {"effects", one->effects()}});
+                                      {"effects", numbers_of(one->effects())}});
   for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
-    result["agreement"].push_back({{"rmse", one->rmse}, {"pull", one->pull}});
+    result["agreement"].push_back({{"rmse", one->rmse.values()}, {"pull", one->pull}});
   const auto& error = diagnosis.held_out;
-  result["heldout_gain"] = {error.gain_lowest, error.gain_highest};
-  result["heldout"] = {{"before", error.before}, {"after", error.after}, {"noise", error.noise}};
+  result["heldout_gain"] = {error.gain_lowest.values(), error.gain_highest.values()};
+  result["heldout"] = {{"before", error.before.values()}, {"after", error.after.values()}, {"noise", error.noise.values()}};
   result["normalised_before"] = normalised(error.before, error.noise);
   result["normalised_after"] = normalised(error.after, error.noise);
   return result;
