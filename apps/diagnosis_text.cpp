@@ -760,7 +760,7 @@ bool is_imitated(const diagnose::Visibility& visibility) {
 }
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
-  diagnose::PerChannel rmse{};
+  diagnose::PerChannel rmse = diagnose::per_channel(system_of(d));
   for (const plant::ChannelId c : channels_of(d).ids()) {
     double squares = 0.0, count = 0.0;
     for (const auto& prediction : d.predictions)

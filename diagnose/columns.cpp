@@ -11,7 +11,7 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double hottest_room_degC = 200.0;  // what never falls below it is no temperature in a room
-constexpr double most_angle_rad = 1.6;       // a plant that is bent by more than 90 degrees is not meant
+constexpr double most_bend_rad = 1.6;       // a plant that is bent by more than 90 degrees is not meant
 constexpr double least_ratio = 20.0;         // between degrees and radians there are 57
 constexpr std::size_t least_samples = 20;
 
@@ -64,7 +64,7 @@ std::optional<MistakenColumn> mistaken_column(const plant::Plant& nominal, const
   for (const plant::ChannelId c : channels.ids()) {
     if (channels[c].unit.text != plant::units::deg.text) continue;
     const Range range = range_of(target[c]);
-    if (!range.none() && range.width() > 0.0 && std::max(-range.lowest, range.highest) < most_angle_rad &&
+    if (!range.none() && range.width() > 0.0 && std::max(-range.lowest, range.highest) < most_bend_rad &&
         range_of(model[c]).width() > least_ratio * range.width())
       return mistaken(c, "the plant bends " + sim::shortest(std::round(range_of(model[c]).width() / range.width())) +
                              " times as far: it seems to be in radians; multiply by 57.29578");

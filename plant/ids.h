@@ -45,7 +45,7 @@ class IdRange {
   std::size_t count_;
 };
 
-// A vector that only its own index type reads.
+// A vector that only its own index type reads. What is not there throws std::out_of_range.
 template <class Key, class Value>
 class ListOf {
  public:
@@ -54,9 +54,8 @@ class ListOf {
   ListOf(std::size_t count, const Value& value) : values_(count, value) {}
   std::size_t size() const { return values_.size(); }
   bool empty() const { return values_.empty(); }
-  decltype(auto) operator[](Key key) { return values_[key.index]; }
-  decltype(auto) operator[](Key key) const { return values_[key.index]; }
-  decltype(auto) at(Key key) const { return values_.at(key.index); }
+  decltype(auto) operator[](Key key) { return values_.at(key.index); }
+  decltype(auto) operator[](Key key) const { return values_.at(key.index); }
   void push_back(Value value) { values_.push_back(std::move(value)); }
   auto begin() { return values_.begin(); }
   auto end() { return values_.end(); }

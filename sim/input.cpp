@@ -44,7 +44,7 @@ std::vector<double> Driver::babble(const BabbleInput& input, const Measurement& 
     state.error_integral += error * period_s_;
     const double u =
         std::clamp(input.proportional_gain_1_deg * error + input.integral_gain_1_deg_s * state.error_integral, -1.0, 1.0);
-    if (u < 0.0 && !input.both_coils) continue;
+    if (u < 0.0 && !input.both_sides) continue;
     for (const auto& [driven, sense] : one.driven_by) sum[driven.index] += u * sense;
   }
   for (double& value : sum) value = std::clamp(value, 0.0, input.duty_limit_fraction);

@@ -142,19 +142,19 @@ struct BabbleInput {
   double lowest_deg = -45.0, highest_deg = 45.0, shortest_hold_s = 1.0, longest_hold_s = 30.0;
   double proportional_gain_1_deg = 0.06, integral_gain_1_deg_s = 1.0e-5, duty_limit_fraction = 0.6;
   std::string positive_drives;  // name of an input's part; it and what works with it move their channel up. Empty: as the System says
-  bool both_coils = true;       // false: nothing is driven by negative u
+  bool both_sides = true;       // false: nothing is driven by negative u
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    constexpr plant::Range angles{-180.0, 180.0}, gains{0.0, 100.0};
-    visit(self.lowest_deg, Key{"lowest_deg", angles, "setpoints are uniform from here", true});
-    visit(self.highest_deg, Key{"highest_deg", angles, "to here", true});
+    constexpr plant::Range setpoints{-180.0, 180.0}, gains{0.0, 100.0};
+    visit(self.lowest_deg, Key{"lowest_deg", setpoints, "setpoints are uniform from here", true});
+    visit(self.highest_deg, Key{"highest_deg", setpoints, "to here", true});
     visit(self.shortest_hold_s, Key{"shortest_hold_s", {0.01, 1.0e6}, "a setpoint is held for a time uniform from here"});
     visit(self.longest_hold_s, Key{"longest_hold_s", {0.01, 1.0e6}, "to here"});
     visit(self.proportional_gain_1_deg, Key{"proportional_gain_1_deg", gains, "K_P"});
     visit(self.integral_gain_1_deg_s, Key{"integral_gain_1_deg_s", gains, "K_I"});
     visit(self.duty_limit_fraction, Key{"duty_limit_fraction", fraction, "the duty never passes this"});
     visit(self.positive_drives, Key{"positive_drives", {}, "what bends towards positive values"});
-    visit(self.both_coils, Key{"both_coils", {}, "whether negative u drives the other side"});
+    visit(self.both_sides, Key{"both_coils", {}, "whether negative u drives the other side"});
   }
 };
 

@@ -721,10 +721,10 @@ class Application {
     for (std::size_t i = 0; i < from.first.size(); ++i) {
       const double dx = to.first[i] - from.first[i], dy = to.second[i] - from.second[i];
       // Two points in one place have no direction.
-      double angle = dx == 0.0 && dy == 0.0 ? not_a_number : std::atan2(dy, dx) * deg_per_rad;
-      if (!std::isnan(angle) && !std::isnan(last)) angle += full_turn_deg * std::round((last - angle) / full_turn_deg);
-      if (!std::isnan(angle)) last = angle;
-      values.push_back(angle);
+      double direction = dx == 0.0 && dy == 0.0 ? not_a_number : std::atan2(dy, dx) * deg_per_rad;
+      if (!std::isnan(direction) && !std::isnan(last)) direction += full_turn_deg * std::round((last - direction) / full_turn_deg);
+      if (!std::isnan(direction)) last = direction;
+      values.push_back(direction);
     }
     return values;
   }
@@ -779,7 +779,7 @@ class Application {
     if (is_duty(rule.name) && value > 1.0) {
       advice += "\nis it in percent, or in counts? then say `unit: percent`, or `unit: counts_255`";
     } else if (is_duty(rule.name) && value < 0.0) {
-      advice += "\na duty has no direction: each coil has a column of its own";
+      advice += "\na duty has no direction: each part that is driven has a column of its own";
     }
     advice += "\n" + place_of(rule.at) + " says so; `outside: clip` and `outside: missing` count such values";
     if (rule.kind != ColumnKind::read) log_.fail_in_row(kept_[i], rule.name, "", advice);

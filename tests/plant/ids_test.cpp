@@ -45,6 +45,6 @@ TEST_CASE("ids: a list is walked by its own indices, in order, and read by them 
     ++next;
   }
   CHECK(next == list.size());
-  CHECK_THROWS_AS(static_cast<void>(list.at(ChannelId{3})), std::out_of_range);
+  CHECK_THROWS_AS(static_cast<void>(list[ChannelId{3}]), std::out_of_range);
   CHECK(ChannelId{1} < ChannelId{2});
 }

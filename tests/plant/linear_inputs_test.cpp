@@ -38,7 +38,7 @@ class Sum final : public System {
   explicit Sum(Between between) {
     name_ = "sum";
     words_ = "the sum";
-    inputs_.push_back({.column = "u", .name = "u", .words = "u", .unit = units::none, .range = {-10.0, 10.0}, .between = between});
+    inputs_.push_back({.column = "u", .name = "u", .part = "u", .words = "u", .unit = units::none, .range = {-10.0, 10.0}, .between = between});
     for (const char* column : {"x", "shown_u"}) {
       ChannelInfo info{};
       info.column = column;

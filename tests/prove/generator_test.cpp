@@ -19,6 +19,8 @@
 #include <vector>
 
 #include "plant/integrator.h"
+#include "plant/limb/limb.h"
+#include "plant/systems.h"
 #include "prove/generator_random.h"
 #include "sim/simulation.h"
 
@@ -43,16 +45,18 @@ Settings still(double training_s, double heldout_s) {
   return settings;
 }
 
-plant::Limb<double> limb_of(const Concealed& concealed) {
-  plant::Limb<double> limb;
-  for (const auto& [name, value] : concealed.core_parameters)
-    plant::set_in_file_units(limb, plant::parameter_index(name), value);
+// The System whose plants the generator makes by its own equations.
+const plant::System& catalogue() { return *plant::two_coil_limb(); }
+
+plant::Plant plant_of(const Concealed& concealed) {
+  plant::Plant plant = plant::default_plant();
+  for (const auto& [name, value] : concealed.core_parameters) plant.set_in_file_units(catalogue().parameter(name), value);
   for (const prove::TruthEffect& effect : concealed.effects) {
-    limb.on[plant::effect_index(effect.name)] = true;
+    plant.turn(catalogue().effect(effect.name), true);
     for (const auto& [name, value] : effect.parameters)
-      plant::set_in_file_units(limb, plant::parameter_index(effect.name + "." + name), value);
+      plant.set_in_file_units(catalogue().parameter(effect.name + "." + name), value);
   }
-  return limb;
+  return plant;
 }
 
 struct Difference {
@@ -74,14 +78,14 @@ Difference between(const std::vector<prove::Sample>& one, const std::vector<prov
 // Largest difference between the plant's replay of the training recording's duty and what the generator's limb did.
 Difference from_plant(const Concealed& concealed) {
   std::vector<sim::Sample> samples;
-  for (const prove::Sample& row : concealed.training) samples.push_back({row.time_s, row.duty, {}, {}});
-  plant::Integrator run(limb_of(concealed), plant::Start{},
+  for (const prove::Sample& row : concealed.training)
+    samples.push_back({.time_s = row.time_s, .inputs = {row.duty.begin(), row.duty.end()}, .channels = {}});
+  plant::Integrator run(plant_of(concealed), plant::Start{},
                         {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
   std::vector<prove::Sample> rows;
-  const auto failure = sim::replay(run, samples, [&](std::size_t k) {
-    const plant::Reading<double> shown = run.reading();
-    rows.push_back({samples[k].time_s, samples[k].duty_fraction, shown.temperature_degC,
-                    shown.angle_rad * 180.0 / std::numbers::pi});
+  const auto failure = sim::replay(run, catalogue(), samples, [&](std::size_t k) {
+    const std::vector<double> shown = run.readings();
+    rows.push_back({samples[k].time_s, concealed.training[k].duty, {shown[0], shown[1]}, shown[2] * 180.0 / std::numbers::pi});
   });
   CHECK_FALSE(failure.has_value());
   return between(rows, concealed.training_without_noise);
@@ -228,18 +232,18 @@ TEST_CASE("generator: every effect of the catalogue is concealed by its name, pl
     CHECK(truth.name == kind.name);
     CHECK(truth.in_catalogue);
     CHECK(truth.form.empty());
-    const plant::EffectInfo& info = plant::effects()[plant::effect_index(truth.name)];
-    CHECK(truth.place == plant::text_of(info.place));
+    const plant::EffectInfo& info = catalogue().effects()[catalogue().effect(truth.name)];
+    CHECK(truth.place == info.place);
     CHECK(truth.parameters.size() == info.parameters.size());
     for (const auto& [name, value] : truth.parameters) {
       const plant::Declaration& declared =
-          plant::parameters()[plant::parameter_index(truth.name + "." + name)].declaration;
+          catalogue().parameters()[catalogue().parameter(truth.name + "." + name)].declaration;
       CHECK(value >= declared.range.lowest);
       CHECK(value <= declared.range.highest);
     }
     concealed.push_back(truth.name);
   }
-  CHECK(concealed.size() == plant::effect_count);
+  CHECK(concealed.size() == catalogue().effects().size());
 }
 
 TEST_CASE("generator: other forms and effects outside the catalogue lie in every place") {
@@ -252,14 +256,14 @@ TEST_CASE("generator: other forms and effects outside the catalogue lie in every
     if (kind.family != Family::other_form && kind.family != Family::outside) continue;
     const prove::TruthEffect& truth = made.effects.front();
     CHECK_FALSE(truth.in_catalogue);
-    const auto known = std::ranges::find(plant::effects(), truth.name, &plant::EffectInfo::name);
+    const auto known = std::ranges::find(catalogue().effects(), truth.name, &plant::EffectInfo::name);
     if (kind.family == Family::other_form) {
-      REQUIRE(known != plant::effects().end());
-      CHECK(truth.place == plant::text_of(known->place));
+      REQUIRE(known != catalogue().effects().end());
+      CHECK(truth.place == known->place);
       CHECK_FALSE(truth.form.empty());
       places_of_forms.insert(truth.place);
     } else {
-      CHECK(known == plant::effects().end());
+      CHECK(known == catalogue().effects().end());
       places_outside.insert(truth.place);
     }
   }
@@ -362,11 +366,11 @@ TEST_CASE("generator: core parameters are off by up to 8 %, 3 K, 1 degree; what 
       highest[name] = std::max(highest[name], value);
     }
   std::size_t core_count = 0;
-  for (const plant::ParameterInfo& info : plant::parameters()) core_count += info.effect == plant::no_effect;
+  for (const plant::ParameterInfo& info : catalogue().parameters()) core_count += !info.effect;
   CHECK(lowest.size() == core_count);
   for (const auto& [name, low] : lowest) {
     CAPTURE(name);
-    const double nominal = plant::get_in_file_units(plant::Limb<double>{}, plant::parameter_index(name));
+    const double nominal = plant::default_plant().get_in_file_units(catalogue().parameter(name));
     const double high = highest[name];
     double most = 0.08 * nominal;
     if (name.ends_with("_degC")) most = 3.0;

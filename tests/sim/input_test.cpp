@@ -110,7 +110,7 @@ TEST_CASE("babble: at no error there is no duty") {
 TEST_CASE("babble: with one coil the other is never driven") {
   for (const auto driven : {A, B}) {
     BabbleInput one = towards(10.0);
-    one.both_coils = false;
+    one.both_sides = false;
     one.positive_drives = driven == A ? "A" : "B";
     const Input input = one;
     Driver driver(system_of_two_coils(), input, 1, 0.1);
@@ -376,7 +376,7 @@ TEST_CASE("babble: a coil that is said to drive upwards takes those that work wi
   CHECK(driver.command({0, {25.0, -50.0}}, 0.0).inputs == std::vector<double>{0.0, 0.5, 0.5});
   CHECK(driver.command({1, {25.0, 50.0}}, 0.1).inputs == std::vector<double>{0.6, 0.0, 0.0});
   turned.positive_drives = "A";
-  turned.both_coils = false;
+  turned.both_sides = false;
   const Input one_sided = turned;
   Driver half(limb.system(), one_sided, 1, 0.1);
   CHECK(half.command({0, {25.0, -50.0}}, 0.0).inputs == std::vector<double>{0.6, 0.0, 0.0});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/log_map.h"
+#include "plant/systems.h"
 
 #include <doctest/doctest.h>
 
@@ -268,7 +269,7 @@ TEST_CASE("map: a value outside its range is an error with both places, unless t
         "log.csv:3:3: x = 1.25\n  duty_A is 1.25 here, and must lie in [0, 1]\n"
         "  is it in percent, or in counts? then say `unit: percent`, or `unit: counts_255`\n"
         "  m.yaml:4:3: columns.duty_A says so; `outside: clip` and `outside: missing` count such values");
-  CHECK(error(with_columns("  duty_A: x\n"), "t,x\n0,0\n1,-0.5\n").find("a duty has no direction: each coil has a column of its own") != std::string::npos);
+  CHECK(error(with_columns("  duty_A: x\n"), "t,x\n0,0\n1,-0.5\n").find("a duty has no direction: each part that is driven has a column of its own") != std::string::npos);
   const Conversion clipped = convert(with_columns("  duty_A: {column: x, outside: clip}\n"), log);
   CHECK(values(clipped, "duty_A") == "0.5 1 0");
   CHECK(clipped.notes == "duty_A: 2 values outside its range, put to its edge (first on line 3)\n");
@@ -387,7 +388,7 @@ TEST_CASE("map: the paper's limb is read as the built-in reader reads it") {
       "137,0,30,0,0.25,251,1,285,2,12.5,28.1,28.75,0,0,0,0,1e-3,7.5,1,1,1\n";
   const LogMap map = read_log_map(source / "plant/limbs/paper_limb.map.yaml");
   const Conversion mapped = apply_log_map(map, parse_text_log(log, "log.csv", map.layout, map.wanted_names()));
-  CHECK(to_csv(mapped.table) == to_csv(parse_logger(log, "log.csv")));
+  CHECK(to_csv(mapped.table) == to_csv(parse_logger(log, "log.csv", sinew::plant::default_plant().system())));
 }
 
 TEST_CASE("map: those that ship read the data at hand") {

@@ -224,10 +224,10 @@ TEST_CASE("scenario: babbling has the paper's law unless told otherwise") {
   CHECK(babble.integral_gain_1_deg_s == 1e-5);
   CHECK(babble.duty_limit_fraction == 0.6);
   CHECK(babble.positive_drives == "A");
-  CHECK(babble.both_coils);
+  CHECK(babble.both_sides);
   const Scenario other = parse(head + "input: { babble: { lowest_deg: 0, highest_deg: 45, positive_drives: B, both_coils: false } }\n");
   CHECK(std::get<BabbleInput>(other.input).positive_drives == "B");
-  CHECK_FALSE(std::get<BabbleInput>(other.input).both_coils);
+  CHECK_FALSE(std::get<BabbleInput>(other.input).both_sides);
 }
 
 TEST_CASE("scenario: samples are at both ends, and their times are rounded once") {

@@ -513,7 +513,7 @@ TEST_CASE("simulation: in the paper's babbling the duty never passes 0.6, and on
     }
     CHECK(highest == 0.6);
     CHECK(driven[A] > 500);
-    const bool both = std::get<BabbleInput>(scenario.input).both_coils;
+    const bool both = std::get<BabbleInput>(scenario.input).both_sides;
     CHECK((driven[B] > 500) == both);
     if (!both) CHECK(driven[B] == 0);
     // The limb moves through most of what is asked of it.
