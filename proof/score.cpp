@@ -48,7 +48,7 @@ Json share_json(const std::string& what, const Count& count, const std::string& 
           {"goal", goal},
           {"reached", count.all > 0 && reached}};
 }
-// What a simpler method made of the same cases (proof_baselines.h).
+// What a simpler method made of the same cases (baselines.h).
 struct Baseline {
   Count right, form, alarms, misnamed, both;
   std::vector<double> reductions;
@@ -450,7 +450,7 @@ std::string proof_markdown(const Json& score, const std::string& command) {
         "confidence is a half or more; BIC gives none. "
         "SINDy and the Gaussian "
         "process correct the core's predictions and name no effect; what each does stands in "
-        "apps/proof_baselines.h.\n\n|";
+        "proof/baselines.h.\n\n|";
     for (const auto& [column, value] : score["baselines"][0].items())
       text += (column == "what" ? " figure" : " " + column) + std::string(" |");
     text += "\n|";
