@@ -144,6 +144,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   outputs.claim({"report.html", "figure.svg", "calibration.json", "plant.yaml"});
   const plant::Plant nominal = sim::read_plant_file(arguments.plant);
   const plant::System& system = nominal.system();
+  static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
   std::vector<sim::Recording> recordings;
   for (const std::string& file : arguments.recordings) recordings.push_back(sim::read_recording(file, system));
   std::vector<diagnose::FitData> data;

@@ -128,6 +128,8 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   inputs.seed = arguments.seed;
   diagnose::DiagnosisSettings& settings = inputs.settings;
   const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+  // Before any recording is read: what is wrong with the option does not wait for them.
+  static_cast<void>(noise_of_option(arguments.noise, nominal.system(), diagnose::per_channel(nominal.system())));
   settings.search.without = chosen_effects(arguments.without, nominal.system());
   settings.search.seed = static_cast<std::uint64_t>(arguments.seed);
   settings.search.threads = arguments.threads;

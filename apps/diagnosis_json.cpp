@@ -270,12 +270,14 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
     const double unit = unknowns[u].internal_per_unit;
     text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
   }
-  return text + "format: 1\n" + sim::plant_to_yaml(d.repaired);
+  return text + sim::plant_file_text(d.repaired);
 }
 
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d) {
   const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(),
                                     [](const diagnose::Prediction& prediction) { return !prediction.training; });
+  sim::Recording nothing;
+  nothing.columns = sim::columns_of(system_of(d));
   std::map<std::string, std::string> files;
   const auto add = [&](const sim::Recording& predicted) {
     const std::string number = files.empty() ? "" : "_" + std::to_string(files.size() + 1);
@@ -283,7 +285,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
   };
   for (const diagnose::Prediction& prediction : d.predictions) {
     if (held_out && prediction.training) continue;
-    sim::Recording predicted;
+    sim::Recording predicted = nothing;
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
       if (!held_out && !prediction.kept_back[k]) continue;
       sim::Sample sample = prediction.recording->samples[k];
@@ -292,7 +294,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
     }
     if (!predicted.samples.empty()) add(predicted);
   }
-  if (files.empty()) add({});
+  if (files.empty()) add(nothing);
   return files;
 }
 

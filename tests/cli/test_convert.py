@@ -83,7 +83,7 @@ def test_wrong_input():
     wrong("a file that is not there", {}, r"^nowhere\.csv: cannot read", log="nowhere.csv")
     write("rig.map.yaml", MAP)
     refused("a map that is not there", ["convert", "rig.csv", "never.csv", "--map", "nowhere.yaml"], r"^nowhere\.yaml: cannot read")
-    refused("a log that would be written over", ["convert", "rig.csv", "rig.csv", "--map", "rig.map.yaml"], r"^rig\.csv\n.*the logger's file itself")
+    refused("a log that would be written over", ["convert", "rig.csv", "rig.csv", "--map", "rig.map.yaml"], r"^rig\.csv\n.*is the file that is read")
     refused("--map with --swap-sides", ["convert", "rig.csv", "never.csv", "--map", "rig.map.yaml", "--swap-sides"], r"^--swap-sides")
     refused("convert without files", ["convert"], r"^sinew convert LOG RECORDING\n.*needs both")
     refused("--suggest with files", ["convert", "rig.csv", "never.csv", "--suggest", "rig.csv"], r"^--suggest FILE\n.*stands alone")
