@@ -114,11 +114,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
   if (!arguments.out.empty()) {
     outputs.emplace(arguments.out, InputPaths{.files = {arguments.model}, .yaml = {arguments.stress}}, arguments.overwrite);
   }
-  const model::Model predictor = model::read_model(weights_path(arguments.model));
   const StressFile stress = read_stress(arguments.stress);
   const sim::Columns columns = sim::columns_of(stress.base.plant.system());
-  const sim::Column& predicted = predictor.task.predicted;
-  const std::string unit = unit_words(predicted);
   struct Job {
     std::size_t row;
     std::int64_t seed;
@@ -134,6 +131,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
     names.push_back("scenarios/" + outcomes[j].scenario_file);
   }
   if (outputs) outputs->claim(names);
+  const model::Model predictor = model::read_model(weights_path(arguments.model));
+  const sim::Column& predicted = predictor.task.predicted;
+  const std::string unit = unit_words(predicted);
   std::vector<std::optional<report::TimePlot>> plots(jobs.size());
   std::vector<std::string> scenarios(jobs.size());
   Progress progress("stress");
