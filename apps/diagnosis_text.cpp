@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "apps/comparison_page.h"
 #include "report/number.h"
 #include "sim/plant_file.h"
 
@@ -33,6 +34,11 @@ std::string either_words(const std::vector<std::string>& parts) {
     text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
   return text;
 }
+
+std::string plant_words(const Diagnosis& d) { return std::string(system_of(d).words()); }  // "the limb"
+
+// What is no sign of missing physics: "noise and moving air".
+std::string ordinary_words(const Diagnosis& d) { return system_of(d).surroundings() ? "noise and moving air" : "noise"; }
 
 // "temperature A", "the speed of bending".
 std::string variable_words(const diagnose::Dependence& on) {
@@ -268,7 +274,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
     text += "Why: it explains " + percent(d.explained_share) +
-            " of what noise and moving air leave open, and chance would bring such a gain " +
+            " of what " + ordinary_words(d) + " leave open, and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
@@ -300,7 +306,7 @@ std::string chance_of_the_rest(const Diagnosis& d) {
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
   std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " +
-                     percent(w.explained_share) + " of what noise and moving air leave open, more likely than pushes on the single equations";
+                     percent(w.explained_share) + " of what " + ordinary_words(d) + " leave open, more likely than pushes on the single equations";
   if (!w.others.empty())
     text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") +
             w.others.front().first.words + ", the next best";
@@ -338,13 +344,13 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.verdict == Verdict::unexplained && d.by_paths) {
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
-        "paths: effects were added one by one for how much nearer they bring the prediction from duty alone, and kept "
+        "paths: effects were added one by one for how much nearer they bring the prediction from " + input_words(system_of(d)) + " alone, and kept "
         "where they also predict better, beyond chance, what was left out of the fit, a tenth at a time. Together they "
         "take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +
-                   " of what noise and moving air leave open. What is left is more than "
+                   " of what " + ordinary_words(d) + " leave open. What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
                    "the catalogue lacks.");
   } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
@@ -370,7 +376,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       }
     if (!near.empty())
       text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) +
-                     " of what noise and moving air leave open. " + no_name_words(d, inputs.settings));
+                     " of what " + ordinary_words(d) + " leave open. " + no_name_words(d, inputs.settings));
   }
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
@@ -382,7 +388,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
-    text.push_back("Together they explain " + percent(d.explained_share) + " of what noise and moving air leave open.");
+    text.push_back("Together they explain " + percent(d.explained_share) + " of what " + ordinary_words(d) + " leave open.");
   if (!d.effects.empty() && !(d.by_paths && d.ambiguous_with.empty())) {
     if (d.ambiguous_with.empty()) {
       text.back() += " Nothing else in the catalogue does as well.";
@@ -444,26 +450,26 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
            " switched on as a stand-in: " +
            (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
-           " that is not what the limb does.";
+           " that is not what " + plant_words(d) + " does.";
   else
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
            " switched on and all parameters fitted again." +
-           (d.verdict == Verdict::unexplained ? " That the limb does this is not certain." : "");
+           (d.verdict == Verdict::unexplained ? " That " + plant_words(d) + " does this is not certain." : "");
   text += " `sinew run` and `sinew compare` accept it.";
   for (const plant::ParameterId p : d.flipped_signs)
     text += " The recording says that " + parameters_of(d)[p].key() + " is " + sim::parameter_text(d.repaired, p) +
             ", the other way than in the given plant, and that was used.";
   if (const auto moved = moved_parameters(d); !moved.empty())
     text += " Fitted far from what was believed before, by more than two standard deviations: " + listed(moved) +
-            ". Either the given plant is not quite of this limb, or more is missing.";
+            ". Either the given plant is not quite this one, or more is missing.";
   return {text};
 }
 
 std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   const auto& held = d.held_out;
   std::vector<std::string> text;
-  std::string intro = "On data kept back (" + kept_back_words(d) + "), predicted from its duty alone" +
+  std::string intro = "On data kept back (" + kept_back_words(d) + "), predicted from its " + input_words(system_of(d)) + " alone" +
                       (inputs.held_out.empty() || inputs.settings.start == diagnose::StartPolicy::at_rest
                            ? ":"
                            : " but for the first 5 s, which tell how it begins:");
@@ -534,7 +540,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       const auto& e = *d.experiment;
       text.push_back(
           "To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
-          ", run experiment.yaml on the limb: " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
+          ", run experiment.yaml on " + plant_words(d) + ": " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
           " minutes, duty up to " + report::fixed(e.largest_share, 2) + ", wires up to " +
           report::fixed(e.highest, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
           " standard deviations, whatever the other parameters are" +
@@ -542,7 +548,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
           " Give both recordings to --train.");
     } else {
       text.push_back("To tell " + listed(names) +
-                     " apart, record the limb once more with a different drive (other amplitudes, longer holds "
+                     " apart, record " + plant_words(d) + " once more with a different drive (other amplitudes, longer holds "
                      "and rests) and give both recordings to --train.");
     }
   }
@@ -550,7 +556,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     const auto& left = d.left_over;
     if (d.wandering)
       text.push_back("Look at the course of " + d.wandering->of.words +
-                     " in the report, and at what happens at the limb when it changes" +
+                     " in the report, and at what happens at " + plant_words(d) + " when it changes" +
                      (d.wandering->on.explained_share >= goes_with_share
                           ? ": which law would make it change with " + variable_words(d.wandering->on) + "?"
                           : ". A recording with long holds and slow ramps would show on what it depends."));
