@@ -306,7 +306,7 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
       channel.index = static_cast<std::size_t>(found - names.begin());
     }
     const std::optional<double> value = sim::parse_number(by_name ? given[k].substr(equals + 1) : given[k]);
-    if (!value || !(*value > 0.0) || !std::isfinite(*value)) refuse(given[k], "a standard deviation is a positive number");
+    if (!value || !(*value > 0.0) || !std::isfinite(*value)) refuse(given[k], "is not a positive number; a standard deviation is");
     noise[channel] = *value;
   }
   return noise;

@@ -438,7 +438,7 @@ def test_diagnose():
             r"^nowhere\.csv: cannot read")
     refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
     refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
-    refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"], r"--noise.* x is not a positive number")
+    refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"], r"--noise = x\n +is not a positive number")
     header, *rows = content("made/recording.csv").decode().splitlines()
     a, b, angle = (header.split(",").index(c) for c in CHANNELS)
 
