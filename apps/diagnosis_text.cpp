@@ -37,8 +37,10 @@ std::string either_words(const std::vector<std::string>& parts) {
 
 std::string plant_words(const Diagnosis& d) { return std::string(system_of(d).words()); }  // "the limb"
 
-// What is no sign of missing physics: "noise and moving air".
-std::string ordinary_words(const Diagnosis& d) { return system_of(d).surroundings() ? "noise and moving air" : "noise"; }
+// What is no sign of missing physics.
+std::string left_open_words(const Diagnosis& d) {
+  return system_of(d).surroundings() ? "noise and moving air leave open" : "noise leaves open";
+}
 
 // "temperature A", "the speed of bending".
 std::string variable_words(const diagnose::Dependence& on) {
@@ -274,7 +276,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
     text += "Why: it explains " + percent(d.explained_share) +
-            " of what " + ordinary_words(d) + " leave open, and chance would bring such a gain " +
+            " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
@@ -306,7 +308,7 @@ std::string chance_of_the_rest(const Diagnosis& d) {
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
   std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " +
-                     percent(w.explained_share) + " of what " + ordinary_words(d) + " leave open, more likely than pushes on the single equations";
+                     percent(w.explained_share) + " of what " + left_open_words(d) + ", more likely than pushes on the single equations";
   if (!w.others.empty())
     text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") +
             w.others.front().first.words + ", the next best";
@@ -350,7 +352,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
         percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) +
-                   " of what " + ordinary_words(d) + " leave open. What is left is more than "
+                   " of what " + left_open_words(d) + ". What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
                    "the catalogue lacks.");
   } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
@@ -376,7 +378,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       }
     if (!near.empty())
       text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) +
-                     " of what " + ordinary_words(d) + " leave open. " + no_name_words(d, inputs.settings));
+                     " of what " + left_open_words(d) + ". " + no_name_words(d, inputs.settings));
   }
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
@@ -388,7 +390,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   if (!alone && !d.effects.empty() && !d.by_paths)
-    text.push_back("Together they explain " + percent(d.explained_share) + " of what " + ordinary_words(d) + " leave open.");
+    text.push_back("Together they explain " + percent(d.explained_share) + " of what " + left_open_words(d) + ".");
   if (!d.effects.empty() && !(d.by_paths && d.ambiguous_with.empty())) {
     if (d.ambiguous_with.empty()) {
       text.back() += " Nothing else in the catalogue does as well.";
