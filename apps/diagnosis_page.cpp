@@ -21,7 +21,6 @@ namespace colors = report::okabe_ito;
 
 constexpr double two_sided_95 = 1.959964;
 
-std::string effect_name(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].name); }
 std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
 std::string with_channel_unit(const plant::ChannelInfo& channel) {
   return channel.words + " / " + channel.unit_words;

@@ -19,8 +19,6 @@ constexpr double doubtful_below = 0.5;   // probability under which a name is no
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
-std::string_view effect_name(const Diagnosis& d, plant::EffectId effect) { return effects_of(d)[effect].name; }
-
 // What was found, as clauses.
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
@@ -255,7 +253,7 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
     text = "The runner-up is that " + std::string(effects_of(d)[effect].words) + " (" +
-           std::string(effect_name(d, effect)) + "): ";
+           effect_name(d, effect) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
       text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
@@ -336,7 +334,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
       tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" +
-                std::string(effect_name(d, best)) + "); chance alone brings as much " + chance_words(round.chance) + ".";
+                effect_name(d, best) + "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
     text.push_back(tested);
     if (d.by_chance) text.push_back(chance_of_the_rest(d));
@@ -383,7 +381,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
       std::vector<std::string> names;
-      for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
+      for (const plant::EffectId e : d.ambiguous_with) names.push_back(effect_name(d, e));
       text.push_back("It cannot be told from " + listed(names) + ".");
     }
     return text;
@@ -397,7 +395,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     } else {
       std::vector<std::string> names;
       for (const plant::EffectId e : d.ambiguous_with)
-        names.push_back(std::string(effects_of(d)[e].words) + " (" + std::string(effect_name(d, e)) + ")");
+        names.push_back(std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
       std::string why = "Either explains the recording about as well.";
       if (!d.parsimony.as_good.empty())
         why =
@@ -444,7 +442,7 @@ bool predicts_better(const Diagnosis& d) {
 std::vector<std::string> modelled_words(const Diagnosis& d) {
   std::string text;
   std::vector<std::string> substitutes;
-  for (const plant::EffectId e : stand_ins(d)) substitutes.push_back(std::string(effect_name(d, e)));
+  for (const plant::EffectId e : stand_ins(d)) substitutes.push_back(effect_name(d, e));
   if (added_effects(d).empty())
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
@@ -537,7 +535,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(d, other.effect)));
   if (!d.ambiguous_with.empty()) {
     std::vector<std::string> names{std::string(effect_name(d, d.effects.front().effect))};
-    for (const plant::EffectId e : d.ambiguous_with) names.push_back(std::string(effect_name(d, e)));
+    for (const plant::EffectId e : d.ambiguous_with) names.push_back(effect_name(d, e));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
       text.push_back(
@@ -578,7 +576,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       const auto& round = d.search.rounds.back();
       const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
                                                         : round.candidates.front().effect;
-      more += " The next best effect, " + std::string(effect_name(d, best)) + ", gains what chance alone brings " +
+      more += " The next best effect, " + effect_name(d, best) + ", gains what chance alone brings " +
               chance_words(round.chance) + ".";
     }
     text.push_back(more);

@@ -34,6 +34,9 @@ inline const auto& effects_of(const diagnose::Diagnosis& diagnosis) { return sys
 inline const auto& parameters_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).parameters(); }
 inline const auto& channels_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).channels(); }
 inline const auto& groups_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).entry_groups(); }
+inline std::string effect_name(const diagnose::Diagnosis& diagnosis, plant::EffectId effect) {
+  return std::string(effects_of(diagnosis)[effect].name);
+}
 
 DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 

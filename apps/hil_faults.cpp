@@ -61,7 +61,7 @@ struct Row {
   bool slow = false;     // a scenario of a minute
 };
 
-struct Outcome {
+struct FaultOutcome {
   std::string came;          // the trip's cause, or how the session ended
   bool right = true;
   double zero_ms = -1.0;     // -1: never; NaN: there was nothing to wait for
@@ -233,7 +233,7 @@ std::string at_onset(std::string fault, double from_s) {
   return fault.insert(at, sim::shortest(from_s));
 }
 
-Outcome run_once(const Row& row, double from_s, const std::filesystem::path& scenario_file, const std::filesystem::path& trace_file) {
+FaultOutcome run_once(const Row& row, double from_s, const std::filesystem::path& scenario_file, const std::filesystem::path& trace_file) {
   const sim::Scenario scenario = sim::read_scenario(scenario_file);
   std::vector<std::string> faults;
   for (const std::string& one : row.faults) faults.push_back(at_onset(one, from_s));
@@ -242,7 +242,7 @@ Outcome run_once(const Row& row, double from_s, const std::filesystem::path& sce
   if (row.relay) command.push_back("--relay");
   hil::LockStepLink emulator(command);
   hil::TamperedLink link(emulator, row.to_device ? row.to_device(from_s) : nullptr, row.from_device ? row.from_device(from_s) : nullptr);
-  Outcome outcome;
+  FaultOutcome outcome;
   std::int64_t now_us = 0;
   try {
     const hil::SessionResult result = hil::run_session(scenario, link, {});
@@ -292,12 +292,12 @@ Outcome run_once(const Row& row, double from_s, const std::filesystem::path& sce
 }
 
 // A pseudo-terminal stands for the port: the second to open it is refused.
-Outcome second_opener() {
+FaultOutcome second_opener() {
   const int ours = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (ours < 0 || ::grantpt(ours) != 0 || ::unlockpt(ours) != 0) throw std::runtime_error("no pseudo-terminal");
   const std::string name = ::ptsname(ours);
   const hil::MonotonicClock clock;
-  Outcome outcome{"not refused", false, std::nan(""), std::nan("")};
+  FaultOutcome outcome{"not refused", false, std::nan(""), std::nan("")};
   {
     const hil::Port first(name, clock);
     try {
@@ -347,7 +347,7 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
   int wrong = 0, late = 0, hot = 0, in_all = 0;
   double slowest_ms = 0.0;
   constexpr double most_ms = 250.0, most_degC = LIMIT_COIL_cdegC / 100.0 + 5.0;
-  const auto add = [&](const Row& row, const Outcome& worst) {
+  const auto add = [&](const Row& row, const FaultOutcome& worst) {
     ++in_all;
     const bool is_late = row.due == Due::trip && !(worst.zero_ms >= 0.0 && worst.zero_ms <= most_ms);
     const bool is_hot = row.due != Due::unsavable && worst.peak_degC > most_degC;
@@ -365,11 +365,11 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
   };
   for (const Row& row : all_rows()) {
     if (!only.empty() && row.name.find(only) == std::string::npos) continue;
-    Outcome worst;
+    FaultOutcome worst;
     bool first = true;
     for (const double phase_s : phases_s) {
       if (interrupted()) return interrupted_exit_code;
-      const Outcome one = run_once(row, onset_s + phase_s, row.slow ? slow_file : scenario_file, trace_file);
+      const FaultOutcome one = run_once(row, onset_s + phase_s, row.slow ? slow_file : scenario_file, trace_file);
       if (first) worst = one;
       if (one.zero_ms < 0.0 || worst.zero_ms < 0.0)
         worst.zero_ms = -1.0;

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "sim/text.h"
 
 namespace sinew::diagnose {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t reach = 3;  // neighbours on each side
 
 // Where the limb moves fast its neighbours say little of a sample, but the line through them does: the distance from
@@ -20,7 +18,7 @@ struct OffLine {
   double own, neighbours;
 };
 OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, plant::ChannelId channel) {
-  if (k < 2 || k + 2 >= samples.size()) return {nan, nan};
+  if (k < 2 || k + 2 >= samples.size()) return {sim::not_a_number, sim::not_a_number};
   constexpr std::array<double, 4> at{-2.0, -1.0, 1.0, 2.0};
   std::array<double, 4> value;
   double mean = 0.0, slope = 0.0;
@@ -62,7 +60,7 @@ std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId chan
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
     const OffLine off = off_line(samples, k, channel);
     if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
-      measured(recording.samples[k], channel) = nan;
+      measured(recording.samples[k], channel) = sim::not_a_number;
       ++count;
     }
   }
@@ -78,7 +76,7 @@ std::size_t mask_outliers(sim::Recording& recording, plant::ChannelId channel, d
 
 double longest_run_share(const sim::Recording& recording, plant::ChannelId channel) {
   std::size_t longest = 0, run = 0;
-  double last = nan;
+  double last = sim::not_a_number;
   for (const sim::Sample& sample : recording.samples) {
     const double value = measured(sample, channel);
     run = value == last ? run + 1 : 1;
@@ -107,7 +105,7 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
   for (const sim::Sample& sample : recording.samples)
     for (const double input : sample.inputs) notes.largest_input = std::max(notes.largest_input, std::abs(input));
   for (const plant::ChannelId c : system.channels().ids()) {
-    double last = nan;
+    double last = sim::not_a_number;
     notes.step[c] = 0.0;
     for (const sim::Sample& sample : recording.samples) {
       const double value = measured(sample, c);

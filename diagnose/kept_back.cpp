@@ -6,15 +6,14 @@
 #include <limits>
 #include <tuple>
 
+#include "diagnose/bootstrap.h"
 #include "diagnose/compare.h"
 #include "sim/random.h"
+#include "sim/text.h"
 
 namespace sinew::diagnose {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double bootstrap_block_s = 20.0;
-constexpr int bootstrap_draws = 400;
 constexpr std::size_t least_stretches = 3;  // of fewer a bootstrap knows nothing: 5 s each, at least
 
 // Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
@@ -48,11 +47,6 @@ void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector
   }
 }
 
-std::pair<double, double> middle_95(std::vector<double> draws) {
-  std::sort(draws.begin(), draws.end());
-  return {draws[bootstrap_draws / 40], draws[bootstrap_draws - 1 - bootstrap_draws / 40]};
-}
-
 std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, plant::ChannelId channel, bool after) {
   constexpr std::size_t lags = 41;  // up to 20 s
   std::vector<double> product(lags, 0.0);
@@ -62,7 +56,7 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
     const auto residual = [&](std::size_t k) {
       return prediction.kept_back[k]
                  ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
-                 : nan;
+                 : sim::not_a_number;
     };
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
       for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
@@ -118,11 +112,11 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     error.samples[c] = sum.count;
     if (sum.count == 0) {
       error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] =
-          error.gain_highest[c] = nan;
+          error.gain_highest[c] = sim::not_a_number;
       continue;
     }
     const auto n = static_cast<double>(sum.count);
-    const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : nan; };
+    const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : sim::not_a_number; };
     error.nominal[c] = rms(sum.nominal);
     error.before[c] = rms(sum.before);
     error.after[c] = rms(sum.after);

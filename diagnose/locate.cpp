@@ -5,14 +5,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnose/bootstrap.h"
 #include "sim/random.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
 namespace {
 
-constexpr double bootstrap_block_s = 20.0;
-constexpr int bootstrap_draws = 400;
 
 // "while coil A cools, between 72 and 55 °C": of the parts that have a sensor and are driven, the one that is furthest up in these
 // windows, and what it does there. Empty where no part of the plant is both.
@@ -242,7 +241,7 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   const sim::RandomStream chance(seed, "diagnose.locate");
   plant::ListOf<plant::EntryGroupId, std::vector<double>> drawn(groups.size(), {});
   std::uint64_t index = 0;
-  for (int d = 0; d < bootstrap_draws; ++d) {
+  for (std::size_t d = 0; d < bootstrap_draws; ++d) {
     const auto again = shares_of([&](std::size_t) {
       return std::min(stretches.size() - 1,
                       static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
@@ -251,8 +250,8 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   }
   for (const plant::EntryGroupId g : groups.ids()) {
     if (groups[g].is_nuisance) continue;
-    std::sort(drawn[g].begin(), drawn[g].end());
-    result.shares.push_back({g, share[g], drawn[g][bootstrap_draws / 40], drawn[g][bootstrap_draws - 1 - bootstrap_draws / 40],
+    const auto [lowest, highest] = middle_95(drawn[g]);
+    result.shares.push_back({g, share[g], lowest, highest,
                              likelihood_with(core, nuisance_and(system, g))});
   }
   std::stable_sort(result.shares.begin(), result.shares.end(),

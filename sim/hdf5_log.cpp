@@ -12,7 +12,7 @@
 namespace sinew::sim {
 namespace {
 
-constexpr hssize_t most_values = hssize_t{1} << 28;
+constexpr hssize_t most_elements = hssize_t{1} << 28;
 
 // Owns one identifier of the library.
 class Handle {
@@ -46,7 +46,7 @@ herr_t read_object(hid_t root, const char* name, const H5O_info_t* info, void* d
     const int rank = H5Sget_simple_extent_ndims(space);
     const hssize_t count = H5Sget_simple_extent_npoints(space);
     if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || rank < 0 || rank > 2 || count < 1) return 0;
-    if (count > most_values) throw std::runtime_error("an array too large");
+    if (count > most_elements) throw std::runtime_error("an array too large");
     hsize_t extents[2] = {1, 1};
     if (rank > 0) H5Sget_simple_extent_dims(space, extents, nullptr);
     std::vector<double> values(static_cast<std::size_t>(count));

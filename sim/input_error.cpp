@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/text.h"
+
 namespace sinew::sim {
 namespace {
 
@@ -28,14 +30,6 @@ std::string compose(const InputFault& fault) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return text;
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return lower;
 }
 
 std::size_t distance(std::string_view a, std::string_view b) {

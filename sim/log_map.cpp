@@ -15,7 +15,6 @@
 namespace sinew::sim {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double uneven_share = 0.1;       // of the median period: as in recordings
 constexpr double gap_periods = 2.5;        // a longer step is a gap
 constexpr double backward_periods = 10.0;  // time that goes back by less is a row out of order

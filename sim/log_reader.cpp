@@ -6,7 +6,6 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <utility>
 
 #include "sim/hdf5_log.h"
@@ -17,7 +16,6 @@
 namespace sinew::sim {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 std::string_view unquoted(std::string_view field) {
   field = trimmed(field);

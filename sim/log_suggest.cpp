@@ -21,12 +21,6 @@ namespace {
 constexpr std::size_t looked_at_lines = 400;  // to find the layout
 constexpr double held_share = 0.8;            // an input is the same as in the row before more often than this
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return lower;
-}
-
 bool holds_any(const std::string& lower, std::initializer_list<std::string_view> words) {
   return std::any_of(words.begin(), words.end(), [&](std::string_view word) { return lower.find(word) != std::string::npos; });
 }

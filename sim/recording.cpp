@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -18,7 +17,6 @@
 namespace sinew::sim {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double uneven_share = 0.1;       // of the median period
 constexpr double gap_periods = 2.5;        // a longer step is a gap
 constexpr double backward_periods = 10.0;  // time that goes back by less is a row out of order
@@ -205,9 +203,9 @@ struct Row {
 };
 
 // Reads the table below a header: header, then rows, then what is odd about their order.
-class Table {
+class TableReader {
  public:
-  Table(Lines& lines, const Format& format, Recording& recording)
+  TableReader(Lines& lines, const Format& format, Recording& recording)
       : lines_(lines), format_(format), recording_(recording), notes_(recording.notes),
         inputs_(recording.columns.inputs.size()), channels_(recording.columns.channels.size()) {
     notes_.held_input.resize(inputs_);
@@ -548,7 +546,7 @@ Recording parse_recording(std::string_view text, std::string name, const Columns
     } else if (trimmed(line).empty()) {
       lines.count(recording.notes.blank_lines, line.data());
     } else {
-      Table(lines, format, recording).read();
+      TableReader(lines, format, recording).read();
       return recording;
     }
   }
@@ -569,7 +567,7 @@ Recording parse_logger(std::string_view text, std::string name, const plant::Sys
     const std::string_view line = lines.line(), first = first_field(line);
     if (same_name(first, logger.clock_column, false)) {
       if (notes.preamble_lines != logger_preamble_lines) lines.count(notes.unusual_preamble, line.data());
-      Table(lines, format, recording).read();
+      TableReader(lines, format, recording).read();
       return recording;
     }
     const std::array<std::string_view, 1> wanted{logger.clock_column};

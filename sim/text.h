@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,6 +15,9 @@ namespace sinew::sim {
 std::string shortest(double value);
 void append_shortest(std::string& text, double value);
 
+// Stands for a reading or an input that a row does not have.
+inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
 // The number that the whole token is, spaces and tabs around it aside; independent of the locale. One leading '+' is
 // accepted, and "nan" in any case. Anything else is nullopt: an empty token, words, "inf", hexadecimal, a number that
 // no double is near.
@@ -21,6 +25,9 @@ std::optional<double> parse_number(std::string_view token);
 
 // Without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
+
+// The letters A to Z as a to z, whatever the locale; everything else as it is.
+std::string lower_case(std::string_view text);
 
 // The content of the file, byte by byte. Throws InputError with the path and the system's reason.
 std::string read_file(const std::filesystem::path& path);

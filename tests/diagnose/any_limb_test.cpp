@@ -8,6 +8,9 @@
 #include "diagnose/diagnosis.h"
 #include "tests/diagnose/one_limb.h"
 #include "tests/plant/limb/general.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_any_limb_test {
 
 using namespace sinew;
 using namespace sinew::diagnose;
@@ -93,7 +96,7 @@ TEST_CASE("any limb: with a bend sensor alone it is calibrated") {
   }
 }
 
-TEST_CASE("any limb: with a bend sensor alone it is diagnosed, and what was left out is found with its size") {
+TEST_CASE("any limb: with a bend sensor alone it is diagnosed, and what was left out is found with its size" * long_when_sanitized) {
   const plant::Plant nominal = test::plant_of(bend_alone);
   const plant::System& system = nominal.system();
   const plant::EffectId missing = system.effect("viscoelastic_creep");
@@ -125,3 +128,5 @@ TEST_CASE("any limb: with a bend sensor alone, a limb that lacks nothing is cons
   settings.start = StartPolicy::at_rest;
   CHECK(diagnose::diagnose(nominal, {testing::recorded(measured(120.0, nominal))}, {}, settings).verdict == Verdict::consistent);
 }
+
+}  // namespace diagnose_any_limb_test

@@ -7,6 +7,9 @@
 
 #include "diagnose/compare.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_calibrate_test {
 
 using namespace sinew;
 
@@ -74,7 +77,7 @@ TEST_CASE("calibrate: a recording that begins in mid-motion is fitted with its f
   for (const plant::ChannelId c : testing::limb_system().channels().ids()) CHECK(comparison.fitted[c].rmse < 1.15 * noise[c]);
 }
 
-TEST_CASE("calibrate: parameters that only appear as a product cannot be told, and name each other") {
+TEST_CASE("calibrate: parameters that only appear as a product cannot be told, and name each other" * long_when_sanitized) {
   const sim::Recording recording = testing::recorded(other_limb(60.0));
   diagnose::CalibrationSettings settings;
   // V^2/(R C), h/C: resistance, heat capacity and heat loss have one direction that no temperature shows.
@@ -100,7 +103,7 @@ TEST_CASE("calibrate: a limb wired the other way is noticed") {
   CHECK(result.fitted.get(index("bend_sign")) == -1.0);
 }
 
-TEST_CASE("calibrate: standard errors grow where physics is missing") {
+TEST_CASE("calibrate: standard errors grow where physics is missing" * long_when_sanitized) {
   sim::Scenario truth = other_limb(120.0);
   const sim::Recording right = testing::recorded(truth);
   truth.plant.set(index("viscoelastic_creep.stiffness_Nm_rad"), 0.02);
@@ -117,7 +120,7 @@ TEST_CASE("calibrate: standard errors grow where physics is missing") {
   CHECK(error(creeping) > 10.0 * error(right));
 }
 
-TEST_CASE("calibrate: the same result to the last bit whatever the number of threads") {
+TEST_CASE("calibrate: the same result to the last bit whatever the number of threads" * long_when_sanitized) {
   const sim::Recording recording = testing::recorded(other_limb(20.0));
   diagnose::CalibrationSettings settings;
   settings.parameters = changed;
@@ -141,3 +144,5 @@ TEST_CASE("calibrate: stops when asked to, with an exception") {
   CHECK_THROWS_AS(diagnose::calibrate(plant::default_plant(), testing::data_of(recording), settings),
                   diagnose::Stopped);
 }
+
+}  // namespace diagnose_calibrate_test

@@ -4,6 +4,9 @@
 #include <doctest/doctest.h>
 
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_chance_test {
 
 using namespace sinew;
 using diagnose::UnrestByChance;
@@ -18,7 +21,7 @@ sim::Scenario with_sensors_of_the_paper() {
 
 }  // namespace
 
-TEST_CASE("chance: much unrest never comes by it, whatever the number of threads") {
+TEST_CASE("chance: much unrest never comes by it, whatever the number of threads" * long_when_sanitized) {
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
   CHECK(limb.core.unrest < 50.0);
@@ -58,3 +61,5 @@ TEST_CASE("chance: what is missing leaves an unrest that no other parameters tak
   REQUIRE(limb.core.usable);
   CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) > 250.0);
 }
+
+}  // namespace diagnose_chance_test

@@ -6,6 +6,8 @@
 #include "sim/random.h"
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_channels_test {
+
 using namespace sinew;
 
 TEST_CASE("noise: white noise on a slow signal is found from second differences") {
@@ -54,3 +56,5 @@ TEST_CASE("correlation length: white residuals have 1, a first-order process has
   // (1 + 0.8)/(1 - 0.8) = 9; the sum ends where the correlation falls below 0.05, which leaves out 2 * 0.05 / 0.2 = 0.4.
   CHECK(diagnose::correlation_samples(slow) == doctest::Approx(8.6).epsilon(0.08));
 }
+
+}  // namespace diagnose_channels_test

@@ -5,6 +5,8 @@
 
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_columns_test {
+
 using namespace sinew;
 
 TEST_CASE("columns: kelvin, radians and exchanged names are found, right columns are not") {
@@ -38,3 +40,5 @@ TEST_CASE("columns: a column that was never measured is not mistaken") {
   for (sim::Sample& sample : recording.samples) sample.channels[0] = sample.channels[2] = std::nan("");
   CHECK(!diagnose::mistaken_column(plant::default_plant(), recording));
 }
+
+}  // namespace diagnose_columns_test

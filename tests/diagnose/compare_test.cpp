@@ -5,6 +5,8 @@
 
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_compare_test {
+
 using namespace sinew;
 
 TEST_CASE("compare: a limb against its own recording is off by the integrator's tolerance alone") {
@@ -48,3 +50,5 @@ TEST_CASE("compare: an error that happens in one window is found there") {
   CHECK(comparison.worst[testing::angle].windows_s[0].second == 25.0);
   CHECK(comparison.worst[testing::angle].share_of_error > 0.99);
 }
+
+}  // namespace diagnose_compare_test

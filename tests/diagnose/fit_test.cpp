@@ -6,6 +6,9 @@
 #include "diagnose/calibrate.h"
 #include "sim/plant_file.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_fit_test {
 
 using namespace sinew;
 
@@ -40,7 +43,7 @@ double worst_column(const diagnose::FitProblem& problem, const std::vector<doubl
 
 }  // namespace
 
-TEST_CASE("fit: the Jacobian over two recordings is that of differences, first values included") {
+TEST_CASE("fit: the Jacobian over two recordings is that of differences, first values included" * long_when_sanitized) {
   const sim::Recording first = testing::recorded(testing::babbling(25.0)), second = testing::recorded(testing::babbling(15.0));
   plant::Plant limb = plant::default_plant();
   limb.set_in_file_units(testing::parameter("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
@@ -85,3 +88,5 @@ TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a 
     CHECK_NOTHROW(sim::read_plant(sim::parse_yaml(yaml, "plant.yaml"), "."));
   }
 }
+
+}  // namespace diagnose_fit_test

@@ -5,6 +5,8 @@
 
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_gate_test {
+
 using namespace sinew;
 
 namespace {
@@ -92,3 +94,5 @@ TEST_CASE("gate: missing samples are counted, and a recording in which nothing i
   REQUIRE(notes.warnings.size() == 1);
   CHECK(notes.warnings[0] == "nothing is ever driven: little can be learnt from this recording");
 }
+
+}  // namespace diagnose_gate_test

@@ -8,6 +8,8 @@
 
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_kept_back_test {
+
 using namespace sinew;
 using diagnose::Prediction;
 
@@ -140,3 +142,5 @@ TEST_CASE("kept back: two blocks, with a guard around them that is in neither pa
   const diagnose::Split whole = diagnose::split(recording_every(0.1), 1e300, false);
   CHECK(std::count(whole.kept_back.begin(), whole.kept_back.end(), true) == 0);
 }
+
+}  // namespace diagnose_kept_back_test

@@ -11,6 +11,8 @@
 #include "sim/random.h"
 #include "sim/simulation.h"
 
+namespace diagnose_linear_inputs_test {
+
 using namespace sinew;
 
 namespace {
@@ -158,3 +160,5 @@ TEST_CASE("linear inputs: a plant that is no limb is calibrated, and explained w
     CHECK(std::abs(explained.value(u) - other.get(*explained.problem->unknowns()[u].parameter)) < 4.0 * explained.deviation(u));
   CHECK(explained.unrest < 20.0);
 }
+
+}  // namespace diagnose_linear_inputs_test

@@ -7,6 +7,9 @@
 
 #include "diagnose/score.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_open_loop_test {
 
 using namespace sinew;
 using diagnose::Explanation;
@@ -48,7 +51,7 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
         5.0 * testing::paper_noise[testing::temperature_A]);
 }
 
-TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there") {
+TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there" * long_when_sanitized) {
   const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
@@ -60,7 +63,7 @@ TEST_CASE("open loop: following whole paths finds what is missing, and nothing o
   CHECK(diagnose::follow_paths(lead.path, limb.data, one_effect, limb.settings).effects.empty());
 }
 
-TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once") {
+TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
   const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
@@ -110,3 +113,5 @@ TEST_CASE("joint score: of two columns it is what least squares on both explains
   other.root = -other.root;
   CHECK(diagnose::joint(one, other).statistic == 0.0);
 }
+
+}  // namespace diagnose_open_loop_test

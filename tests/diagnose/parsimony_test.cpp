@@ -6,6 +6,8 @@
 #include "diagnose/diagnosis.h"
 #include "tests/diagnose/one_limb.h"
 
+namespace diagnose_parsimony_test {
+
 using namespace sinew;
 using namespace sinew::diagnose;
 
@@ -73,3 +75,5 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes ==
         std::vector<plant::EffectId>{effect("input_delay")});
 }
+
+}  // namespace diagnose_parsimony_test

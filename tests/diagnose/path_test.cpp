@@ -7,6 +7,9 @@
 #include "diagnose/explanation.h"
 #include "tests/diagnose/one_limb.h"
 #include "tests/plant/limb/general.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_path_test {
 
 using namespace sinew;
 
@@ -74,7 +77,7 @@ double norm_of_column(const std::vector<double>& columns, std::size_t count, std
 
 }  // namespace
 
-TEST_CASE("path: of more states than are unrolled, its sensitivities are those of differences, first values included") {
+TEST_CASE("path: of more states than are unrolled, its sensitivities are those of differences, first values included" * long_when_sanitized) {
   const plant::Plant plant = large_plant();
   REQUIRE(plant.states().size() > 16);
   const sim::Recording whole = testing::recorded(testing::babbling(30.0, plant));
@@ -133,3 +136,5 @@ TEST_CASE("path: columns of parameters that are not fitted are those they would 
     CHECK(std::sqrt(difference) <= 1e-9 * norm_of_column(path.jacobian, all.size(), p));
   }
 }
+
+}  // namespace diagnose_path_test

@@ -5,6 +5,9 @@
 
 #include "diagnose/calibrate.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_search_test {
 
 using namespace sinew;
 using namespace sinew::diagnose;
@@ -49,7 +52,7 @@ TEST_CASE("score: at a small strength the score test says what was put in") {
   CHECK(std::abs(found.strength - 0.002) < 0.4 * found.smallest_seen + 0.0005);
 }
 
-TEST_CASE("score: a gain of nothing is certain to come by chance, a large one hardly ever") {
+TEST_CASE("score: a gain of nothing is certain to come by chance, a large one hardly ever" * long_when_sanitized) {
   const sim::Recording recording = recorded_with("", 0.0);
   const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
   std::vector<plant::EffectId> all;
@@ -92,7 +95,7 @@ TEST_CASE("start: guesses on the branches of the hysteresis where the loop is op
   CHECK(guesses[0].values.at("start.martensite_B_fraction") >= guesses[2].values.at("start.martensite_B_fraction"));
 }
 
-TEST_CASE("search: names what was left out and its size, and finds nothing where nothing is") {
+TEST_CASE("search: names what was left out and its size, and finds nothing where nothing is" * long_when_sanitized) {
   SearchSettings settings;
   settings.threads = 2;
   const sim::Recording nothing = recorded_with("", 0.0);
@@ -109,7 +112,7 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
   CHECK(found.best.unrest < 40.0);
 }
 
-TEST_CASE("search: what is taken out of the catalogue is not found, and what is left does not look like noise") {
+TEST_CASE("search: what is taken out of the catalogue is not found, and what is left does not look like noise" * long_when_sanitized) {
   SearchSettings settings;
   settings.threads = 2;
   settings.without = {testing::effect("thermocouple_lag")};
@@ -117,3 +120,5 @@ TEST_CASE("search: what is taken out of the catalogue is not found, and what is 
   const Search without = search(plant::default_plant(), data_of(lagging), settings);
   CHECK(without.best.unrest > 1000.0);
 }
+
+}  // namespace diagnose_search_test

@@ -10,6 +10,8 @@
 #include "tests/diagnose/one_limb.h"
 #include "tests/plant/limb/general.h"
 
+namespace diagnose_state_noise_test {
+
 using namespace sinew;
 using namespace sinew::diagnose;
 
@@ -351,3 +353,5 @@ TEST_CASE("state noise: and for plants that are larger, in forcings, in states o
   REQUIRE(many_of_both.states().size() == 20);
   check_against_dense(many_of_both);
 }
+
+}  // namespace diagnose_state_noise_test

@@ -8,6 +8,9 @@
 
 #include "diagnose/calibrate.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_wander_test {
 
 using namespace sinew;
 using namespace sinew::diagnose;
@@ -88,7 +91,7 @@ TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
                        .epsilon(1e-6));
 }
 
-TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how much") {
+TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how much" * long_when_sanitized) {
   const sim::Recording recording = recorded_with_wind(0.5);
   const Explanation core = explain(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), {}, {});
   REQUIRE(core.usable);
@@ -105,10 +108,12 @@ TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how
   CHECK(std::abs(after / afters - before / befores - 0.5) < 0.15);
 }
 
-TEST_CASE("wander: nothing stands out where nothing is missing") {
+TEST_CASE("wander: nothing stands out where nothing is missing" * long_when_sanitized) {
   const sim::Recording recording = recorded_with_wind(0.0);
   const Explanation core = explain(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), {}, {});
   REQUIRE(core.usable);
   for (const bool temperatures : {true, false})
     CHECK_FALSE(what_wanders(core, {.upstream_is_off = temperatures, .threads = 2}, {}));
 }
+
+}  // namespace diagnose_wander_test

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
+namespace firmware_supervisor_test {
+
 namespace {
 
 // The 32 bits of a MAX31855 at these temperatures, in its steps.
@@ -383,3 +385,5 @@ TEST_CASE("device supervisor: the clock may wrap in the middle of a session") {
   CHECK(ms >= 0);
   CHECK(ms <= 221);
 }
+
+}  // namespace firmware_supervisor_test

@@ -15,10 +15,9 @@
 #include "sim/recording.h"
 #include "sim/simulation.h"
 #include "sim/yaml.h"
+#include "tests/long_when_sanitized.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace golden_golden_test {
 
 namespace fs = std::filesystem;
 using namespace sinew;
@@ -71,7 +70,7 @@ Difference largest_difference(const plant::Plant& limb, const sim::Recording& go
 
 }  // namespace
 
-TEST_CASE("the plant follows an independent reference: the core, every effect, and combinations") {
+TEST_CASE("the plant follows an independent reference: the core, every effect, and combinations" * long_when_sanitized) {
   const sim::Recording duty = sim::read_recording(folder / "duty.csv", *plant::two_coil_limb());
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -101,3 +100,5 @@ TEST_CASE("the plant follows an independent reference: the core, every effect, a
     CHECK(cases_with[e] > 0);
   }
 }
+
+}  // namespace golden_golden_test

@@ -13,6 +13,8 @@
 #include "hil/message.h"
 #include "sim/random.h"
 
+namespace hil_frame_test {
+
 namespace {
 
 using Wire = std::vector<std::uint8_t>;
@@ -412,3 +414,5 @@ TEST_CASE("message: every payload reads back as it was written") {
   CHECK(back.thermocouple_raw[0] == 0xfffffff0u);
   CHECK(back.counters[DEVICE_COUNTERS - 1] == 65535);
 }
+
+}  // namespace hil_frame_test

@@ -13,6 +13,8 @@
 
 #include "sim/input_error.h"
 
+namespace hil_port_test {
+
 using namespace sinew::hil;
 
 namespace {
@@ -118,3 +120,5 @@ TEST_CASE("port: what is no port says so, with what to do") {
   CHECK(error_of("/dev/null").find("--port") != std::string::npos);
   CHECK(error_of("/tmp").find("--port") != std::string::npos);
 }
+
+}  // namespace hil_port_test

@@ -12,6 +12,8 @@
 #include "tests/hil/board_of_any_size.h"
 #include "tests/hil/fake_board.h"
 
+namespace hil_session_test {
+
 using namespace sinew;
 using namespace sinew::hil;
 
@@ -386,3 +388,5 @@ TEST_CASE("session: the line's echo of what the host says is no word of the devi
   CHECK(result.status == SessionStatus::finished);
   CHECK(result.report_json.find("\"frames_missing\":0,") != std::string::npos);
 }
+
+}  // namespace hil_session_test

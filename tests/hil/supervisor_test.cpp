@@ -11,6 +11,8 @@
 #include "plant/systems.h"
 #include "sim/simulation.h"
 
+namespace hil_supervisor_test {
+
 using namespace sinew;
 using hil::HostSupervisor;
 
@@ -174,3 +176,5 @@ TEST_CASE("twin: a limb that is the twin never leaves it in an hour, one that lo
     }
   }
 }
+
+}  // namespace hil_supervisor_test

@@ -7,6 +7,8 @@
 
 #include "sim/random.h"
 
+namespace model_network_test {
+
 using namespace sinew::model;
 
 namespace {
@@ -115,3 +117,5 @@ TEST_CASE("first weights: those of Keras") {
   CHECK(first_weights({5, 8, 6, true}, 3).all == w.all);
   CHECK(first_weights({5, 8, 6, true}, 4).all != w.all);
 }
+
+}  // namespace model_network_test

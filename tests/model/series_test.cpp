@@ -9,6 +9,8 @@
 #include "sim/input_error.h"
 #include "sim/plant_file.h"
 
+namespace model_series_test {
+
 using namespace sinew;
 using namespace sinew::model;
 
@@ -108,3 +110,5 @@ TEST_CASE("series: what a case needs and a recording lacks is an error that name
         "a.csv: time_s = a sample every 0.01 s\n  the predictor works at 10 Hz, a sample every 0.1 s");
   CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n0.9,0,0,1,1,1\n"), 3).find("comes 0.7 s after") != std::string::npos);
 }
+
+}  // namespace model_series_test

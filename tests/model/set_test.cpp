@@ -10,6 +10,8 @@
 #include "sim/input_error.h"
 #include "sim/text.h"
 
+namespace model_set_test {
+
 using namespace sinew;
 using namespace sinew::model;
 
@@ -122,3 +124,5 @@ TEST_CASE("set: made in any order and taken up again, it has the same bytes; a r
   CHECK_FALSE(is_there(plan, a, 1));
   CHECK_THROWS_AS(read_set(a, columns), sim::InputError);
 }
+
+}  // namespace model_set_test

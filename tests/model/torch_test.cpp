@@ -6,6 +6,8 @@
 #include "model/network.h"
 #include "sim/text.h"
 
+namespace model_torch_test {
+
 using namespace sinew::model;
 
 namespace {
@@ -82,3 +84,5 @@ TEST_CASE("network: outputs, gradients and one step of Adam are PyTorch's (tests
       if (std::abs(gradient.all(k)) > 1e-12) CHECK(w.all(k) == doctest::Approx(after(k)).epsilon(1e-7));
   }
 }
+
+}  // namespace model_torch_test

@@ -11,6 +11,9 @@
 #include "model/predictor.h"
 #include "plant/systems.h"
 #include "sim/fields.h"
+#include "tests/long_when_sanitized.h"
+
+namespace model_train_test {
 
 using namespace sinew;
 using namespace sinew::model;
@@ -72,7 +75,7 @@ TrainingRun run_of(int threads) {
 
 }  // namespace
 
-TEST_CASE("training: stateful learns a lag of first order well enough for a rollout") {
+TEST_CASE("training: stateful learns a lag of first order well enough for a rollout" * long_when_sanitized) {
   StatefulSettings settings = small();
   settings.updates = 600;
   const Trained trained = train_stateful({first_order(1, 4000)}, settings, run_of(2));
@@ -97,7 +100,7 @@ TEST_CASE("training: the same seed gives the same weights to the last bit, whate
   const auto a = train_published({data}, published, run_of(1)), b = train_published({data}, published, run_of(4));
   CHECK(a.model.weights.all == b.model.weights.all);
 }
-TEST_CASE("training: published leaves the recurrent weights where they began, and predicts one step ahead") {
+TEST_CASE("training: published leaves the recurrent weights where they began, and predicts one step ahead" * long_when_sanitized) {
   PublishedSettings settings;
   settings.hidden = settings.dense = 300;
   const Series data = first_order(1, 4000);
@@ -107,7 +110,7 @@ TEST_CASE("training: published leaves the recurrent weights where they began, an
   CHECK(errors_of(one_step_ahead(trained.model, other), other).rmse < 3.0);
   CHECK(trained.best_update == 20 * ((4000 * 67 / 100 - 1 + 99) / 100));
 }
-TEST_CASE("training: weights that came from elsewhere stay where training does not make them better") {
+TEST_CASE("training: weights that came from elsewhere stay where training does not make them better" * long_when_sanitized) {
   const Series data = first_order(1, 3000);
   const Trained good = train_stateful({data}, small(), run_of(2));
   StatefulSettings settings = small();
@@ -181,3 +184,5 @@ TEST_CASE("ARX: finds a lag of first order to the last digit; least squares on d
   CHECK(errors_of(rollout(fit_arx({data}), other), other).rmse < 1e-3);
   CHECK(errors_of(rollout(fit_static({data}), other), other).rmse > 5.0);
 }
+
+}  // namespace model_train_test

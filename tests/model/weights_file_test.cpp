@@ -11,6 +11,8 @@
 #include "sim/input_error.h"
 #include "sim/text.h"
 
+namespace model_weights_file_test {
+
 using namespace sinew;
 using namespace sinew::model;
 
@@ -152,3 +154,5 @@ TEST_CASE("weights: what does not fit is an error, never a layer left at zero") 
   CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
   CHECK_THROWS_AS(read_model(folder.write("no HDF5 at all")), sim::InputError);
 }
+
+}  // namespace model_weights_file_test

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/plant/small_system_test.h"
 
-using namespace sinew::test;
+namespace plant_emps_test {
+
+using namespace sinew::test::small;
 
 namespace {
 Plant axis() { return plant_from("emps/rigid_axis.yaml"); }
@@ -76,3 +78,5 @@ TEST_CASE("positioning axis: dry friction and an offset explain the benchmark's 
   CHECK(*without > 0.08);
   CHECK(*with < 0.0027);
 }
+
+}  // namespace plant_emps_test

@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+namespace plant_ids_test {
+
 using namespace sinew::plant;
 
 namespace {
@@ -48,3 +50,5 @@ TEST_CASE("ids: a list is walked by its own indices, in order, and read by them 
   CHECK_THROWS_AS(static_cast<void>(list[ChannelId{3}]), std::out_of_range);
   CHECK(ChannelId{1} < ChannelId{2});
 }
+
+}  // namespace plant_ids_test

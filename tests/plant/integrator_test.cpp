@@ -5,6 +5,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_integrator_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -100,3 +102,5 @@ TEST_CASE("integrator: to ask for sensitivities changes no reading by more than 
     CHECK(std::abs(reading[A] - alone.readings()[A]) < 1e-4);
   }
 }
+
+}  // namespace plant_integrator_test

@@ -8,6 +8,8 @@
 #include "plant/integrator.h"
 #include "sim/simulation.h"
 
+namespace plant_linear_inputs_test {
+
 using namespace sinew::plant;
 namespace sim = sinew::sim;
 
@@ -138,3 +140,5 @@ TEST_CASE("linear inputs: as many slopes as inputs") {
   CHECK_THROWS_AS(run.hold({1.0}, {1.0, 2.0}), std::invalid_argument);
   CHECK_THROWS_AS(run.hold({1.0, 2.0}), std::invalid_argument);
 }
+
+}  // namespace plant_linear_inputs_test

@@ -3,7 +3,9 @@
 
 #include "tests/plant/small_system_test.h"
 
-using namespace sinew::test;
+namespace plant_silverbox_test {
+
+using namespace sinew::test::small;
 
 namespace {
 Plant oscillator() { return plant_from("silverbox/linear.yaml"); }
@@ -83,3 +85,5 @@ TEST_CASE("silverbox: a cubic spring explains the benchmark's recording to 0.9 m
   CHECK(*without > 0.006);
   CHECK(*with < 0.00096);
 }
+
+}  // namespace plant_silverbox_test

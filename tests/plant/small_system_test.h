@@ -21,7 +21,7 @@
 #include "sim/plant_file.h"
 #include "sim/simulation.h"
 
-namespace sinew::test {
+namespace sinew::test::small {
 
 using namespace sinew::plant;
 
@@ -215,4 +215,4 @@ inline std::optional<double> open_loop_rms(Plant plant, const std::map<std::stri
   return std::sqrt(sum / static_cast<double>(recording.samples.size()));
 }
 
-}  // namespace sinew::test
+}  // namespace sinew::test::small

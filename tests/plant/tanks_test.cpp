@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/plant/small_system_test.h"
 
-using namespace sinew::test;
+namespace plant_tanks_test {
+
+using namespace sinew::test::small;
 
 namespace {
 Plant tanks() { return plant_from("tanks/no_overflow.yaml"); }
@@ -109,3 +111,5 @@ TEST_CASE("tanks: overflow explains the benchmark's recording to 0.26 V, its abs
   CHECK(*without > 0.5);
   CHECK(*with < 0.26);
 }
+
+}  // namespace plant_tanks_test

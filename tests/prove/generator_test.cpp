@@ -23,6 +23,9 @@
 #include "plant/systems.h"
 #include "prove/generator_random.h"
 #include "sim/simulation.h"
+#include "tests/long_when_sanitized.h"
+
+namespace prove_generator_test {
 
 using namespace sinew;
 using prove::Concealed;
@@ -102,7 +105,7 @@ bool is_multiple(double value, double step) { return std::abs(std::remainder(val
 
 }  // namespace
 
-TEST_CASE("generator: its limb is the plant's limb, for the core, every effect of the catalogue and every pair") {
+TEST_CASE("generator: its limb is the plant's limb, for the core, every effect of the catalogue and every pair" * long_when_sanitized) {
   // 120 s of babbling. Largest seen, with either solver of the plant: 1e-5 K, 1e-5 deg. The exception are minor loops:
   // they begin at the edge of the loop, where the right-hand side jumps; the plant fades them in over a thousandth of
   // the fraction, the generator over a fifth of that. Seen 0.028 deg; tests/golden/README.md has the same tolerance.
@@ -122,7 +125,7 @@ TEST_CASE("generator: its limb is the plant's limb, for the core, every effect o
   }
 }
 
-TEST_CASE("generator: other forms become the catalogue's where they should") {
+TEST_CASE("generator: other forms become the catalogue's where they should" * long_when_sanitized) {
   using Parameters = std::map<std::string, double>;
   const auto duty = prove::make(kind_named("core"), 3, still(120.0, 1.0)).training;
   const auto run = [&](std::string name, std::string form, Parameters parameters) {
@@ -155,7 +158,7 @@ TEST_CASE("generator: other forms become the catalogue's where they should") {
         {{"conductance_W_K", 0.012}, {"heat_capacity_J_K", 6.0}, {"heat_loss_W_K", 0.05}}, 0.02);
 }
 
-TEST_CASE("generator: effects outside the catalogue follow their law, by hand") {
+TEST_CASE("generator: effects outside the catalogue follow their law, by hand" * long_when_sanitized) {
   using Parameters = std::map<std::string, double>;
   // The core at a constant duty of 0.1 in coil A until nothing changes: 0.1 * 49 V^2 / 2.5 Ohm / 0.04 W/K = 49 K.
   // 500 s are 23 time constants of a wire.
@@ -221,7 +224,7 @@ TEST_CASE("generator: effects outside the catalogue follow their law, by hand") 
   }
 }
 
-TEST_CASE("generator: every effect of the catalogue is concealed by its name, place and parameters") {
+TEST_CASE("generator: every effect of the catalogue is concealed by its name, place and parameters" * long_when_sanitized) {
   std::vector<std::string> concealed;
   for (const Kind& kind : prove::kinds()) {
     if (kind.family != Family::catalogue) continue;
@@ -246,7 +249,7 @@ TEST_CASE("generator: every effect of the catalogue is concealed by its name, pl
   CHECK(concealed.size() == catalogue().effects().size());
 }
 
-TEST_CASE("generator: other forms and effects outside the catalogue lie in every place") {
+TEST_CASE("generator: other forms and effects outside the catalogue lie in every place" * long_when_sanitized) {
   std::set<std::string> names, places_of_forms, places_outside;
   for (const Kind& kind : prove::kinds()) {
     CAPTURE(kind.name);
@@ -271,7 +274,7 @@ TEST_CASE("generator: other forms and effects outside the catalogue lie in every
   CHECK(places_outside.size() == 6);
 }
 
-TEST_CASE("generator: the same kind, seed and settings make the same bytes, another seed others") {
+TEST_CASE("generator: the same kind, seed and settings make the same bytes, another seed others" * long_when_sanitized) {
   Settings settings{60.0, 30.0, 1.0, {}};
   settings.disturbances = {true, true, true, true, true, true};
   const Kind kind = kind_named("latent_heat+viscoelastic_creep");
@@ -286,7 +289,7 @@ TEST_CASE("generator: the same kind, seed and settings make the same bytes, anot
   CHECK(one.core_parameters != other.core_parameters);
 }
 
-TEST_CASE("generator: the sealed truth is what was simulated") {
+TEST_CASE("generator: the sealed truth is what was simulated" * long_when_sanitized) {
   for (const Kind& kind : prove::kinds()) {
     CAPTURE(kind.name);
     const Concealed made = prove::make(kind, 2, still(20.0, 10.0));
@@ -297,7 +300,7 @@ TEST_CASE("generator: the sealed truth is what was simulated") {
   }
 }
 
-TEST_CASE("generator: rows follow the convention of recordings") {
+TEST_CASE("generator: rows follow the convention of recordings" * long_when_sanitized) {
   const Concealed made = prove::make(kind_named("core"), 1, Settings{30.0, 20.0, 1.0, {}});
   REQUIRE(made.training.size() == 301);
   CHECK(made.heldout.size() == 201);
@@ -313,7 +316,7 @@ TEST_CASE("generator: rows follow the convention of recordings") {
   }
 }
 
-TEST_CASE("generator: noise and steps are those of the sensors") {
+TEST_CASE("generator: noise and steps are those of the sensors" * long_when_sanitized) {
   // 8001 samples: a mean is right within 4/sqrt(8001) of the deviation, a deviation within 4/sqrt(16002) of itself.
   const Concealed made = prove::make(kind_named("core"), 4, Settings{400.0, 400.0, 1.0, {}});
   for (std::size_t c = 0; c < 3; ++c) {
@@ -336,7 +339,7 @@ TEST_CASE("generator: noise and steps are those of the sensors") {
   }
 }
 
-TEST_CASE("generator: moving air wanders by a few tenths of a kelvin, in both wires alike") {
+TEST_CASE("generator: moving air wanders by a few tenths of a kelvin, in both wires alike" * long_when_sanitized) {
   const Concealed made = prove::make(kind_named("core"), 4, Settings{400.0, 200.0, 1.0, {}});
   const auto in_still_air = prove::simulate(made.core_parameters, made.effects, made.training);
   double squares = 0.0, difference = 0.0;
@@ -356,7 +359,7 @@ TEST_CASE("generator: moving air wanders by a few tenths of a kelvin, in both wi
   CHECK(std::sqrt(difference / n) < 0.1);
 }
 
-TEST_CASE("generator: core parameters are off by up to 8 %, 3 K, 1 degree; what is known is not") {
+TEST_CASE("generator: core parameters are off by up to 8 %, 3 K, 1 degree; what is known is not" * long_when_sanitized) {
   std::map<std::string, double> lowest, highest;
   for (std::uint64_t seed = 0; seed < 300; ++seed)
     for (const auto& [name, value] : prove::make(kind_named("core"), seed, still(0.1, 0.1)).core_parameters) {
@@ -384,7 +387,7 @@ TEST_CASE("generator: core parameters are off by up to 8 %, 3 K, 1 degree; what 
   }
 }
 
-TEST_CASE("generator: strength multiplies what it should and leaves shapes and the core as they were") {
+TEST_CASE("generator: strength multiplies what it should and leaves shapes and the core as they were" * long_when_sanitized) {
   Settings plain = still(1.0, 1.0), barely = plain;
   barely.strength = 0.25;
   const auto both = [&](std::string_view name) {
@@ -400,7 +403,7 @@ TEST_CASE("generator: strength multiplies what it should and leaves shapes and t
         doctest::Approx(0.25 * (1.0 - sink.effects[0].parameters.at("gain"))).epsilon(1e-13));
 }
 
-TEST_CASE("generator: every disturbance does what it says and leaves the limb alone") {
+TEST_CASE("generator: every disturbance does what it says and leaves the limb alone" * long_when_sanitized) {
   const Kind kind = kind_named("stress_shift");
   Settings settings{200.0, 100.0, 1.0, {}};
   const Concealed usual = prove::make(kind, 9, settings);
@@ -466,7 +469,7 @@ TEST_CASE("generator: every disturbance does what it says and leaves the limb al
   }
 }
 
-TEST_CASE("generator: what it does not know it says") {
+TEST_CASE("generator: what it does not know it says" * long_when_sanitized) {
   CHECK_THROWS_WITH_AS(prove::make({Family::catalogue, "x", {"latent_heta"}}, 1, still(1.0, 1.0)),
                        "no such effect to conceal: latent_heta", std::invalid_argument);
   CHECK_THROWS_WITH_AS(prove::simulate({{"heat_loss_W_K", 1.0}}, {}, {}), "the core has no parameter heat_loss_W_K",
@@ -475,7 +478,7 @@ TEST_CASE("generator: what it does not know it says") {
                        "latent_heat has no parameter heat", std::invalid_argument);
 }
 
-TEST_CASE("generator: its chance is Philox4x32-10") {
+TEST_CASE("generator: its chance is Philox4x32-10" * long_when_sanitized) {
   // Known answers of the authors' Random123 library.
   CHECK(prove::philox({0, 0, 0, 0}, {0, 0}) ==
         std::array<std::uint32_t, 4>{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u});
@@ -486,3 +489,5 @@ TEST_CASE("generator: its chance is Philox4x32-10") {
   CHECK(prove::Stream(1, "a").uniform(0) != prove::Stream(1, "b").uniform(0));
   CHECK(prove::Stream(1, "a").uniform(0) != prove::Stream(2, "a").uniform(0));
 }
+
+}  // namespace prove_generator_test

@@ -20,6 +20,8 @@
 #include "report/svg.h"
 #include "report/text.h"
 
+namespace report_report_test {
+
 namespace {
 
 using namespace sinew::report;
@@ -373,3 +375,5 @@ TEST_CASE("markdown: a row a line, what would end a cell is escaped, emphasis is
   CHECK(to_markdown(table) ==
         "| what | how much |\n|---|---|\n| a\\|b | 1 |\n| **two lines** | why |\n");
 }
+
+}  // namespace report_report_test

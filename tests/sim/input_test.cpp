@@ -14,6 +14,8 @@
 #include <optional>
 #include <vector>
 
+namespace sim_input_test {
+
 using namespace sinew::sim;
 
 namespace {
@@ -434,3 +436,5 @@ TEST_CASE("babble: towards a setpoint, a simulated limb of three coils about two
   CHECK(recording.columns.inputs.size() == 3);
   for (const double angle_deg : recording.samples.back().channels) CHECK(std::abs(angle_deg - 10.0) < 5.0);
 }
+
+}  // namespace sim_input_test

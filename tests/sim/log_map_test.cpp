@@ -15,9 +15,7 @@
 #include "sim/recording.h"
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_log_map_test {
 
 namespace fs = std::filesystem;
 using namespace sinew::sim;
@@ -445,3 +443,5 @@ TEST_CASE("map: those that ship read the data at hand") {
   CHECK(silverbox.table.find("time_s")->values[6103] == doctest::Approx(6103.0 / 610.35).epsilon(1e-15));
   CHECK(silverbox.table.find("drive_V")->values[0] == 0.005861);
 }
+
+}  // namespace sim_log_map_test

@@ -18,6 +18,8 @@
 #include "sim/mat_log.h"
 #include "sim/text.h"
 
+namespace sim_log_reader_test {
+
 namespace fs = std::filesystem;
 using namespace sinew::sim;
 
@@ -217,3 +219,5 @@ TEST_CASE("log: the arrays of an HDF5 file by path") {
   write_file_whole(path, read_file(path).substr(0, 700));
   CHECK(error_of([&] { read_log(path, {}); }) == path.string() + "\n  is not an HDF5 file that can be read, or it is damaged");
 }
+
+}  // namespace sim_log_reader_test

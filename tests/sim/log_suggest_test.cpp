@@ -11,9 +11,7 @@
 #include "sim/log_map.h"
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_log_suggest_test {
 
 namespace fs = std::filesystem;
 using namespace sinew::sim;
@@ -99,3 +97,5 @@ TEST_CASE("suggest: for the data at hand it prints maps that convert them") {
     CHECK(convert_log(data / name, map).table.rows() > 1000);
   }
 }
+
+}  // namespace sim_log_suggest_test

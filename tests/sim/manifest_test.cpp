@@ -8,6 +8,8 @@
 #include <set>
 #include <string>
 
+namespace sim_manifest_test {
+
 using namespace sinew::sim;
 
 TEST_CASE("manifest: hashes are those of FIPS 180-4") {
@@ -66,3 +68,5 @@ TEST_CASE("manifest: a failed run says so, with the time and the reason; a stopp
   result.status = RunStatus::stopped;
   CHECK(nlohmann::json::parse(run_json({}, result, {})).at("status") == "stopped");
 }
+
+}  // namespace sim_manifest_test

@@ -16,9 +16,7 @@
 
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_plant_file_test {
 
 namespace fs = std::filesystem;
 namespace plant = sinew::plant;
@@ -517,3 +515,5 @@ TEST_CASE("plant file: a structure stands in one place, the file or its base") {
   CHECK(error_of([&] { read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 1, E: { latent_heat_J: 2 } } }", folder.path()); }) ==
         "p.yaml:2:48: effects.latent_heat.E = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B, C, D");
 }
+
+}  // namespace sim_plant_file_test

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+namespace sim_random_test {
+
 using namespace sinew::sim;
 
 namespace {
@@ -177,3 +179,5 @@ TEST_CASE("random: a thousand seeds and names that differ by little give a thous
   for (int i = 0; i < 500; ++i) seen.insert(RandomStream(0, "x" + std::to_string(i)).bits(0));
   CHECK(seen.size() == 1000);
 }
+
+}  // namespace sim_random_test

@@ -22,9 +22,7 @@
 #include "sim/input_error.h"
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_recording_test {
 
 namespace fs = std::filesystem;
 using namespace sinew::sim;
@@ -646,3 +644,5 @@ TEST_CASE("recording: the recordings of the physical limb are read, where they a
     MESSAGE(file.filename().string() << ": " << r.samples.size() << " samples\n" << r.notes.summary());
   }
 }
+
+}  // namespace sim_recording_test

@@ -17,9 +17,7 @@
 #include "sim/input_error.h"
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_scenario_test {
 
 namespace fs = std::filesystem;
 namespace plant = sinew::plant;
@@ -422,3 +420,5 @@ TEST_CASE("scenario: an error in a recording to replay points into the recording
 TEST_CASE("scenario: a file that is not there is an error with the system's reason") {
   CHECK(error_of([] { read_scenario("/nowhere/s.yaml"); }) == "/nowhere/s.yaml: cannot read\n  No such file or directory");
 }
+
+}  // namespace sim_scenario_test

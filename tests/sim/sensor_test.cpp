@@ -13,6 +13,8 @@
 #include "sim/recording.h"
 #include "sim/simulation.h"
 
+namespace sim_sensor_test {
+
 using namespace sinew::sim;
 
 namespace {
@@ -191,3 +193,5 @@ TEST_CASE("sensor: dropout, bias, noise or a fault of one channel leaves the oth
     CHECK(differences > before.size() / 2);
   }
 }
+
+}  // namespace sim_sensor_test

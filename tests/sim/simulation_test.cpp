@@ -21,9 +21,7 @@
 #include "sim/recording.h"
 #include "sim/text.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace sim_simulation_test {
 
 namespace fs = std::filesystem;
 namespace plant = sinew::plant;
@@ -521,3 +519,5 @@ TEST_CASE("simulation: in the paper's babbling the duty never passes 0.6, and on
     CHECK((lowest_deg < -25.0) == both);
   }
 }
+
+}  // namespace sim_simulation_test

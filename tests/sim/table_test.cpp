@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+namespace sim_table_test {
+
 using namespace sinew::sim;
 
 TEST_CASE("table: as CSV, a missing value is an empty field and numbers read back the same") {
@@ -24,3 +26,5 @@ TEST_CASE("table: the lower median") {
   CHECK(lower_median({4.0, 1.0, 2.0, 3.0}) == 2.0);
   CHECK(std::isnan(lower_median({})));
 }
+
+}  // namespace sim_table_test

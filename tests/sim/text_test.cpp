@@ -16,6 +16,8 @@
 
 #include "sim/input_error.h"
 
+namespace sim_text_test {
+
 namespace fs = std::filesystem;
 using namespace sinew::sim;
 
@@ -209,3 +211,5 @@ TEST_CASE("nearest: the closest spelling, or none") {
   CHECK(nearest("abcdefgh", std::vector<std::string>{"abcde"}).empty());
   CHECK(nearest("anything", std::vector<std::string>{}).empty());
 }
+
+}  // namespace sim_text_test

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+namespace sim_yaml_test {
+
 using namespace sinew::sim;
 
 namespace {
@@ -244,3 +246,5 @@ TEST_CASE("yaml: an anchor may stand for its value, but not contain itself") {
 TEST_CASE("yaml: a file that is not there is an error with the system's reason") {
   CHECK(error_of([] { read_yaml("/nowhere/at/all.yaml"); }) == "/nowhere/at/all.yaml: cannot read\n  No such file or directory");
 }
+
+}  // namespace sim_yaml_test

@@ -4,6 +4,9 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
+#include "tests/long_when_sanitized.h"
+
+namespace validation_convergence_test {
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -56,7 +59,7 @@ Plant limb_with_everything() {
 
 }  // namespace
 
-TEST_CASE("the error falls with the tolerance and stays within fifty times of it") {
+TEST_CASE("the error falls with the tolerance and stays within fifty times of it" * long_when_sanitized) {
   // A step is held to the tolerance. Some dozens of steps add up before a state forgets them, and a step over the corner of
   // an envelope is worse than it looks to the solver: that is the factor of 50. The angular velocity, which feels both most,
   // sets the largest error, twenty times the mean. Which corners a step meets is chance, so that a tolerance ten times
@@ -80,7 +83,7 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
   }
 }
 
-TEST_CASE("both methods and a fixed step of Runge and Kutta go to one limit") {
+TEST_CASE("both methods and a fixed step of Runge and Kutta go to one limit" * long_when_sanitized) {
   for (const Plant& limb : {default_plant(), limb_with_everything()}) {
     const auto cvode = states(limb, Method::cvode, 1e-11);
     CHECK(distance(limb, cvode, states(limb, Method::arkode, 1e-10)).largest < 1e-7);  // 1000 times the tolerance, as above
@@ -94,3 +97,5 @@ TEST_CASE("both methods and a fixed step of Runge and Kutta go to one limit") {
     CHECK(distance(limb, cvode, by_other_means(2.5e-4)).largest < 6e-8);
   }
 }
+
+}  // namespace validation_convergence_test

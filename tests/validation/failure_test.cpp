@@ -5,6 +5,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_failure_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -74,3 +76,5 @@ TEST_CASE("with sensitivities, too, a failure is a value") {
     CHECK(names_a_state(run, failure->reason));
   }
 }
+
+}  // namespace validation_failure_test

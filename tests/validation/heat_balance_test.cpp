@@ -3,6 +3,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_heat_balance_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -73,3 +75,5 @@ TEST_CASE("heat in is heat stored and heat lost: with each effect alone") {
     CHECK(balance_of(limb, Method::cvode).relative_error() < tolerance);
   }
 }
+
+}  // namespace validation_heat_balance_test

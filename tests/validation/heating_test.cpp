@@ -4,6 +4,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_heating_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -129,3 +131,5 @@ TEST_CASE("a cold limb that is bent by hand and let go springs back as its two r
     }
   }
 }
+
+}  // namespace validation_heating_test

@@ -4,6 +4,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_hysteresis_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -146,3 +148,5 @@ TEST_CASE("with minor loops the fraction follows a share of the envelope across 
     CHECK(std::abs(run.state()[2] - cooled) < tolerance);
   }
 }
+
+}  // namespace validation_hysteresis_test

@@ -3,6 +3,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_restart_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -105,3 +107,5 @@ TEST_CASE("a checkpoint of another limb is refused") {
   CHECK_THROWS_WITH_AS(Integrator(limb_with("thermocouple_lag"), run.checkpoint(), {}), "checkpoint is of another plant",
                        std::invalid_argument);
 }
+
+}  // namespace validation_restart_test

@@ -5,6 +5,9 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
+#include "tests/long_when_sanitized.h"
+
+namespace validation_sensitivity_test {
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -158,7 +161,7 @@ std::vector<std::optional<double>> in_motion(const Plant& limb) {
 
 }  // namespace
 
-TEST_CASE("the run of these tests takes both fractions through their loops and the limb past 30 degrees both ways") {
+TEST_CASE("the run of these tests takes both fractions through their loops and the limb past 30 degrees both ways" * long_when_sanitized) {
   const auto samples = runge_kutta(default_plant(), {}, babbling_profile(), sample_times_between_jumps(36.0), 1e-3);
   double least[5] = {1e9, 1e9, 1e9, 1e9, 1e9}, most[5] = {-1e9, -1e9, -1e9, -1e9, -1e9};
   for (const Sample& sample : samples)
@@ -174,11 +177,11 @@ TEST_CASE("the run of these tests takes both fractions through their loops and t
   CHECK(most[core_state::angle] > 30.0 * radians_per_degree);
 }
 
-TEST_CASE("sensitivities are what differences say: every parameter of the core") {
+TEST_CASE("sensitivities are what differences say: every parameter of the core" * long_when_sanitized) {
   check({.given = {}, .request = {real_parameters(std::nullopt), {}}});
 }
 
-TEST_CASE("sensitivities are what differences say: every parameter of every effect") {
+TEST_CASE("sensitivities are what differences say: every parameter of every effect" * long_when_sanitized) {
   for (const EffectId e : effects().ids()) {
     const auto name = effects()[e].name;
     const auto real = real_parameters(e);
@@ -187,7 +190,7 @@ TEST_CASE("sensitivities are what differences say: every parameter of every effe
   }
 }
 
-TEST_CASE("sensitivities are what differences say: every effect's strength at its null") {
+TEST_CASE("sensitivities are what differences say: every effect's strength at its null" * long_when_sanitized) {
   for (const EffectId e : effects().ids()) {
     const auto name = effects()[e].name;
     const ParameterId strength = effects()[e].strength;
@@ -204,7 +207,7 @@ TEST_CASE("sensitivities are what differences say: every effect's strength at it
   }
 }
 
-TEST_CASE("while the limb stands still and steps are long, its sensitivities stay what they are") {
+TEST_CASE("while the limb stands still and steps are long, its sensitivities stay what they are" * long_when_sanitized) {
   // A wire warms below its transformation and nothing moves; but with an R-phase it would, and that is the sensitivity.
   // The explicit method's steps, long for the state, must not be too long for what the sensitivity does.
   Plant limb = default_plant();
@@ -227,7 +230,7 @@ TEST_CASE("while the limb stands still and steps are long, its sensitivities sta
   }
 }
 
-TEST_CASE("sensitivities are what differences say: every first value of a state") {
+TEST_CASE("sensitivities are what differences say: every first value of a state" * long_when_sanitized) {
   const auto check_first_values = [](const Plant& limb, double step_s, double tolerance) {
     Trial trial{.limb = limb, .given = in_motion(limb), .request = {}, .step_s = step_s, .tolerance = tolerance};
     trial.profile.end_s = 16.0;  // by then wire A has been through its loop and a first value is nearly forgotten
@@ -241,7 +244,7 @@ TEST_CASE("sensitivities are what differences say: every first value of a state"
   }
 }
 
-TEST_CASE("sensitivities are what differences say: all parameters and first values with all effects at once") {
+TEST_CASE("sensitivities are what differences say: all parameters and first values with all effects at once" * long_when_sanitized) {
   Trial trial{.given = {}, .request = {}};
   // As for minor loops, which also are among them; the more so as CVODES chooses its steps by the states alone.
   trial.tolerance = 5e-2;
@@ -257,3 +260,5 @@ TEST_CASE("sensitivities are what differences say: all parameters and first valu
   for (std::size_t i = 0; i < trial.given.size(); ++i) trial.request.initial_states.push_back(StateId{i});
   check(trial);
 }
+
+}  // namespace validation_sensitivity_test

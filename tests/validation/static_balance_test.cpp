@@ -8,6 +8,8 @@
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 
+namespace validation_static_balance_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -231,3 +233,5 @@ TEST_CASE("a limb at rest stays at rest") {
     }
   }
 }
+
+}  // namespace validation_static_balance_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_beam_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -77,3 +79,5 @@ TEST_CASE("beam: the angle that is read carries the offset, the angle that acts 
   CHECK(at.reading[angle] == by_hand(0.45));
   CHECK(at.rates == at_one_instant(default_plant(), {}, {80.0, 30.0, 0.2, 0.9, 0.4, 1.5}).rates);
 }
+
+}  // namespace plant_limb_beam_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_coil_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -18,3 +20,5 @@ TEST_CASE("coil: tension is stiffness times what is stretched over the length it
   CHECK(coil_tension_N(213.0, 0.030, 0.5, 0.028) == by_hand(3.408));  // by hand: 213 * 16 mm
   CHECK(coil_tension_N(113.0, 0.020, 1.0, 0.028) == doctest::Approx(-0.904).epsilon(1e-13));  // the core lets it push
 }
+
+}  // namespace plant_limb_coil_test

@@ -12,9 +12,7 @@
 #include "plant/integrator.h"
 #include "tests/plant/limb/one_instant.h"
 
-#ifndef SINEW_SOURCE_DIR
-#define SINEW_SOURCE_DIR "."
-#endif
+namespace plant_limb_effects_test {
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -305,3 +303,5 @@ TEST_CASE("every state of an effect is named with its unit and has a size") {
     CHECK(state.key.ends_with(suffix_of(state.unit)));
   }
 }
+
+}  // namespace plant_limb_effects_test

@@ -7,6 +7,9 @@
 #include "sim/simulation.h"
 #include "tests/plant/limb/general.h"
 #include "tests/plant/limb/one_instant.h"
+#include "tests/long_when_sanitized.h"
+
+namespace plant_limb_general_test {
 
 using namespace sinew::plant;
 using namespace sinew::test;
@@ -404,7 +407,7 @@ TEST_CASE("own values: plants are equal only where the same part has the same va
   CHECK_FALSE(plant("A", "15") == default_plant());
 }
 
-TEST_CASE("general limb: sensitivities of two segments are what differences say, with values of a part's own") {
+TEST_CASE("general limb: sensitivities of two segments are what differences say, with values of a part's own" * long_when_sanitized) {
   const std::string text = two_segments +
                            "effects:\n  cross_heating: { conductance_W_K: 0.01, C_D: { conductance_W_K: 0.02 } }\n"
                            "  gravity_load: { moment_Nm: 0.01, tilt_deg: 20 }\n"
@@ -518,3 +521,5 @@ TEST_CASE("general limb: what is believed of first values, and other starts, are
     for (const auto& other : others) CHECK(other.size() == coils);
   }
 }
+
+}  // namespace plant_limb_general_test

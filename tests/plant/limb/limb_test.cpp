@@ -6,6 +6,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_limb_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -167,3 +169,5 @@ TEST_CASE("limb: lifted into Jets, equations give the same rates and readings, a
     CHECK(readings[c].v.isZero(0.0));
   }
 }
+
+}  // namespace plant_limb_limb_test

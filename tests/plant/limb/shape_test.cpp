@@ -8,6 +8,8 @@
 
 #include "plant/limb/limb.h"
 
+namespace plant_limb_shape_test {
+
 using namespace sinew::plant;
 
 namespace {
@@ -449,3 +451,5 @@ TEST_CASE("shape: values of a part's own need an effect and a part that it acts 
   CHECK(error("thermocouple_lag", "A") == "effects.here: no such parameter, and no part that this effect acts on; there is none here");
   CHECK(error("latent_heet", "A") == "effects.here: no such effect");
 }
+
+}  // namespace plant_limb_shape_test

@@ -4,6 +4,8 @@
 #include "plant/limb/equations.h"
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_wire_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -73,3 +75,5 @@ TEST_CASE("heat balance: each wire has its own resistance, capacity and loss") {
   CHECK(at.rates[0] == by_hand(17.6));
   CHECK(at.rates[1] == by_hand(0.9));
 }
+
+}  // namespace plant_limb_wire_test

@@ -4,6 +4,8 @@
 #include "plant/integrator.h"
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_airflow_change_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -45,3 +47,5 @@ TEST_CASE("airflow change: an onset at the start acts from the start") {
   const Integrator run(limb, Start{}, {});
   CHECK(at_one_instant(limb, run).now.heat_loss_W_K[A] == by_hand(0.05));
 }
+
+}  // namespace plant_limb_effects_airflow_change_test

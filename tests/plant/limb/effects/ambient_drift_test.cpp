@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_ambient_drift_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("ambient drift: the thermocouples' heat sink follows the room") {
   CHECK(at.reading[A] == by_hand(40.0));  // half-way from 50 to 30
   CHECK(at.reading[B] == by_hand(30.0));
 }
+
+}  // namespace plant_limb_effects_ambient_drift_test

@@ -5,6 +5,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_angle_sensor_drift_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("angle sensor drift: it also drifts away from what a late sensor shows
   CHECK(at.reading[angle] == by_hand(0.3 + std::numbers::pi / 180.0));
   CHECK(at.now.angle_rad[0] == 0.5);
 }
+
+}  // namespace plant_limb_effects_angle_sensor_drift_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_angle_sensor_lag_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -35,3 +37,5 @@ TEST_CASE("angle sensor lag: at rest it shows where the limb is") {
   CHECK(y[4] > 0.5);
   CHECK(y[6] == y[4]);
 }
+
+}  // namespace plant_limb_effects_angle_sensor_lag_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_body_heat_storage_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -45,3 +47,5 @@ TEST_CASE("body heat storage: at rest the body is as warm as the room") {
   const auto y = at_rest(limb);
   CHECK(y[6] == 18.0);
 }
+
+}  // namespace plant_limb_effects_body_heat_storage_test

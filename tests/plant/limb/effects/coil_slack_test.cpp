@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_coil_slack_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -32,3 +34,5 @@ TEST_CASE("coil slack: where both coils pull, it does nothing") {
   const std::vector<double> y{80.0, 25.0, 0.3, 1.0, 0.2, 0.1};
   CHECK(at_one_instant(limb_with("coil_slack", {{"enabled", 1.0}}), {}, y).rates == at_one_instant(default_plant(), {}, y).rates);
 }
+
+}  // namespace plant_limb_effects_coil_slack_test

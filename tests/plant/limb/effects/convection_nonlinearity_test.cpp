@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_convection_nonlinearity_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("convection nonlinearity: what it adds grows with the square of the ri
   CHECK(added_W(45.0) == doctest::Approx(0.064).epsilon(1e-13));
   CHECK(added_W(65.0) == doctest::Approx(0.256).epsilon(1e-13));
 }
+
+}  // namespace plant_limb_effects_convection_nonlinearity_test

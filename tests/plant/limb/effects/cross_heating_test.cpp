@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_cross_heating_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -22,3 +24,5 @@ TEST_CASE("cross heating: what one wire loses, the other gains, and the room see
   CHECK(with.now.heat_to_surroundings_W == without.now.heat_to_surroundings_W);
   CHECK(with.stored_heat_J == without.stored_heat_J);
 }
+
+}  // namespace plant_limb_effects_cross_heating_test

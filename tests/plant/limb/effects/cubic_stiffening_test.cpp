@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_cubic_stiffening_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -25,3 +27,5 @@ TEST_CASE("cubic stiffening: it is the same both ways and nothing when straight"
   CHECK(stiffening_Nm(-0.7) == doctest::Approx(-stiffening_Nm(0.7)).epsilon(1e-13));
   CHECK(stiffening_Nm(0.0) == 0.0);
 }
+
+}  // namespace plant_limb_effects_cubic_stiffening_test

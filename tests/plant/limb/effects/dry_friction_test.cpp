@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_dry_friction_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("dry friction: a fast limb is not rubbed harder") {
   CHECK(friction_Nm(1.0) == doctest::Approx(-0.003).epsilon(1e-12));  // by hand: 1 - tanh 20 is 1e-17
   CHECK(friction_Nm(2.0) == doctest::Approx(-0.003).epsilon(1e-12));
 }
+
+}  // namespace plant_limb_effects_dry_friction_test

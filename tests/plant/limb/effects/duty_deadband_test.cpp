@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_duty_deadband_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -19,3 +21,5 @@ TEST_CASE("duty deadband: at null even the smallest duty heats") {
   CHECK(at.now.joule_heat_W[A] == by_hand(1.96e-5));
   CHECK(at.now.joule_heat_W[B] == 0.0);
 }
+
+}  // namespace plant_limb_effects_duty_deadband_test

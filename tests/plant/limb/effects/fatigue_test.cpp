@@ -4,6 +4,8 @@
 #include "plant/integrator.h"
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_fatigue_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -39,3 +41,5 @@ TEST_CASE("fatigue: from cold to hot and back to cold is one cycle, the other co
   CHECK(run.state()[6] == doctest::Approx(1.0).epsilon(0.01));      // the cold envelope is 0.993, not 1
   CHECK(run.state()[7] == 0.0);
 }
+
+}  // namespace plant_limb_effects_fatigue_test

@@ -5,6 +5,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_gravity_load_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -29,3 +31,5 @@ TEST_CASE("gravity load: a limb that hangs straight down is pulled back to where
   CHECK(weight_Nm(-30.0, 0.0) == doctest::Approx(0.005).epsilon(1e-13));
   CHECK(std::abs(weight_Nm(-20.0, 20.0)) < 1e-17);
 }
+
+}  // namespace plant_limb_effects_gravity_load_test

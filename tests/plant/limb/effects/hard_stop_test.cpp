@@ -5,6 +5,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_hard_stop_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -28,3 +30,5 @@ TEST_CASE("hard stop: ten degrees into it, it pushes back by ten degrees of its 
 TEST_CASE("hard stop: short of it there is nothing") {
   for (const double angle_deg : {-24.9, -10.0, 0.0, 24.9}) CHECK(contact_Nm(angle_deg) == 0.0);
 }
+
+}  // namespace plant_limb_effects_hard_stop_test

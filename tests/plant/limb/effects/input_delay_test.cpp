@@ -4,6 +4,8 @@
 #include "plant/integrator.h"
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_input_delay_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -55,3 +57,5 @@ TEST_CASE("input delay: what was held at the start acts until the first command 
   CHECK(run.state()[0] == doctest::Approx(heated_degC(0.3)).epsilon(1e-7));
   CHECK(at_one_instant(limb, run).now.duty_fraction[A] == 0.0);
 }
+
+}  // namespace plant_limb_effects_input_delay_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_latent_heat_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -52,3 +54,5 @@ TEST_CASE("latent heat: what transformation takes from temperature stays in the 
   CHECK(stored_rate_W == doctest::Approx(8.36).epsilon(1e-13));
   CHECK(at.stored_heat_J == by_hand(0.85 * 135.0 - 8.0 * 1.0));
 }
+
+}  // namespace plant_limb_effects_latent_heat_test

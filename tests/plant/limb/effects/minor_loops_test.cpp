@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_minor_loops_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -56,3 +58,5 @@ TEST_CASE("minor loops: latent heat and fraction are solved for together") {
   CHECK(at.rates[0] == doctest::Approx(warming_K_s).epsilon(to_all_digits));
   CHECK(at.rates[2] == doctest::Approx(0.2 * heating_slope_1_K * warming_K_s).epsilon(to_all_digits));
 }
+
+}  // namespace plant_limb_effects_minor_loops_test

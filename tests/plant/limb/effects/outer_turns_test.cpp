@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_outer_turns_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -43,3 +45,5 @@ TEST_CASE("outer turns: at rest they are as warm as the others") {
   CHECK(y[6] == 0.0);
   CHECK(y[7] == 0.0);
 }
+
+}  // namespace plant_limb_effects_outer_turns_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_r_phase_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -32,3 +34,5 @@ TEST_CASE("r phase: with the whole share the stretch forgets the main transforma
   CHECK(at.now.tension_N[A] == doctest::Approx(113.0 * 0.016).epsilon(1e-13));
   CHECK(at.now.tension_N[B] == doctest::Approx(313.0 * 0.016).epsilon(1e-13));
 }
+
+}  // namespace plant_limb_effects_r_phase_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_resistance_change_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -20,3 +22,5 @@ TEST_CASE("resistance change: between the phases it goes with the fraction") {
   CHECK(at.now.resistance_Ohm[A] == by_hand(2.65));
   CHECK(at.now.resistance_Ohm[B] == by_hand(2.725));
 }
+
+}  // namespace plant_limb_effects_resistance_change_test

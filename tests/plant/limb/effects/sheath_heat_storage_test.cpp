@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_sheath_heat_storage_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -46,3 +48,5 @@ TEST_CASE("sheath heat storage: at rest both sheaths are as warm as the room") {
   CHECK(y[6] == 18.0);
   CHECK(y[7] == 18.0);
 }
+
+}  // namespace plant_limb_effects_sheath_heat_storage_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_stress_shift_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("stress shift: a slack coil has its own midpoints") {
   CHECK(at.now.tension_N[A] == 0.0);
   CHECK(at.now.heating_midpoint_degC[A] == 75.0);
 }
+
+}  // namespace plant_limb_effects_stress_shift_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_supply_sag_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -34,3 +36,5 @@ TEST_CASE("supply sag: the current is that of the duty and the resistance that a
   // By hand: duty 0.6 and 0, 2.5 * 1.2 = 3 Ohm: V = 7 / (1 + 0.5 * 0.2).
   CHECK(at.now.supply_voltage_V == by_hand(7.0 / 1.1));
 }
+
+}  // namespace plant_limb_effects_supply_sag_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_thermocouple_heat_sink_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -34,3 +36,5 @@ TEST_CASE("thermocouple heat sink: the wire keeps its heat") {
   const auto without = at_one_instant(default_plant(), {}, y);
   CHECK(with.rates == without.rates);
 }
+
+}  // namespace plant_limb_effects_thermocouple_heat_sink_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_thermocouple_lag_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -48,3 +50,5 @@ TEST_CASE("thermocouple lag: at rest the bead is as warm as its wire") {
   CHECK(y[6] == 61.0);
   CHECK(y[7] == 25.0);
 }
+
+}  // namespace plant_limb_effects_thermocouple_lag_test

@@ -3,6 +3,8 @@
 
 #include "tests/plant/limb/one_instant.h"
 
+namespace plant_limb_effects_viscoelastic_creep_test {
+
 using namespace sinew::plant;
 using namespace sinew::test;
 
@@ -30,3 +32,5 @@ TEST_CASE("viscoelastic creep: a branch that has relaxed carries nothing, and so
   CHECK(y[4] > 0.5);
   CHECK(y[6] == y[4]);
 }
+
+}  // namespace plant_limb_effects_viscoelastic_creep_test
