@@ -26,16 +26,16 @@ void note_signal(int number) {
   }
 }
 
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
 void check_folder(const std::filesystem::path& out) {
   std::filesystem::path there = std::filesystem::absolute(out);
   while (!std::filesystem::exists(there) && there.has_parent_path() && there.parent_path() != there) there = there.parent_path();
-  const auto refuse = [&](const std::string& advice) { throw sim::InputError({.file = "", .key = "--out", .value = out.string(), .advice = advice}); };
+  const auto refuse = [&](const std::string& advice) {
+    throw sim::InputError({.file = "", .key = "--out", .value = out.string(), .advice = advice});
+  };
   if (!std::filesystem::is_directory(there))
     refuse((there == std::filesystem::absolute(out) ? "" : there.string() + " ") + "is a file; a folder is needed");
   // Whether it can be written to is found by writing: what the right to do so says does not hold for /proc, or for root.

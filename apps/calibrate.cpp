@@ -34,9 +34,7 @@ struct CalibrateArguments {
   bool at_rest = false, json = false, overwrite = false;
 };
 
-double in_file_units(const diagnose::Estimate& estimate, double internal) {
-  return internal / estimate.unknown.internal_per_unit;
-}
+double in_file_units(const diagnose::Estimate& estimate, double internal) { return internal / estimate.unknown.internal_per_unit; }
 
 bool is_parameter(const diagnose::Estimate& estimate) { return estimate.unknown.parameter.has_value(); }
 
@@ -48,7 +46,9 @@ std::vector<plant::ParameterId> chosen_parameters(const std::vector<std::string>
     const auto found = std::find(all.begin(), all.end(), name);
     if (found == all.end()) {
       const std::string advice = "no such parameter that can be fitted" + sim::did_you_mean(name, all);
-      throw sim::InputError({.file = "", .key = "--fit", .value = name,
+      throw sim::InputError({.file = "",
+                             .key = "--fit",
+                             .value = name,
                              .advice = advice + "\n`sinew effects --core` lists the core's; an effect's must be on in the plant"});
     }
     chosen.push_back(plant.system().parameter(name));
@@ -63,10 +63,15 @@ report::Table parameter_table(const diagnose::Calibration& calibration, bool par
     if (is_parameter(e) != parameters) continue;
     report::Row row;
     const double error = in_file_units(e, e.standard_error);
-    row.cells = {e.unknown.name, std::string(e.unknown.unit), report::significant(in_file_units(e, e.unknown.centre), 4),
-                 report::significant(in_file_units(e, e.value), 4), report::significant(error, 2),
-                 report::fixed(100.0 * e.share_of_prior, 0) + " %", e.told() ? "yes" : "no"};
-    if (e.at_bound) row.note = "at the bound of what is allowed: the model is probably missing something";
+    row.cells = {e.unknown.name,
+                 std::string(e.unknown.unit),
+                 report::significant(in_file_units(e, e.unknown.centre), 4),
+                 report::significant(in_file_units(e, e.value), 4),
+                 report::significant(error, 2),
+                 report::fixed(100.0 * e.share_of_prior, 0) + " %",
+                 e.told() ? "yes" : "no"};
+    if (e.at_bound)
+      row.note = "at the bound of what is allowed: the model is probably missing something";
     else if (std::abs(e.surprise()) > 3.0)
       row.note = report::significant(e.surprise(), 2) + " prior deviations from where it began: the model is probably missing something";
     else if (!e.told() && std::abs(e.partner_correlation) > 0.5)
@@ -90,8 +95,8 @@ std::string untold_sentence(const diagnose::Calibration& calibration) {
 std::string signs_sentence(const diagnose::Calibration& calibration) {
   std::string text;
   for (const plant::ParameterId p : calibration.flipped_signs)
-    text += "The recording says that " + calibration.fitted.system().parameters()[p].key() + " is " + sim::parameter_text(calibration.fitted, p) +
-            ", the other way than in the nominal plant, and that was used. ";
+    text += "The recording says that " + calibration.fitted.system().parameters()[p].key() + " is " +
+            sim::parameter_text(calibration.fitted, p) + ", the other way than in the nominal plant, and that was used. ";
   return text;
 }
 
@@ -99,8 +104,9 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
   int usable = 0;
   for (const auto& outcome : calibration.outcomes) usable += outcome.usable;
   std::string text = std::to_string(usable) + " of " + std::to_string(calibration.outcomes.size()) + " starts could be used; ";
-  return text + (calibration.several_starts_agree ? "all found the same optimum."
-                                                  : "they did NOT find the same optimum: the best one is reported, and may not be the best there is.");
+  return text + (calibration.several_starts_agree
+                     ? "all found the same optimum."
+                     : "they did NOT find the same optimum: the best one is reported, and may not be the best there is.");
 }
 
 nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
@@ -116,8 +122,8 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
     json["flipped_signs"].push_back(calibration.fitted.system().parameters()[p].key());
   json["starts_agree"] = calibration.several_starts_agree;
   for (const auto& outcome : calibration.outcomes)
-    json["starts"].push_back({{"usable", outcome.usable}, {"cost", outcome.cost}, {"passes", outcome.passes},
-                              {"iterations", outcome.iterations}});
+    json["starts"].push_back(
+        {{"usable", outcome.usable}, {"cost", outcome.cost}, {"passes", outcome.passes}, {"iterations", outcome.iterations}});
   for (const auto& e : calibration.estimates) {
     nlohmann::ordered_json one{{"name", e.unknown.name},
                                {"unit", e.unknown.unit},
@@ -151,7 +157,9 @@ int calibrate_command(const CalibrateArguments& arguments) {
   for (const sim::Recording& recording : recordings) {
     const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
     if (count < 20)
-      throw sim::InputError({.file = recording.name, .key = "--fit-until", .value = sim::shortest(arguments.fit_until_s),
+      throw sim::InputError({.file = recording.name,
+                             .key = "--fit-until",
+                             .value = sim::shortest(arguments.fit_until_s),
                              .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
                                        sim::shortest(recording.samples.front().time_s) + " s"});
     data.push_back({&recording, count, noise_of_option(arguments.noise, system, diagnose::noise_of(system, recording))});
@@ -171,12 +179,12 @@ int calibrate_command(const CalibrateArguments& arguments) {
   }
   std::vector<diagnose::Comparison> comparisons;
   for (std::size_t r = 0; r < recordings.size(); ++r)
-    comparisons.push_back(diagnose::compare(calibration.fitted, calibration.starts_of_recordings[r], recordings[r],
-                                            data[r].deviation, arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
+    comparisons.push_back(diagnose::compare(calibration.fitted, calibration.starts_of_recordings[r], recordings[r], data[r].deviation,
+                                            arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
   const report::Table parameters = parameter_table(calibration, true), first_values = parameter_table(calibration, false);
   const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
-  const std::string names = name_of(recordings.front().name) +
-                            (recordings.size() > 1 ? " and " + std::to_string(recordings.size() - 1) + " more" : "");
+  const std::string names =
+      name_of(recordings.front().name) + (recordings.size() > 1 ? " and " + std::to_string(recordings.size() - 1) + " more" : "");
 
   const std::filesystem::path out = arguments.out;
   std::string yaml = "# Calibrated by `sinew calibrate` on " + names + ", from " + name_of(arguments.plant) + ".\n";
@@ -246,8 +254,9 @@ int calibrate_command(const CalibrateArguments& arguments) {
     for (const std::string& line : findings(comparisons[r])) std::printf("%s\n", report::wrap(line).c_str());
   }
   std::printf("\n%s\n%s\n%s\nplant:  %s\nreport: %s\n", report::to_text(parameters).c_str(),
-              report::wrap(signs_sentence(calibration) + untold_sentence(calibration)).c_str(), report::wrap(starts_sentence(calibration)).c_str(),
-              (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
+              report::wrap(signs_sentence(calibration) + untold_sentence(calibration)).c_str(),
+              report::wrap(starts_sentence(calibration)).c_str(), (out / "plant.yaml").string().c_str(),
+              (out / "report.html").string().c_str());
   return 0;
 }
 
@@ -262,9 +271,10 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of each recording; the rest is kept back")
       ->check(finite_number());
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
-  command->add_option("--noise", arguments->noise,
-                      "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
-                      "otherwise estimated from the recording")
+  command
+      ->add_option("--noise", arguments->noise,
+                   "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
+                   "otherwise estimated from the recording")
       ->delimiter(',');
   command->add_option("--starts", arguments->starts, "number of seeded starts")->check(CLI::Range(1, 1000))->capture_default_str();
   command->add_option("--seed", arguments->seed, "of the starts")->check(CLI::NonNegativeNumber)->capture_default_str();
@@ -272,9 +282,10 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print calibration.json instead of tables");
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Examples:\n"
-                  "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
-                  "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");
+  command->footer(
+      "Examples:\n"
+      "  sinew calibrate recording.csv --plant plant/limbs/paper_limb.yaml --fit-until 120 --out results/mine\n"
+      "  sinew calibrate recording.csv --plant mine.yaml --fit heat_loss_A_W_K,heat_loss_B_W_K --out /tmp/fit");
   command->callback([arguments, &exit_code] { exit_code = calibrate_command(*arguments); });
 }
 

@@ -42,7 +42,8 @@ int compare_command(const CompareArguments& arguments) {
   plant::Start start;
   const double first_s = recording.samples.front().time_s;
   if (!arguments.at_rest) {
-    const std::size_t count = std::max<std::size_t>(2, diagnose::samples_until(recording, std::min(first_s + arguments.start_from_s, arguments.fit_until_s)));
+    const std::size_t count =
+        std::max<std::size_t>(2, diagnose::samples_until(recording, std::min(first_s + arguments.start_from_s, arguments.fit_until_s)));
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
     settings.should_stop = interrupted;

@@ -63,7 +63,8 @@ report::TimePlot residual_plot(const diagnose::Comparison& comparison, ChannelId
   band.lower.assign(comparison.time_s.size(), -2.0 * noise);
   band.upper.assign(comparison.time_s.size(), 2.0 * noise);
   const plant::ChannelInfo& channel = comparison.system->channels()[c];
-  report::TimePlot plot = time_plot(comparison, "Residual of " + channel.words, "model − recording / " + channel.unit_words, {band, residual});
+  report::TimePlot plot =
+      time_plot(comparison, "Residual of " + channel.words, "model − recording / " + channel.unit_words, {band, residual});
   plot.height_px = 130;
   return plot;
 }
@@ -129,8 +130,9 @@ report::Table error_table(const diagnose::Comparison& comparison) {
     for (const ChannelId c : comparison.system->channels().ids()) add(c, ", not fitted", comparison.unfitted[c]);
   table.align.assign(table.header.size(), report::Align::right);
   table.align[0] = report::Align::left;
-  table.caption = "RMSE of model − recording, open loop. Noise is what the sensor alone does; the last column is the share of the "
-                  "mean square that noise does not explain.";
+  table.caption =
+      "RMSE of model − recording, open loop. Noise is what the sensor alone does; the last column is the share of the "
+      "mean square that noise does not explain.";
   return table;
 }
 
@@ -148,8 +150,8 @@ nlohmann::ordered_json channels_json(const diagnose::Comparison& comparison) {
   nlohmann::ordered_json json;
   for (const ChannelId c : comparison.system->channels().ids())
     json[comparison.system->channels()[c].column] = {{"noise", comparison.noise[c]},
-                                             {"fitted", json_of(comparison.fitted[c])},
-                                             {"not_fitted", json_of(comparison.unfitted[c])}};
+                                                     {"fitted", json_of(comparison.fitted[c])},
+                                                     {"not_fitted", json_of(comparison.unfitted[c])}};
   return json;
 }
 
@@ -159,8 +161,8 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
     if (comparison.fitted[c].samples + comparison.unfitted[c].samples == 0) continue;
     const std::string& unit = comparison.system->channels()[c].unit_words;
     const diagnose::ChannelError& error = comparison.fitted[c].samples ? comparison.fitted[c] : comparison.unfitted[c];
-    std::string text = "The " + comparison.system->channels()[c].words + " is " + report::significant(error.rmse, 3) + " " + unit + " off (noise: " +
-                       report::significant(comparison.noise[c], 2) + " " + unit + ")";
+    std::string text = "The " + comparison.system->channels()[c].words + " is " + report::significant(error.rmse, 3) + " " + unit +
+                       " off (noise: " + report::significant(comparison.noise[c], 2) + " " + unit + ")";
     if (comparison.fitted[c].samples && comparison.unfitted[c].samples)
       text += " where it was fitted and " + report::significant(comparison.unfitted[c].rmse, 3) + " " + unit + " where it was not";
     const auto& worst = comparison.worst[c];
@@ -217,8 +219,7 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
 
   report::Section against;
   against.heading = "Where the residual is";
-  against.text =
-      "A cloud around zero is noise. A cloud with a shape is something that the model lacks, or has wrong, at that value.";
+  against.text = "A cloud around zero is noise. A cloud with a shape is something that the model lacks, or has wrong, at that value.";
   blocks.push_back(against);
   const auto name_in_legend = [&](ChannelId c) { return channels[c].part.empty() ? channels[c].words : channels[c].part; };
   std::vector<std::string> kinds;
@@ -237,8 +238,7 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
   }
   // What lies last in the chain of causes, against what drives it.
   std::vector<ChannelId> upstream, downstream;
-  for (const ChannelId c : channels.ids())
-    (channels[c].kind == system.upstream_kind() ? upstream : downstream).push_back(c);
+  for (const ChannelId c : channels.ids()) (channels[c].kind == system.upstream_kind() ? upstream : downstream).push_back(c);
   if (upstream.empty()) return blocks;
   for (const ChannelId c : downstream) {
     std::vector<report::ScatterSeries> series;
@@ -249,18 +249,18 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
                              "model − recording / " + channels[c].unit_words, std::move(series)));
   }
   report::Section loops;
-  loops.heading = capitalised(channels[upstream.front()].kind) + " and " + (downstream.empty() ? std::string() : channels[downstream.front()].kind);
+  loops.heading =
+      capitalised(channels[upstream.front()].kind) + " and " + (downstream.empty() ? std::string() : channels[downstream.front()].kind);
   loops.text = "One against the other, as recorded and as modelled: hysteresis shows as a loop.";
   if (!downstream.empty()) blocks.push_back(loops);
   for (const ChannelId by : upstream)
     for (const ChannelId c : downstream) {
       const std::string of = by.index < channels.size() ? channels[by].kind + " of " + name_in_legend(by) : "";
-      blocks.push_back(scatter(comparison, capitalised(channels[c].words) + " against " + of, of + " / " + channels[by].unit_words,
-                               with_unit(channels[c]),
-                               {points("recording", measured_series(recording, by), measured_series(recording, c),
-                                       report::okabe_ito::black, report::ScatterSeries::Style::path),
-                                points("model", comparison.model[by], comparison.model[c], report::okabe_ito::vermillion,
-                                       report::ScatterSeries::Style::path)}));
+      blocks.push_back(scatter(
+          comparison, capitalised(channels[c].words) + " against " + of, of + " / " + channels[by].unit_words, with_unit(channels[c]),
+          {points("recording", measured_series(recording, by), measured_series(recording, c), report::okabe_ito::black,
+                  report::ScatterSeries::Style::path),
+           points("model", comparison.model[by], comparison.model[c], report::okabe_ito::vermillion, report::ScatterSeries::Style::path)}));
     }
   return blocks;
 }

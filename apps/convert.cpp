@@ -31,7 +31,8 @@ void convert_by_map(const std::string& log, const std::string& output, const std
   const std::vector<double>& time_s = conversion.table.columns.front().values;
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < time_s.size(); ++i) steps_s.push_back(time_s[i] - time_s[i - 1]);
-  say_what_was_written(time_s.size(), sim::rounded(time_s.back() - time_s.front(), 6), sim::rounded(sim::lower_median(std::move(steps_s)), 5), conversion.notes, output);
+  say_what_was_written(time_s.size(), sim::rounded(time_s.back() - time_s.front(), 6),
+                       sim::rounded(sim::lower_median(std::move(steps_s)), 5), conversion.notes, output);
 }
 
 }  // namespace
@@ -76,7 +77,8 @@ void add_convert(CLI::App& program, int& exit_code) {
       refuse(a.log, "is a MATLAB or HDF5 file, and needs --map MAP.yaml; `sinew convert --suggest " + a.log + "` prints one to begin with");
     sim::Recording recording = sim::read_logger(a.log, plant::default_plant().system(), a.swap_sides);
     sim::write_recording(a.recording, recording);
-    say_what_was_written(recording.samples.size(), sim::shortest(recording.duration_s()), sim::shortest(recording.median_period_s()), recording.notes.summary(), a.recording);
+    say_what_was_written(recording.samples.size(), sim::shortest(recording.duration_s()), sim::shortest(recording.median_period_s()),
+                         recording.notes.summary(), a.recording);
   });
 }
 

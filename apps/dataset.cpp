@@ -27,9 +27,7 @@ struct DatasetArguments {
   bool overwrite = false;
 };
 
-nlohmann::json json_of(const std::filesystem::path& file) {
-  return nlohmann::json::parse(sim::read_file(file), nullptr, false);
-}
+nlohmann::json json_of(const std::filesystem::path& file) { return nlohmann::json::parse(sim::read_file(file), nullptr, false); }
 
 // The files of runs/ that bear a run's number, and whose name goes on like one of these.
 std::vector<std::filesystem::path> run_files(const std::filesystem::path& out, const std::set<std::string>& kinds = {".csv", ".json"}) {
@@ -77,8 +75,9 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
     throw sim::InputError({.file = "",
                            .key = "--out",
                            .value = outputs.folder().string(),
-                           .advice = "holds another set, or a larger one: another scenario, seed, randomisation or version of this program made "
-                                     "it\ngive another folder, or replace the set with --overwrite"});
+                           .advice =
+                               "holds another set, or a larger one: another scenario, seed, randomisation or version of this program made "
+                               "it\ngive another folder, or replace the set with --overwrite"});
   outputs.claim({"set.h5", "manifest.json"}, same);
   if (!same) remove_set(outputs.folder());
   for (const auto& half_written : run_files(outputs.folder(), {".csv.partial", ".json.partial"})) std::filesystem::remove(half_written);
@@ -95,7 +94,9 @@ int dataset_command(const DatasetArguments& arguments) {
     plan.domain = model::read_domain(std::filesystem::path(arguments.randomise), plan.scenario.plant.system());
     plan.domain_text = sim::read_file(arguments.randomise);
     if (!plan.domain.input.empty() && !std::holds_alternative<sim::BabbleInput>(plan.scenario.input))
-      throw sim::InputError({.file = arguments.randomise, .key = "input", .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});
+      throw sim::InputError({.file = arguments.randomise,
+                             .key = "input",
+                             .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});
   }
   plan.runs = arguments.runs;
   const std::filesystem::path out = arguments.out;
@@ -115,8 +116,10 @@ int dataset_command(const DatasetArguments& arguments) {
   std::vector<std::int64_t> open;
   std::int64_t there = 0;
   for (std::int64_t run = ranks.rank(); run < plan.runs; run += ranks.size())
-    if (model::is_there(plan, out, run)) ++there;
-    else open.push_back(run);
+    if (model::is_there(plan, out, run))
+      ++there;
+    else
+      open.push_back(run);
   if (there > 0) std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(there));
   Progress progress("dataset");
   std::mutex telling;
@@ -138,7 +141,9 @@ int dataset_command(const DatasetArguments& arguments) {
   outputs->stage("manifest.json", model::manifest_of(plan, out));
   outputs->commit();
   const std::int64_t failed = model::failed_runs(plan, out);
-  if (failed > 0) std::fprintf(stderr, "%lld of the runs failed; manifest.json says which, and they are not trained on\n", static_cast<long long>(failed));
+  if (failed > 0)
+    std::fprintf(stderr, "%lld of the runs failed; manifest.json says which, and they are not trained on\n",
+                 static_cast<long long>(failed));
   std::printf("%lld runs of %s s\nwritten: %s/{runs/, set.h5, manifest.json}\n", static_cast<long long>(plan.runs),
               sim::shortest(plan.scenario.duration_s).c_str(), out.string().c_str());
   return 0;
@@ -153,12 +158,16 @@ void add_dataset(CLI::App& program, int& exit_code) {
   command->add_option("--runs", arguments->runs, "how many")->check(CLI::Range(1, 1000000))->capture_default_str();
   command->add_option("--randomise", arguments->randomise, "what differs from run to run, in YAML");
   command->add_option("--out", arguments->out, "folder for runs/, set.h5, manifest.json")->required();
-  command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
-  command->add_option("--threads", arguments->threads, "runs at a time; changes no byte")->check(CLI::Range(1, 1024))->capture_default_str();
+  command->add_option("--seed", arguments->seed, "instead of the scenario's own")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1000000000}));
+  command->add_option("--threads", arguments->threads, "runs at a time; changes no byte")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
-                  "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"
-                  "  mpirun -n 4 sinew dataset scenarios/babble_bidirectional.yaml --runs 4096 --threads 1 --out /scratch/set");
+  command->footer(
+      "Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
+      "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"
+      "  mpirun -n 4 sinew dataset scenarios/babble_bidirectional.yaml --runs 4096 --threads 1 --out /scratch/set");
   command->callback([arguments, &exit_code] { exit_code = dataset_command(*arguments); });
 }
 

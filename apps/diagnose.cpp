@@ -46,8 +46,7 @@ std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& name
   for (const std::string& name : names) {
     if (std::find(all.begin(), all.end(), name) == all.end()) {
       const std::string advice = "no such effect" + sim::did_you_mean(name, all);
-      throw sim::InputError(
-          {.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
+      throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
     }
     chosen.push_back(system.effect(name));
   }
@@ -71,8 +70,7 @@ void check_apart(const DiagnoseArguments& arguments) {
   const auto check = [&](const std::string& key, const std::string& path) {
     const std::filesystem::path file = std::filesystem::weakly_canonical(path);
     if (std::find(seen.begin(), seen.end(), file) != seen.end())
-      throw sim::InputError(
-          {.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
+      throw sim::InputError({.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
     seen.push_back(file);
   };
   for (const std::string& path : arguments.training) check("--train", path);
@@ -94,8 +92,7 @@ sim::Recording read_checked(const std::string& path, const plant::Plant& nominal
 
 void print_wrapped(const std::string& text, std::size_t indent) {
   std::string lines = report::wrap(text, report::terminal_columns, indent);
-  for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;)
-    lines.replace(at, std::string(no_break).size(), " ");
+  for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;) lines.replace(at, std::string(no_break).size(), " ");
   std::printf("%s\n", lines.c_str());
 }
 
@@ -137,14 +134,11 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
   if (std::isfinite(arguments.fit_until_s)) settings.fit_until_s = arguments.fit_until_s;
   std::vector<sim::Recording> training, held_out;
-  for (const std::string& path : arguments.training)
-    training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
-  for (const std::string& path : arguments.held_out)
-    held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
+  for (const std::string& path : arguments.training) training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
+  for (const std::string& path : arguments.held_out) held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
   if (!arguments.noise.empty())
     settings.noise = noise_of_option(arguments.noise, nominal.system(), diagnose::noise_of(nominal.system(), training.front()));
-  if (std::isfinite(arguments.fit_until_s) &&
-      std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
+  if (std::isfinite(arguments.fit_until_s) && std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
         return diagnose::samples_until(one, arguments.fit_until_s) + least_samples > one.samples.size();
       }))
     throw sim::InputError({.file = "",
@@ -171,8 +165,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
                                            {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
                                            {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
   files.merge(prediction_files(diagnosis));
-  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0)
-    files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
+  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(diagnosis, inputs, hashes, files);
   if (interrupted()) throw diagnose::Stopped{};
   for (const auto& [name, content] : files) outputs.stage(name, content);
@@ -186,12 +179,10 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   for (const auto* recordings : {&training, &held_out})
     for (const sim::Recording& recording : *recordings) {
       const std::string oddities = recording.notes.summary();
-      if (!oddities.empty())
-        std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
+      if (!oddities.empty()) std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
     }
   print_words(diagnosis_words(diagnosis, inputs));
-  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(),
-              (out / "report.html").string().c_str());
+  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
   return 0;
 }
 
@@ -199,33 +190,25 @@ int diagnose_command(const DiagnoseArguments& arguments) {
 
 void add_diagnose(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<DiagnoseArguments>();
-  CLI::App* command =
-      program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
-  command
-      ->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")
+  CLI::App* command = program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
+  command->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")
       ->required()
       ->expected(1, 1000);
   command
-      ->add_option(
-          "--heldout", arguments->held_out,
-          "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
+      ->add_option("--heldout", arguments->held_out,
+                   "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
       ->expected(1, 1000);
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
-  command
-      ->add_option("--out", arguments->out,
-                   "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
+  command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
       ->required();
-  command->add_option("--fit-until", arguments->fit_until_s,
-                      "learn up to this time [s] of each training recording; the rest is kept back")
+  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is kept back")
       ->check(finite_number());
   command
       ->add_option("--noise", arguments->noise,
                    "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
                    "otherwise estimated from the recordings")
       ->delimiter(',');
-  command->add_option("--without", arguments->without, "effects that may not be named")
-      ->delimiter(',')
-      ->expected(1, 1000);
+  command->add_option("--without", arguments->without, "effects that may not be named")->delimiter(',')->expected(1, 1000);
   command->add_option("--seed", arguments->seed, "of the draws that intervals and chances come from")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -50,8 +50,7 @@ ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found)
   json["gain"] = found.gain;
   json["chance"] = found.chance;
   json["rivals"] = ordered_json::array();
-  for (const auto& [effect, loss] : found.rivals)
-    json["rivals"].push_back({{"name", name_of(d, effect)}, {"loss_of_log_evidence", loss}});
+  for (const auto& [effect, loss] : found.rivals) json["rivals"].push_back({{"name", name_of(d, effect)}, {"loss_of_log_evidence", loss}});
   return json;
 }
 
@@ -75,8 +74,7 @@ ordered_json round_json(const Diagnosis& d, const diagnose::Round& round, const 
     json["candidates"].push_back(one);
   }
   json["scores"] = ordered_json::object();
-  for (const std::size_t s : round.scores.best)
-    json["scores"][name_of(d, round.scores.all[s].effect)] = round.scores.all[s].statistic;
+  for (const std::size_t s : round.scores.best) json["scores"][name_of(d, round.scores.all[s].effect)] = round.scores.all[s].statistic;
   return json;
 }
 
@@ -100,10 +98,8 @@ ordered_json fitted_json(const diagnose::Explanation& answer) {
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
     if (unknown.parameter == std::nullopt) continue;
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
-                 error = 1.959964 * answer.deviation(u) / unit;
-    json[unknown.name] = {
-        {"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = 1.959964 * answer.deviation(u) / unit;
+    json[unknown.name] = {{"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
   }
   return json;
 }
@@ -122,7 +118,7 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 }  // namespace
 
 ordered_json chance_json(const diagnose::UnrestByChance& chance) {
-  return {{"drawn", chance.drawn}, {"as_large", chance.as_large}, {"unrest", chance.unrest},
+  return {{"drawn", chance.drawn},    {"as_large", chance.as_large}, {"unrest", chance.unrest},
           {"air_K", chance.nuisance}, {"largest", chance.largest},   {"probability", chance.probability()}};
 }
 
@@ -143,17 +139,16 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                           {"largest_duty_fraction", d.experiment->largest_share},
                           {"hottest_degC", d.experiment->highest},
                           {"separation", d.experiment->separation}};
-  json["located"] = {
-      {"channel", channels_of(d)[d.located.channel].column},
-      {"place", d.located.place},
-      {"windows_s", windows_json(d.located.worst)},
-      {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
-      {"share_of_time", d.located.worst.share_of_time},
-      {"share_of_error", d.located.worst.share_of_error},
-      {"while", d.located.while_words},
-      {"cannot_be_told_from", d.located.cannot_be_told_from},
-      {"calibrated", per_channel(d, fitted_rmse(d))},
-      {"noise", per_channel(d, d.located.noise)}};
+  json["located"] = {{"channel", channels_of(d)[d.located.channel].column},
+                     {"place", d.located.place},
+                     {"windows_s", windows_json(d.located.worst)},
+                     {"recording", d.located.worst_recording < d.gate.size() ? d.gate[d.located.worst_recording].recording : ""},
+                     {"share_of_time", d.located.worst.share_of_time},
+                     {"share_of_error", d.located.worst.share_of_error},
+                     {"while", d.located.while_words},
+                     {"cannot_be_told_from", d.located.cannot_be_told_from},
+                     {"calibrated", per_channel(d, fitted_rmse(d))},
+                     {"noise", per_channel(d, d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)
     shares.push_back({{"place", groups_of(d)[share.group].name},
@@ -165,8 +160,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   const auto& held = d.held_out;
   ordered_json gain;
   for (const plant::ChannelId c : channels_of(d).ids())
-    gain[channels_of(d)[c].column] = {{"value", held.gain[c]},
-                                             {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
+    gain[channels_of(d)[c].column] = {{"value", held.gain[c]}, {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
   json["fit"]["heldout"] = {{"before", per_channel(d, held.before)},
                             {"after", per_channel(d, held.after)},
                             {"noise", per_channel(d, held.noise)},
@@ -177,7 +171,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
   for (const plant::ChannelId c : channels_of(d).ids())
     json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},
-                                                                            {"after", d.correlation.after[c]}};
+                                                                     {"after", d.correlation.after[c]}};
 
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
@@ -231,8 +225,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                          {"variable_explains", w.on.explained_share},
                          {"others", ordered_json::array()}};
     for (const auto& [other, loss] : w.others)
-      json["wandering"]["others"].push_back(
-          {{"what", other.words}, {"place", other.place}, {"loss_of_log_evidence", loss}});
+      json["wandering"]["others"].push_back({{"what", other.words}, {"place", other.place}, {"loss_of_log_evidence", loss}});
   } else {
     json["wandering"] = nullptr;
   }
@@ -253,15 +246,16 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   for (const std::string& path : inputs.training) trained.push_back(file_name(path));
   std::string text = "# Repaired by `sinew diagnose`: " + file_name(inputs.plant) + ", fitted to " + listed(trained) +
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
-  if (!stand_ins(d).empty()) text += "# What was added is a stand-in for something that the catalogue does not have.\n";
+  if (!stand_ins(d).empty())
+    text += "# What was added is a stand-in for something that the catalogue does not have.\n";
   else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
   for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0)
-      text += "#   " + channels_of(d)[c].words + ": " + report::significant(d.held_out.after[c], 3) + " " +
-              channels_of(d)[c].unit_words + " (core alone " + report::significant(d.held_out.before[c], 3) +
-              ", noise " + report::significant(d.held_out.noise[c], 2) + ")\n";
+      text += "#   " + channels_of(d)[c].words + ": " + report::significant(d.held_out.after[c], 3) + " " + channels_of(d)[c].unit_words +
+              " (core alone " + report::significant(d.held_out.before[c], 3) + ", noise " + report::significant(d.held_out.noise[c], 2) +
+              ")\n";
   text += "# 95 % intervals of what was fitted:\n";
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
@@ -274,8 +268,8 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
 }
 
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d) {
-  const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(),
-                                    [](const diagnose::Prediction& prediction) { return !prediction.training; });
+  const bool held_out =
+      std::any_of(d.predictions.begin(), d.predictions.end(), [](const diagnose::Prediction& prediction) { return !prediction.training; });
   sim::Recording nothing;
   nothing.columns = sim::columns_of(system_of(d));
   std::map<std::string, std::string> files;

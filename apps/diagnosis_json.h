@@ -26,6 +26,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& diagnosis, const Diag
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& diagnosis);
 
 // `files`: name and content of each file beside it.
-std::string diagnosis_run_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes, const std::map<std::string, std::string>& files);
+std::string diagnosis_run_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes,
+                               const std::map<std::string, std::string>& files);
 
 }  // namespace sinew::apps

@@ -22,9 +22,7 @@ namespace colors = report::okabe_ito;
 constexpr double two_sided_95 = 1.959964;
 
 std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
-std::string with_channel_unit(const plant::ChannelInfo& channel) {
-  return channel.words + " / " + channel.unit_words;
-}
+std::string with_channel_unit(const plant::ChannelInfo& channel) { return channel.words + " / " + channel.unit_words; }
 
 report::Section section(std::string heading, int depth = 1) {
   report::Section one;
@@ -50,8 +48,7 @@ std::vector<report::Band> kept_back_bands(const Prediction& prediction) {
   if (!prediction.training) return bands;
   for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
     if (!prediction.kept_back[k]) continue;
-    if (k == 0 || !prediction.kept_back[k - 1])
-      bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
+    if (k == 0 || !prediction.kept_back[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
     bands.back().to_s = prediction.time_s[k];
   }
   return bands;
@@ -63,8 +60,8 @@ std::vector<report::Band> worst_bands(const diagnose::WorstTime& worst) {
   return bands;
 }
 
-report::TimePlot time_plot(const Prediction& prediction, std::string title, std::string label,
-                           std::vector<report::Series> series, std::vector<report::Band> bands, int height_px) {
+report::TimePlot time_plot(const Prediction& prediction, std::string title, std::string label, std::vector<report::Series> series,
+                           std::vector<report::Band> bands, int height_px) {
   report::TimePlot plot;
   plot.title = std::move(title);
   plot.y_label = std::move(label);
@@ -98,8 +95,7 @@ report::Table place_table(const Diagnosis& d) {
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
-    row.cells = {std::string(groups_of(d)[share.group].words),
-                 report::fixed(share.share, 2),
+    row.cells = {std::string(groups_of(d)[share.group].words), report::fixed(share.share, 2),
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
     row.emphasis = place_words(system_of(d), d.located.place) == row.cells[0];
@@ -129,12 +125,12 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
                                bands, 200));
     for (std::size_t i = 0; i < channels_of(d).size(); ++i) {
       const plant::ChannelId channel{(c.index + i) % channels_of(d).size()};
-      blocks.push_back(time_plot(
-          prediction, "What is left of " + channel_words(channels_of(d)[channel]), "error / " + channels_of(d)[channel].unit_words,
-          {noise_band(prediction, d.located.noise[channel]),
-           line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]),
-                colors::vermillion)},
-          i == 0 ? bands : std::vector<report::Band>{}, 120));
+      blocks.push_back(
+          time_plot(prediction, "What is left of " + channel_words(channels_of(d)[channel]),
+                    "error / " + channels_of(d)[channel].unit_words,
+                    {noise_band(prediction, d.located.noise[channel]),
+                     line("plant − recording", difference(prediction.before[channel], prediction.measured[channel]), colors::vermillion)},
+                    i == 0 ? bands : std::vector<report::Band>{}, 120));
     }
     blocks.push_back(input_plot(d, prediction));
   }
@@ -146,8 +142,7 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
 
 report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, std::size_t number) {
   report::Table table;
-  table.title = number == 0 ? "Effects that were put into the plant, one at a time"
-                            : "Effects that were put in as well, one at a time";
+  table.title = number == 0 ? "Effects that were put into the plant, one at a time" : "Effects that were put in as well, one at a time";
   table.header = {"effect", "in words", "explains", "against the best", "found"};
   double best = 0.0;
   bool any = false;
@@ -172,8 +167,7 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     row.emphasis = found;
     table.rows.push_back(row);
   }
-  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left,
-                 report::Align::left};
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left, report::Align::left};
   table.caption =
       "Each was fitted together with all other parameters. Explains: how much it takes away of what sensor noise and "
       "moving air "
@@ -221,15 +215,13 @@ report::Table parameter_table(const Diagnosis& d) {
     const auto& unknown = unknowns[u];
     if (unknown.parameter == std::nullopt) continue;
     const auto& info = parameters_of(d)[*unknown.parameter];
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit,
-                 error = two_sided_95 * answer.deviation(u) / unit;
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = two_sided_95 * answer.deviation(u) / unit;
     const double low = std::max(value - error, info.declaration.range.lowest),
                  high = std::min(value + error, info.declaration.range.highest);
     const bool new_here = info.effect && std::find(added.begin(), added.end(), *info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
-                 rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit,
-                         (unknown.centre + unknown.deviation) / unit) +
+                 rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit, (unknown.centre + unknown.deviation) / unit) +
                      " ± " + report::significant(unknown.deviation / unit, 2),
                  with_unit(rounded(value, low, high), info.declaration.unit.text),
                  "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
@@ -244,8 +236,7 @@ report::Table parameter_table(const Diagnosis& d) {
   for (const plant::EffectId e : added)
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
       const auto& info = parameters_of(d)[p];
-      const bool fitted =
-          std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
+      const bool fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
       report::Row row;
       row.cells = {info.key(), std::string(info.declaration.meaning), "–",
@@ -254,8 +245,7 @@ report::Table parameter_table(const Diagnosis& d) {
       table.rows.push_back(row);
     }
   table.rows.insert(table.rows.end(), core.begin(), core.end());
-  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right,
-                 report::Align::right};
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right};
   table.caption =
       "Believed before: the given plant's value (for an added effect: a typical one), and one standard deviation. "
       "Bold: what was added.";
@@ -272,8 +262,8 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
       const auto& declared = parameters_of(d)[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
-                   with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) +
-                   "   " + std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
+                   with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) + "   " +
+                   std::string(declared.meaning) + " (" + std::string(declared.name) + ")";
     }
     blocks.push_back(code);
   }
@@ -331,13 +321,11 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     blocks.push_back(
         time_plot(prediction, capitalised(channels_of(d)[c].words), with_channel_unit(channels_of(d)[c]), std::move(series), bands, 180));
     std::vector<report::Series> left{noise_band(prediction, d.located.noise[c])};
-    if (repaired)
-      left.push_back(
-          line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
-    left.push_back(line(repaired ? "after − recording" : "calibrated − recording",
-                        difference(prediction.after[c], prediction.measured[c]), colors::green));
-    blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channels_of(d)[c]),
-                               "error / " + channels_of(d)[c].unit_words, std::move(left), bands, 110));
+    if (repaired) left.push_back(line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
+    left.push_back(line(repaired ? "after − recording" : "calibrated − recording", difference(prediction.after[c], prediction.measured[c]),
+                        colors::green));
+    blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channels_of(d)[c]), "error / " + channels_of(d)[c].unit_words,
+                               std::move(left), bands, 110));
   }
   blocks.push_back(input_plot(d, prediction));
 }
@@ -361,8 +349,7 @@ report::ScatterPlot correlation_plot(const Diagnosis& d, plant::ChannelId c, boo
   add(repaired ? "after" : "calibrated", d.correlation.after[c], colors::green);
   report::ScatterSeries noise;
   noise.name = "pure noise";
-  noise.x = {0.0, diagnose::correlation_lag_s,
-             diagnose::correlation_lag_s * static_cast<double>(d.correlation.after[c].size() - 1)};
+  noise.x = {0.0, diagnose::correlation_lag_s, diagnose::correlation_lag_s * static_cast<double>(d.correlation.after[c].size() - 1)};
   noise.y = {1.0, 0.0, 0.0};
   noise.style = report::ScatterSeries::Style::dashed;
   noise.color = colors::sky_blue;
@@ -375,24 +362,21 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
   blocks.push_back(section(repaired ? "How much better it predicts" : "How well it predicts"));
   std::vector<std::string> lines, rest;
   for (const std::string& text : words.better)
-    (text.starts_with("– ") ? lines : rest)
-        .push_back(text.starts_with("– ") ? text.substr(std::string("– ").size()) : text);
+    (text.starts_with("– ") ? lines : rest).push_back(text.starts_with("– ") ? text.substr(std::string("– ").size()) : text);
   if (!rest.empty()) blocks.push_back(Paragraph{.text = rest.front()});
   if (!lines.empty()) {
     blocks.push_back(report::List{.items = lines});
     for (std::size_t i = 1; i < rest.size(); ++i) blocks.push_back(Paragraph{.text = rest[i]});
     blocks.push_back(error_table(d));
   }
-  const bool held_out =
-      std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
+  const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
   std::size_t shown = 0;
   for (const Prediction& prediction : d.predictions) {
     if (prediction.training == held_out || shown == 3) continue;
     ++shown;
     report::Section part = section(file_name(prediction.recording->name), 2);
-    part.text = prediction.training
-                    ? "The plants saw this recording in part: what is shaded was kept back."
-                    : "The plants never saw this recording; how it begins was found from its first five seconds.";
+    part.text = prediction.training ? "The plants saw this recording in part: what is shaded was kept back."
+                                    : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);
     add_prediction(blocks, d, prediction, repaired);
   }
@@ -404,8 +388,7 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
       "something lasting is missing, or that the air moves.";
   blocks.push_back(alike);
   for (const plant::ChannelId c : in_reading_order(system_of(d)))
-    if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty())
-      blocks.push_back(correlation_plot(d, c, repaired));
+    if (d.held_out.samples[c] > 0 && !d.correlation.after[c].empty()) blocks.push_back(correlation_plot(d, c, repaired));
 }
 
 // --- What next
@@ -416,8 +399,7 @@ void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double 
     report::ScatterSeries series;
     series.name = std::move(name);
     series.x = on.centre;
-    for (std::size_t b = 0; b < on.mean.size(); ++b)
-      series.y.push_back(scale * (on.mean[b] + deviations * on.deviation[b]));
+    for (std::size_t b = 0; b < on.mean.size(); ++b) series.y.push_back(scale * (on.mean[b] + deviations * on.deviation[b]));
     series.style = style;
     series.color = std::move(color);
     plot.series.push_back(std::move(series));
@@ -431,12 +413,11 @@ void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double 
 void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
   const auto& w = *d.wandering;
   const bool relative = w.of.unit == "%";
-  const std::string label =
-      (relative ? "change of " : "") + w.of.words + (w.of.unit.empty() ? "" : " / " + unit_words(w.of.unit));
+  const std::string label = (relative ? "change of " : "") + w.of.words + (w.of.unit.empty() ? "" : " / " + unit_words(w.of.unit));
   report::TimePlot course;
-  course.title = "What changes, over time" + (d.predictions.size() > 1 && d.predictions[1].training
-                                                  ? ", in " + file_name(d.predictions.front().recording->name)
-                                                  : std::string());
+  course.title =
+      "What changes, over time" +
+      (d.predictions.size() > 1 && d.predictions[1].training ? ", in " + file_name(d.predictions.front().recording->name) : std::string());
   course.y_label = label;
   course.time_axis = d.predictions.front().recording->name;
   report::Series series = line("", {}, colors::vermillion);
@@ -459,8 +440,8 @@ void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
   plot.x_label = w.on.variable + (w.on.unit.empty() ? "" : " / " + w.on.unit);
   plot.y_label = label;
   add_bins(plot, w.on, 1.0);
-  plot.caption = "The mean in eight parts of the recording sorted by this quantity. It accounts for " +
-                 percent(w.on.explained_share) + " of the course (judged on times from which the curve was not made).";
+  plot.caption = "The mean in eight parts of the recording sorted by this quantity. It accounts for " + percent(w.on.explained_share) +
+                 " of the course (judged on times from which the curve was not made).";
   blocks.push_back(plot);
 }
 
@@ -471,8 +452,8 @@ report::ScatterPlot left_over_plot(const Diagnosis& d, const diagnose::LeftOver&
   report::ScatterPlot plot;
   plot.title = "What is missing, against " + left.variable;
   plot.x_label = left.variable + (left.unit.empty() ? "" : " / " + left.unit);
-  plot.y_label = "missing in " + std::string(forcing.words) + " / " +
-                 (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
+  plot.y_label =
+      "missing in " + std::string(forcing.words) + " / " + (angle ? "°" : unit_words(forcing.unit == "Nm" ? "N*m" : forcing.unit));
   add_bins(plot, left, scale);
   plot.caption =
       "What would have to be added to the equation, on average, in eight parts of the recording sorted by this "
@@ -498,8 +479,8 @@ report::Table gate_table(const Diagnosis& d) {
                    std::to_string(gate.missing[c]),
                    std::to_string(gate.outliers[c])};
       if (c.index + 1 == channels_of(d).size()) {
-        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) +
-                   " s, " + input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
+        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) + " s, " +
+                   input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
         for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);
@@ -534,9 +515,7 @@ report::Table effect_table(const Diagnosis& d) {
     std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
     if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
-      answer = d.wandering                           ? "perhaps, but not constant"
-               : d.verdict == Verdict::unexplained ? "perhaps"
-                                                   : "found";
+      answer = d.wandering ? "perhaps, but not constant" : d.verdict == Verdict::unexplained ? "perhaps" : "found";
       row.emphasis = true;
     } else if (among(substitutes, e)) {
       answer = "stands in for what is missing";
@@ -576,15 +555,14 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   page.title = "Diagnosis of " + listed(names);
   page.lead = words.verdict;
   auto& blocks = page.blocks;
-  blocks.push_back(Paragraph{
-      .text = "A simulated limb (" + file_name(inputs.plant) +
-              ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
-              "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
-              "well the repaired simulation predicts data that it has not seen, and what could be done next."});
+  blocks.push_back(
+      Paragraph{.text = "A simulated limb (" + file_name(inputs.plant) +
+                        ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
+                        "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
+                        "well the repaired simulation predicts data that it has not seen, and what could be done next."});
   if (!words.summary.empty())
     blocks.push_back(
-        Paragraph{.text = words.summary,
-                  .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
+        Paragraph{.text = words.summary, .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);
@@ -611,8 +589,8 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   for (const std::string& path : inputs.training) page.footer.push_back("fitted: " + path);
   for (const std::string& path : inputs.held_out) page.footer.push_back("held out: " + path);
   page.footer.push_back("nominal plant: " + inputs.plant);
-  page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" +
-                        sim::this_build().commit + ")");
+  page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" + sim::this_build().commit +
+                        ")");
   return page;
 }
 

@@ -28,8 +28,7 @@ std::vector<std::string> found_words(const Diagnosis& d) {
 
 std::string either_words(const std::vector<std::string>& parts) {
   std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
   return text;
 }
 
@@ -68,11 +67,11 @@ std::string rivals_in_headline(const Diagnosis& d) {
 // Where less than half of what was not found would have been seen, "nothing is missing" would say too much; else empty.
 std::string too_little_words(const Diagnosis& d) {
   const auto others = not_found(d);
-  const auto seen = static_cast<std::size_t>(
-      std::count_if(others.begin(), others.end(), [](const auto& other) { return other.can_be_seen; }));
+  const auto seen =
+      static_cast<std::size_t>(std::count_if(others.begin(), others.end(), [](const auto& other) { return other.can_be_seen; }));
   if (2 * seen >= others.size()) return "";
-  return std::string(seen == 0 ? "Nothing" : "Little") + " can be said: " +
-         (d.gate.size() > 1 ? "these recordings show" : "this recording shows") + " too little. Of " +
+  return std::string(seen == 0 ? "Nothing" : "Little") +
+         " can be said: " + (d.gate.size() > 1 ? "these recordings show" : "this recording shows") + " too little. Of " +
          std::to_string(others.size()) + " effects " +
          (seen == 0 ? "none would have been seen at its usual size."
                     : "only " + std::to_string(seen) + " would have been seen at usual size, and " +
@@ -87,34 +86,29 @@ std::string verdict_sentence(const Diagnosis& d) {
                "recordings in which nothing is missing.";
       if (const std::string little = too_little_words(d); !little.empty()) return little;
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
-             std::string(d.gate.size() > 1 ? "the recordings" : "the recording") +
-             " to within sensor noise and moving air.";
+             std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
-      const auto weakest = std::min_element(d.effects.begin(), d.effects.end(),
-                                            [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
-      const bool doubtful = std::all_of(d.effects.begin(), d.effects.end(),
-                                        [](const auto& found) { return found.confidence < doubtful_below; });
-      std::string text =
-          (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
+      const auto weakest =
+          std::min_element(d.effects.begin(), d.effects.end(), [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
+      const bool doubtful =
+          std::all_of(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.confidence < doubtful_below; });
+      std::string text = (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
       if (!d.ambiguous_with.empty()) return text + rivals_in_headline(d);
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::unexplained: {
       if (d.wandering) {
         const auto& w = *d.wandering;
-        const std::string with = w.on.explained_share >= goes_with_share
-                                     ? " changed with " + variable_words(w.on)
-                                     : " changed from moment to moment";
-        const std::string which =
-            w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[*w.of.effect].words) + ")";
-        return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " +
-               w.of.words + which + " were no constant but" + with + ".";
+        const std::string with =
+            w.on.explained_share >= goes_with_share ? " changed with " + variable_words(w.on) : " changed from moment to moment";
+        const std::string which = w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[*w.of.effect].words) + ")";
+        return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " + w.of.words + which +
+               " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
-          named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " +
-                          probability_words(found.confidence));
+          named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
                     ? "What is missing looks like one that I know, but something is left that its law does not explain: "
                     : "More is missing than I know, but part of it has a name: ") +
@@ -136,9 +130,8 @@ std::optional<plant::EntryGroupId> group_of_place(const plant::System& system, s
 }
 
 std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& share) {
-  return std::string(groups_of(d)[share.group].words) + " (share " +
-         report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) + "," + no_break +
-         report::fixed(share.highest, 2) + "])";
+  return std::string(groups_of(d)[share.group].words) + " (share " + report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) +
+         "," + no_break + report::fixed(share.highest, 2) + "])";
 }
 
 // Where the pushes go that the calibrated plant would need, without any effect in mind.
@@ -176,29 +169,25 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   };
   std::vector<std::string> others;
   for (const plant::ChannelId c : channels_of(d).ids())
-    if (c != located.channel && std::isfinite(rmse[c]))
-      others.push_back(channels_of(d)[c].words + " is " + off(c));
-  std::string first = "With its parameters fitted and nothing added, the plant's " +
-                      channels_of(d)[located.channel].words + " is " + off(located.channel);
+    if (c != located.channel && std::isfinite(rmse[c])) others.push_back(channels_of(d)[c].words + " is " + off(c));
+  std::string first =
+      "With its parameters fitted and nothing added, the plant's " + channels_of(d)[located.channel].words + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
   if (d.verdict == Verdict::consistent)
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
 
-  std::string when = percent(located.worst.share_of_error) + " of the squared error of " +
-                     channel_words(channels_of(d)[located.channel]) + " happens in " + percent(located.worst.share_of_time) +
-                     " of the time";
+  std::string when = percent(located.worst.share_of_error) + " of the squared error of " + channel_words(channels_of(d)[located.channel]) +
+                     " happens in " + percent(located.worst.share_of_time) + " of the time";
   if (!located.while_words.empty()) when += ", " + located.while_words;
-  if (d.gate.size() > 1 && located.worst_recording < d.gate.size())
-    when += ", in " + file_name(d.gate[located.worst_recording].recording);
+  if (d.gate.size() > 1 && located.worst_recording < d.gate.size()) when += ", in " + file_name(d.gate[located.worst_recording].recording);
   if (!located.worst.windows_s.empty()) when += ": " + windows_words(located.worst);
   when += ".";
 
   std::string place = shares_words(d);
   if (d.wandering) {
-    place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " +
-             place_words(system_of(d), located.place) + ".";
+    place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " + place_words(system_of(d), located.place) + ".";
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
     if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
@@ -206,7 +195,8 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
                                                : "Of the effects that may explain it, below, the strongest") +
-             " acts in " + place_words(system_of(d), located.place) + ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
+             " acts in " + place_words(system_of(d), located.place) +
+             ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
   if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
@@ -229,8 +219,7 @@ std::string parameter_words(const Diagnosis& d, const diagnose::FoundEffect::Par
   const auto& declared = parameters_of(d)[parameter.parameter].declaration;
   std::string text = std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = ";
   if (declared.kind == plant::Kind::toggle) return std::string(declared.name);
-  if (parameter.known)
-    return text + with_unit(report::significant(parameter.value, 3), declared.unit.text) + " (assumed)";
+  if (parameter.known) return text + with_unit(report::significant(parameter.value, 3), declared.unit.text) + " (assumed)";
   return text + interval_words(parameter.value, parameter.lowest, parameter.highest, declared.unit.text);
 }
 
@@ -252,8 +241,7 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
   std::string text;
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
-    text = "The runner-up is that " + std::string(effects_of(d)[effect].words) + " (" +
-           effect_name(d, effect) + "): ";
+    text = "The runner-up is that " + std::string(effects_of(d)[effect].words) + " (" + effect_name(d, effect) + "): ";
     const diagnose::Candidate* candidate = d.effects.size() == 1 ? candidate_of(d, effect) : nullptr;
     if (candidate && candidate->explanation.usable)
       text += "it explains " + percent(share_explained(d.search.core, candidate->explanation)) + " and is ";
@@ -266,15 +254,13 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = effects_of(d)[found.effect];
-  std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") +
-                     std::string(info.words) + ". In the catalogue it is " + std::string(info.name) +
-                     ", which acts in " + place_words(system_of(d), info.place) + "; " +
-                     probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
+  std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") + std::string(info.words) +
+                     ". In the catalogue it is " + std::string(info.name) + ", which acts in " + place_words(system_of(d), info.place) +
+                     "; " + probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (alone && !d.by_paths)
-    text += "Why: it explains " + percent(d.explained_share) +
-            " of what " + left_open_words(d) + ", and chance would bring such a gain " +
+    text += "Why: it explains " + percent(d.explained_share) + " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
@@ -285,11 +271,9 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
 // Why what was found is not given as the answer.
 std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
   const std::vector<std::string> reasons = objection_words(system_of(d), d.objections);
-  const std::string rule =
-      "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
+  const std::string rule = "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
-  return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) +
-         ", so none is given.";
+  return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) + ", so none is given.";
 }
 
 // What chance has to do with what is left, where that was asked.
@@ -305,12 +289,13 @@ std::string chance_of_the_rest(const Diagnosis& d) {
 
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
-  std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " +
-                     percent(w.explained_share) + " of what " + left_open_words(d) + ", more likely than pushes on the single equations";
+  std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " + percent(w.explained_share) +
+                     " of what " + left_open_words(d) + ", more likely than pushes on the single equations";
   if (!w.others.empty())
-    text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") +
-            w.others.front().first.words + ", the next best";
-  text += ". In the " + std::string(answer_of(d).problem->data().size() > 1 ? "recordings " : "recording ") + w.of.words + " " + change_words(w);
+    text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") + w.others.front().first.words +
+            ", the next best";
+  text += ". In the " + std::string(answer_of(d).problem->data().size() > 1 ? "recordings " : "recording ") + w.of.words + " " +
+          change_words(w);
   text += w.on.explained_share >= goes_with_share
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
@@ -327,14 +312,13 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())
-      tested =
-          std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
+      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
-                                                        : round.candidates.front().effect;
-      tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" +
-                effect_name(d, best) + "); chance alone brings as much " + chance_words(round.chance) + ".";
+      const plant::EffectId best =
+          round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
+      tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" + effect_name(d, best) +
+                "); chance alone brings as much " + chance_words(round.chance) + ".";
     }
     text.push_back(tested);
     if (d.by_chance) text.push_back(chance_of_the_rest(d));
@@ -344,13 +328,15 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.verdict == Verdict::unexplained && d.by_paths) {
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
-        "paths: effects were added one by one for how much nearer they bring the prediction from " + input_words(system_of(d)) + " alone, and kept "
+        "paths: effects were added one by one for how much nearer they bring the prediction from " +
+        input_words(system_of(d)) +
+        " alone, and kept "
         "where they also predict better, beyond chance, what was left out of the fit, a tenth at a time. Together they "
         "take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
-    text.push_back("What can be named explains " + percent(d.explained_share) +
-                   " of what " + left_open_words(d) + ". What is left is more than "
+    text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
+                   ". What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
                    "the catalogue lacks.");
   } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
@@ -359,13 +345,11 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     if (d.wandering) {
       start += " " + wandering_words(d);
     } else if (!left.variable.empty())
-      start +=
-          " What the plant would need in " +
-          std::string(groups_of(d)[left.group].words) +
-          (left.explained_share >= goes_with_share
-               ? " goes with " + variable_words(left) + ", which accounts for " + percent(left.explained_share) + " of it."
-               : " follows no single quantity: the nearest, " + variable_words(left) + ", accounts for only " +
-                     percent(left.explained_share) + " of it.");
+      start += " What the plant would need in " + std::string(groups_of(d)[left.group].words) +
+               (left.explained_share >= goes_with_share
+                    ? " goes with " + variable_words(left) + ", which accounts for " + percent(left.explained_share) + " of it."
+                    : " follows no single quantity: the nearest, " + variable_words(left) + ", accounts for only " +
+                          percent(left.explained_share) + " of it.");
     text.push_back(start);
     std::vector<std::string> near;
     if (!d.search.rounds.empty())
@@ -375,8 +359,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                        percent(share_explained(d.search.core, candidate.explanation)));
       }
     if (!near.empty())
-      text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) +
-                     " of what " + left_open_words(d) + ". " + no_name_words(d, inputs.settings));
+      text.push_back("Of the catalogue, " + std::string(d.wandering ? "with constant strength, " : "") + listed(near) + " of what " +
+                     left_open_words(d) + ". " + no_name_words(d, inputs.settings));
   }
   if (d.wandering) {
     if (!d.ambiguous_with.empty()) {
@@ -403,8 +387,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
             "says little.";
       else if (!d.parsimony.common_causes.empty())
         why = std::string(alone ? "An effect of the other kind of sensor gained, too. " : "") +
-            "Both kinds of sensor off at once would be a coincidence; one cause before both, in another form than the "
-            "catalogue's, is as likely.";
+              "Both kinds of sensor off at once would be a coincidence; one cause before both, in another form than the "
+              "catalogue's, is as likely.";
       text.push_back("It cannot be told from this: that " + listed(names) + ". " + why);
     }
     if (d.parsimony.either_alone)
@@ -425,8 +409,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect)
-      continue;
+    if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect) continue;
     if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
   }
   return moved;
@@ -448,8 +431,7 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
   else if (d.effects.empty() || d.wandering)
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
-           " switched on as a stand-in: " +
-           (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
+           " switched on as a stand-in: " + (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
            " that is not what " + plant_words(d) + " does.";
   else
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
@@ -482,26 +464,23 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
                        channel_value(channels_of(d)[c], held.noise[c]) + ".";
     if (added_effects(d).empty())
       line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.nominal[c]) + " off as given, " +
-             channel_value(channels_of(d)[c], held.after[c]) + " fitted; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) +
-             ".";
+             channel_value(channels_of(d)[c], held.after[c]) + " fitted; noise alone would give " +
+             channel_value(channels_of(d)[c], held.noise[c]) + ".";
     else if (!(std::abs(held.gain[c]) > 0.01))
       line += " Nothing changes.";
     else if (held.gain_lowest[c] > 0.0)
       line += " The error falls by " + percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]) + ".";
     else if (held.gain_highest[c] < 0.0)
-      line +=
-          " The error GROWS by " + percent_interval(-held.gain[c], -held.gain_highest[c], -held.gain_lowest[c]) + ".";
+      line += " The error GROWS by " + percent_interval(-held.gain[c], -held.gain_highest[c], -held.gain_lowest[c]) + ".";
     else
       line += " No change that could be told from chance.";
     text.push_back("– " + line);
-    if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c])
-      rough.push_back(channel_words(channels_of(d)[c]));
+    if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c]) rough.push_back(channel_words(channels_of(d)[c]));
   }
   if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
   std::string closing;
   const plant::ChannelId c = d.located.channel;
-  const auto before = correlation_after_1_s(d.correlation.before[c]),
-             after = correlation_after_1_s(d.correlation.after[c]);
+  const auto before = correlation_after_1_s(d.correlation.before[c]), after = correlation_after_1_s(d.correlation.after[c]);
   if (before && after && !added_effects(d).empty())
     closing = "Errors of " + channel_words(channels_of(d)[c]) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
@@ -510,8 +489,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
               " is off by much more than noise, although what was fitted is explained: what was kept "
               "back may contain something that the rest does not. Give it to --train to find out.";
   else if (!rough.empty())
-    closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) +
-               " is still off by more than noise.";
+    closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
   if (!closing.empty()) text.push_back(closing);
   return text;
 }
@@ -521,8 +499,7 @@ std::string smallest_words(const Diagnosis& d, const diagnose::Visibility& visib
   const auto& info = effects_of(d)[visibility.effect];
   const auto& declared = parameters_of(d)[info.strength].declaration;
   if (declared.kind == plant::Kind::toggle) return std::string(info.name);
-  return std::string(info.name) + " from " +
-         with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
+  return std::string(info.name) + " from " + with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
 }
 
 std::vector<std::string> next_words(const Diagnosis& d) {
@@ -538,32 +515,30 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     for (const plant::EffectId e : d.ambiguous_with) names.push_back(effect_name(d, e));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
-      text.push_back(
-          "To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
-          ", run experiment.yaml on " + plant_words(d) + ": " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
-          " minutes, duty up to " + report::fixed(e.largest_share, 2) + ", wires up to " +
-          report::fixed(e.highest, 0) + " °C. The two then differ by " + report::significant(e.separation, 2) +
-          " standard deviations, whatever the other parameters are" +
-          (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
-          " Give both recordings to --train.");
+      text.push_back("To tell " + std::string(effect_name(d, e.effect)) + " from " + std::string(effect_name(d, e.rival)) +
+                     ", run experiment.yaml on " + plant_words(d) + ": " + e.words + ", " + report::fixed(e.duration_s / 60.0, 0) +
+                     " minutes, duty up to " + report::fixed(e.largest_share, 2) + ", wires up to " + report::fixed(e.highest, 0) +
+                     " °C. The two then differ by " + report::significant(e.separation, 2) +
+                     " standard deviations, whatever the other parameters are" +
+                     (e.separation < 5.0 ? "; below 5 that is not enough, and several such recordings are needed." : ".") +
+                     " Give both recordings to --train.");
     } else {
-      text.push_back("To tell " + listed(names) +
-                     " apart, record " + plant_words(d) + " once more with a different drive (other amplitudes, longer holds "
+      text.push_back("To tell " + listed(names) + " apart, record " + plant_words(d) +
+                     " once more with a different drive (other amplitudes, longer holds "
                      "and rests) and give both recordings to --train.");
     }
   }
   if (d.verdict == Verdict::unexplained) {
     const auto& left = d.left_over;
     if (d.wandering)
-      text.push_back("Look at the course of " + d.wandering->of.words +
-                     " in the report, and at what happens at " + plant_words(d) + " when it changes" +
+      text.push_back("Look at the course of " + d.wandering->of.words + " in the report, and at what happens at " + plant_words(d) +
+                     " when it changes" +
                      (d.wandering->on.explained_share >= goes_with_share
                           ? ": which law would make it change with " + variable_words(d.wandering->on) + "?"
                           : ". A recording with long holds and slow ramps would show on what it depends."));
     else if (!left.variable.empty() && left.explained_share >= goes_with_share)
       text.push_back("Look at the curve of what is left against " + variable_words(left) +
-                     " in the report: which assumption of the plant's equation for " +
-                     std::string(groups_of(d)[left.group].words) +
+                     " in the report: which assumption of the plant's equation for " + std::string(groups_of(d)[left.group].words) +
                      " could break like this?");
     else
       text.push_back(
@@ -574,10 +549,9 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     std::string more = "Nothing further is found.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
-      const plant::EffectId best = round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect
-                                                        : round.candidates.front().effect;
-      more += " The next best effect, " + effect_name(d, best) + ", gains what chance alone brings " +
-              chance_words(round.chance) + ".";
+      const plant::EffectId best =
+          round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
+      more += " The next best effect, " + effect_name(d, best) + ", gains what chance alone brings " + chance_words(round.chance) + ".";
     }
     text.push_back(more);
   }
@@ -588,8 +562,8 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     hidden = "A little of " + listed(imitated) + " would not show: fitting the other parameters imitates " +
              (imitated.size() == 1 ? "it" : "them") + " to first order. How much would have been seen is not known.";
   if (!too_small.empty() && d.verdict == Verdict::unexplained)
-    hidden += std::string(hidden.empty() ? "" : " ") +
-              "As long as something is unexplained, nothing can be said about " + listed(too_small) + ".";
+    hidden += std::string(hidden.empty() ? "" : " ") + "As long as something is unexplained, nothing can be said about " +
+              listed(too_small) + ".";
   else if (!too_small.empty())
     hidden += std::string(hidden.empty() ? "" : " ") + "Of usual size, " + listed(too_small) +
               " would hardly touch this data, so nothing is known of " + (too_small.size() == 1 ? "it." : "them.");
@@ -613,8 +587,7 @@ std::vector<std::string> objection_words(const plant::System& system, const diag
   std::vector<std::string> words;
   if (!against.channels.empty()) {
     std::vector<std::string> names;
-    for (const plant::ChannelId c : against.channels)
-      names.push_back("the prediction of " + system.channels()[c].words);
+    for (const plant::ChannelId c : against.channels) names.push_back("the prediction of " + system.channels()[c].words);
     words.push_back("leaves " + listed(names) + " far off");
   }
   if (against.pushes_parameters)
@@ -668,8 +641,7 @@ std::string rounded(double value, double lowest, double highest) {
   const double width = 0.5 * (highest - lowest);
   if (!(width > 0.0) || !std::isfinite(width)) return report::significant(value, 3);
   const double largest = std::max({std::abs(value), std::abs(lowest), std::abs(highest)});
-  if (largest < 1e-3)
-    return report::significant(value, std::clamp(2 + static_cast<int>(std::floor(std::log10(largest / width))), 2, 6));
+  if (largest < 1e-3) return report::significant(value, std::clamp(2 + static_cast<int>(std::floor(std::log10(largest / width))), 2, 6));
   return report::fixed(value, std::clamp(1 - static_cast<int>(std::floor(std::log10(width))), 0, 9));
 }
 
@@ -700,8 +672,7 @@ std::string probability_words(double probability) {
                       : probability >= 0.8  ? "likely"
                       : probability >= 0.5  ? "more likely than not"
                                             : "possible";
-  const std::string number =
-      probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
+  const std::string number = probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
   return std::string(words) + " (probability " + number + ")";
 }
 
@@ -732,38 +703,30 @@ std::string place_words(const plant::System& system, std::string_view place) {
   return std::string(of_input ? group.input_words : group.words);
 }
 
-std::string name_and_words(const plant::EffectInfo& effect) {
-  return std::string(effect.name) + ": " + std::string(effect.words);
-}
+std::string name_and_words(const plant::EffectInfo& effect) { return std::string(effect.name) + ": " + std::string(effect.words); }
 
 std::string file_name(const std::string& path) {
   const std::filesystem::path file(path);
   // `run` calls all its recordings alike; their folders tell them apart.
-  if (file.filename() == "recording.csv" && file.has_parent_path())
-    return (file.parent_path().filename() / file.filename()).string();
+  if (file.filename() == "recording.csv" && file.has_parent_path()) return (file.parent_path().filename() / file.filename()).string();
   return file.filename().string();
 }
 
 std::string listed(const std::vector<std::string>& parts) {
   std::string text;
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
   return text;
 }
 
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
   std::vector<std::string> windows;
   for (std::size_t i = 0; i < worst.windows_s.size() && i < most; ++i)
-    windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) +
-                      " s");
-  if (worst.windows_s.size() > most)
-    windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
+    windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) + " s");
+  if (worst.windows_s.size() > most) windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
   return listed(windows);
 }
 
-bool is_imitated(const diagnose::Visibility& visibility) {
-  return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0;
-}
+bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
 
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   diagnose::PerChannel rmse = diagnose::per_channel(system_of(d));
@@ -832,8 +795,8 @@ std::string kept_back_words(const diagnose::Diagnosis& d) {
     if (blocks == 1 && prediction.kept_back.back())
       parts.push_back("the last " + report::fixed(seconds, 0) + " s of " + name);
     else
-      parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") +
-                      report::fixed(seconds, 0) + " s, of " + name);
+      parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") + report::fixed(seconds, 0) + " s, of " +
+                      name);
   }
   return listed(parts);
 }
@@ -849,15 +812,16 @@ std::string summary_sentence(const Diagnosis& d) {
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())
-    return "On data kept back, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
-           "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
+    return "On data kept back, " + channel_words(channels_of(d)[c]) + " is predicted to " +
+           channel_value(channels_of(d)[c], held.after[c]) + "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) +
+           ".";
   return "With " +
          std::string(d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1          ? "it"
-                                             : "them") +
+                                                      : "them") +
          " put in, the error of " + channel_words(channels_of(d)[c]) + " on data kept back goes from " +
-         channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) + "; noise alone would give " +
-         channel_value(channels_of(d)[c], held.noise[c]) + ".";
+         channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) +
+         "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {

@@ -23,8 +23,8 @@ struct DiagnosisInputs {
 };
 
 struct DiagnosisWords {
-  std::string verdict;                                        // one sentence
-  std::string summary;                                        // how much better it predicts, in one sentence; or empty
+  std::string verdict;                                           // one sentence
+  std::string summary;                                           // how much better it predicts, in one sentence; or empty
   std::vector<std::string> where, what, modelled, better, next;  // paragraphs
 };
 
@@ -62,7 +62,7 @@ std::string odds_words(double loss);
 std::string place_words(const plant::System& system, std::string_view place);  // of EffectInfo::place, or of EntryGroup::name
 std::string name_and_words(const plant::EffectInfo& effect);  // "the silicone creeps (viscoelasticity), viscoelastic_creep"
 std::string file_name(const std::string& path);
-std::string listed(const std::vector<std::string>& parts);  // "a, b and c"
+std::string listed(const std::vector<std::string>& parts);                          // "a, b and c"
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
 
 // RMSE of the calibrated core, sample by sample, where it was fitted; units of files.

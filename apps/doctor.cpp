@@ -52,7 +52,8 @@ bool look_at_file(const std::string& port, Findings& findings) {
   if (::stat(port.c_str(), &facts) != 0) {
     std::string there;
     for (const auto& one : boards()) there += "\n        " + one.string();
-    findings.bad(port + ": not there", there.empty() ? "no USB serial device is plugged in (nothing in /dev/serial/by-id)" : "there are:" + there);
+    findings.bad(port + ": not there",
+                 there.empty() ? "no USB serial device is plugged in (nothing in /dev/serial/by-id)" : "there are:" + there);
     return false;
   }
   if (!S_ISCHR(facts.st_mode)) {
@@ -62,7 +63,8 @@ bool look_at_file(const std::string& port, Findings& findings) {
   if (::access(port.c_str(), R_OK | W_OK) != 0) {
     const group* owner = ::getgrgid(facts.st_gid);
     const std::string name = owner ? owner->gr_name : std::to_string(facts.st_gid);
-    findings.bad(port + ": may not be read and written by you", "it belongs to the group " + name + ": sudo adduser $USER " + name + ", then log in anew");
+    findings.bad(port + ": may not be read and written by you",
+                 "it belongs to the group " + name + ": sudo adduser $USER " + name + ", then log in anew");
     return false;
   }
   findings.good("may be read and written");
@@ -88,7 +90,8 @@ void look_at_priority(Findings& findings) {
     findings.good("sessions may go before other programs");
   else
     findings.warn("sessions may not go before other programs: deadlines wait for what else runs here",
-                  "a line `YOUR-NAME - rtprio " + std::to_string(real_time_priority) + "` in /etc/security/limits.d/sinew.conf, then log in anew");
+                  "a line `YOUR-NAME - rtprio " + std::to_string(real_time_priority) +
+                      "` in /etc/security/limits.d/sinew.conf, then log in anew");
 }
 
 void look_at_board(const std::string& port, Findings& findings) {
@@ -108,7 +111,8 @@ void look_at_board(const std::string& port, Findings& findings) {
   const auto& refused = device.counters().refused;
   if (!hello) {
     if (device.other_version())
-      findings.bad("speaks another version of the protocol than " + std::to_string(FRAME_VERSION), "flash the firmware that belongs to this program: docs/hardware.md");
+      findings.bad("speaks another version of the protocol than " + std::to_string(FRAME_VERSION),
+                   "flash the firmware that belongs to this program: docs/hardware.md");
     else if (std::any_of(refused.begin(), refused.end(), [](std::int64_t n) { return n > 0; }))
       findings.bad("sends bytes, and no valid frame among them", "another device, or other firmware: docs/hardware.md says how to flash");
     else
@@ -121,12 +125,14 @@ void look_at_board(const std::string& port, Findings& findings) {
     findings.bad(misfit, "flash the firmware that belongs to this program: docs/hardware.md");
     return;
   }
-  std::snprintf(text, sizeof text, "coils: %u, thermocouples: %u, angles: %u", hello->parts.coils, hello->parts.thermocouples, hello->parts.angles);
+  std::snprintf(text, sizeof text, "coils: %u, thermocouples: %u, angles: %u", hello->parts.coils, hello->parts.thermocouples,
+                hello->parts.angles);
   findings.good(text);
   if (hello->firmware_hash == SINEW_FIRMWARE_HASH) {
     findings.good("firmware is this program's");
   } else {
-    std::snprintf(text, sizeof text, "firmware %08x, this program's is %08x", static_cast<unsigned>(hello->firmware_hash), static_cast<unsigned>(SINEW_FIRMWARE_HASH));
+    std::snprintf(text, sizeof text, "firmware %08x, this program's is %08x", static_cast<unsigned>(hello->firmware_hash),
+                  static_cast<unsigned>(SINEW_FIRMWARE_HASH));
     findings.bad(text, "flash the firmware that belongs to this program: docs/hardware.md");
   }
   if (hello->limits_hash == limits_hash(hello->parts.coils))
@@ -135,18 +141,21 @@ void look_at_board(const std::string& port, Findings& findings) {
     findings.bad("limits are not this program's", "build and flash both from the same hil/limits.h");
   const std::string cause{hil::words(static_cast<reset_cause>(hello->reset_cause))};
   if (hello->reset_cause == RESET_WATCHDOG || hello->reset_cause == RESET_BROWN_OUT)
-    findings.warn("last reset: " + cause, hello->reset_cause == RESET_WATCHDOG ? "its program hung; tell us how it came to that" : "its 5 V sag: a better supply, or a shorter cable");
+    findings.warn("last reset: " + cause, hello->reset_cause == RESET_WATCHDOG ? "its program hung; tell us how it came to that"
+                                                                               : "its 5 V sag: a better supply, or a shorter cable");
   else
     findings.good("last reset: " + cause);
   if (hello->state == DEVICE_TRIPPED)
-    findings.bad("tripped: " + std::string(hil::words(static_cast<trip_cause>(hello->trip_cause))), "find out why, let the coils cool, then `sinew hil ... --clear-trip`");
+    findings.bad("tripped: " + std::string(hil::words(static_cast<trip_cause>(hello->trip_cause))),
+                 "find out why, let the coils cool, then `sinew hil ... --clear-trip`");
   else
     findings.good("not tripped");
   const std::int64_t before = device.counters().received, missing_before = device.counters().missing, began_us = device.now_us();
   device.listen_until(began_us + 2'000'000);
   const std::int64_t frames = device.counters().received - before, missing = device.counters().missing - missing_before;
   if (frames < 80 || missing > 0) {
-    std::snprintf(text, sizeof text, "%lld of 100 telemetry frames in 2 s, %lld missing", static_cast<long long>(frames), static_cast<long long>(missing));
+    std::snprintf(text, sizeof text, "%lld of 100 telemetry frames in 2 s, %lld missing", static_cast<long long>(frames),
+                  static_cast<long long>(missing));
     findings.bad(text, "cable, hub or a machine that is too busy");
     if (frames == 0) return;
   } else {
@@ -160,7 +169,8 @@ void look_at_board(const std::string& port, Findings& findings) {
       std::snprintf(text, sizeof text, "%s: %.2f degC", name.c_str(), said.temperature_cdegC[j] / 100.0);
       findings.good(text);
     } else {
-      findings.bad(name + ": " + std::string(hil::words(static_cast<trip_cause>(said.sensor[j]))), "wiring of thermocouple and amplifier: docs/hardware.md");
+      findings.bad(name + ": " + std::string(hil::words(static_cast<trip_cause>(said.sensor[j]))),
+                   "wiring of thermocouple and amplifier: docs/hardware.md");
     }
   }
   for (std::size_t k = 0; k < hello->parts.angles; ++k) {

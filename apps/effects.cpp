@@ -25,11 +25,10 @@ std::string range_text(const Declaration& declared) {
 }
 
 std::string markdown_row(std::string_view name, const Declaration& d) {
-  return "| `" + std::string(name) + "` | " + std::string(d.symbol) + " | " + std::string(d.unit.text) + " | " +
-         range_text(d) + " | " + value_text(d, d.typical) + " | " +
-         (d.null_value ? value_text(d, *d.null_value) : std::string("–")) + " | " +
-         (d.prior_deviation > 0.0 ? sim::shortest(d.prior_deviation) : std::string("known")) + " | " +
-         std::string(d.meaning) + " | " + std::string(d.source) + " |\n";
+  return "| `" + std::string(name) + "` | " + std::string(d.symbol) + " | " + std::string(d.unit.text) + " | " + range_text(d) + " | " +
+         value_text(d, d.typical) + " | " + (d.null_value ? value_text(d, *d.null_value) : std::string("–")) + " | " +
+         (d.prior_deviation > 0.0 ? sim::shortest(d.prior_deviation) : std::string("known")) + " | " + std::string(d.meaning) + " | " +
+         std::string(d.source) + " |\n";
 }
 
 std::string markdown(const plant::System& system) {
@@ -42,8 +41,8 @@ std::string markdown(const plant::System& system) {
   for (const auto& info : system.parameters())
     if (!info.effect) text += markdown_row(info.declaration.name, info.declaration);
   for (const auto& effect : system.effects()) {
-    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " +
-            std::string(effect.words) + ".\n\n    " + std::string(effect.equation) + "\n\n";
+    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " + std::string(effect.words) +
+            ".\n\n    " + std::string(effect.equation) + "\n\n";
     text += head;
     for (const plant::ParameterId p : effect.parameters)
       text += markdown_row(system.parameters()[p].declaration.name, system.parameters()[p].declaration);
@@ -52,7 +51,7 @@ std::string markdown(const plant::System& system) {
 }
 
 nlohmann::ordered_json json_of(const Declaration& d) {
-  nlohmann::ordered_json json{{"name", d.name},         {"symbol", d.symbol},   {"unit", d.unit.text},
+  nlohmann::ordered_json json{{"name", d.name},           {"symbol", d.symbol},         {"unit", d.unit.text},
                               {"lowest", d.range.lowest}, {"highest", d.range.highest}, {"typical", d.typical}};
   json["null"] = d.null_value ? nlohmann::json(*d.null_value) : nlohmann::json();
   json["prior_deviation"] = d.prior_deviation;

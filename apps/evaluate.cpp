@@ -62,7 +62,8 @@ std::string file_name(const std::string& name, std::int64_t seed) {
 StressFile read_stress(const std::filesystem::path& path) {
   const sim::YamlValue root = sim::read_yaml(path);
   sim::YamlMap map(root);
-  if (const auto* format = map.find("format"); format && format->whole_number() != 1) format->complain("must be 1, the format that this version reads");
+  if (const auto* format = map.find("format"); format && format->whole_number() != 1)
+    format->complain("must be 1, the format that this version reads");
   StressFile file;
   const sim::YamlValue& base = map.require("base", "a scenario, looked for beside this file");
   file.base = sim::read_scenario(path.parent_path() / base.text());
@@ -102,7 +103,8 @@ struct Outcome {
   std::string failure;
 };
 
-report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task, const std::string& name) {
+report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task,
+                            const std::string& name) {
   report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, task).front());
   plot.title = name;
   plot.time_axis = "";
@@ -149,17 +151,19 @@ int evaluate_command(const EvaluateArguments& arguments) {
     const sim::RunResult result = sim::run(one.scenario);
     if (result.failure) {
       outcome.failure = "the simulation failed: " + result.failure->reason;
-    } else try {
-      const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns), predictor.task, model::Missing::held);
-      const model::Vector<double> open = model::rollout(predictor, series);
-      const model::Errors off = model::errors_of(open, series);
-      outcome.rmse = off.rmse;
-      outcome.last_minute = off.last_minute;
-      outcome.one_step = model::errors_of(model::one_step_ahead(predictor, series), series).rmse;
-      plots[j] = drift_plot(series, open, predictor.task, row.name);
-    } catch (const sim::InputError& e) {
-      outcome.failure = e.advice;
-    }
+    } else
+      try {
+        const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns),
+                                                      predictor.task, model::Missing::held);
+        const model::Vector<double> open = model::rollout(predictor, series);
+        const model::Errors off = model::errors_of(open, series);
+        outcome.rmse = off.rmse;
+        outcome.last_minute = off.last_minute;
+        outcome.one_step = model::errors_of(model::one_step_ahead(predictor, series), series).rmse;
+        plots[j] = drift_plot(series, open, predictor.task, row.name);
+      } catch (const sim::InputError& e) {
+        outcome.failure = e.advice;
+      }
     const std::scoped_lock lock(telling);
     progress.show(static_cast<double>(++done) / static_cast<double>(jobs.size()), row.name);
   });
@@ -202,22 +206,39 @@ int evaluate_command(const EvaluateArguments& arguments) {
     rows.push_back(row);
   }
   const Row base = rows.front();
-  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
   report::Table table;
-  table.header = {"stress", "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit, "again: sinew run"};
-  nlohmann::ordered_json json{{"model", weights_path(arguments.model)}, {"case", predictor.task.paper_case}, {"method", predictor.method}, {"seeds", stress.seeds}, {"rows", nlohmann::ordered_json::array()}};
+  table.header = {
+      "stress",          "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
+      "again: sinew run"};
+  nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
+                              {"case", predictor.task.paper_case},
+                              {"method", predictor.method},
+                              {"seeds", stress.seeds},
+                              {"rows", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) {
-    table.rows.push_back({{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
-                           report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
-                          row.name == base.name, row.failure});
-    json["rows"].push_back({{"stress", row.name}, {key_in_unit("rollout_rmse", predicted), row.mean}, {key_in_unit("worst_seed", predicted), row.worst}, {key_in_unit("last_minute", predicted), row.last},
-                            {key_in_unit("one_step_rmse", predicted), row.one_step}, {"seeds_counted", row.counted}, {"failure", row.failure}, {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
+    table.rows.push_back(
+        {{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
+          report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
+         row.name == base.name,
+         row.failure});
+    json["rows"].push_back({{"stress", row.name},
+                            {key_in_unit("rollout_rmse", predicted), row.mean},
+                            {key_in_unit("worst_seed", predicted), row.worst},
+                            {key_in_unit("last_minute", predicted), row.last},
+                            {key_in_unit("one_step_rmse", predicted), row.one_step},
+                            {"seeds_counted", row.counted},
+                            {"failure", row.failure},
+                            {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
-  table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) + " seeds (of those that finished), worst first. Missing samples are held.";
+  table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
+                  " seeds (of those that finished), worst first. Missing samples are held.";
   if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";
-    page.lead = "Without stress it is " + report::significant(base.mean, 3) + unit + " off in open loop; worst under \"" + rows.front().name + "\", " + report::significant(rows.front().mean, 3) + unit + ".";
+    page.lead = "Without stress it is " + report::significant(base.mean, 3) + unit + " off in open loop; worst under \"" +
+                rows.front().name + "\", " + report::significant(rows.front().mean, 3) + unit + ".";
     page.blocks.push_back(table);
     report::Section section;
     section.heading = "The worst three, and no stress";
@@ -231,9 +252,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
     for (std::size_t j = 0; j < jobs.size(); ++j) outputs->stage("scenarios/" + outcomes[j].scenario_file, scenarios[j]);
-    outputs->stage("README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " + arguments.stress +
-                                                 " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
-                                                 "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
+    outputs->stage("README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " +
+                                    arguments.stress + " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
+                                    "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
     outputs->stage("stress.svg", report::stacked_svg(shown, 720, 160 * static_cast<int>(shown.size())));
     outputs->stage("report.html", html);
     outputs->stage("stress.json", json.dump(1) + "\n");
@@ -243,7 +264,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
     std::printf("%s\n", json.dump(1).c_str());
   } else {
     std::fputs(report::to_text(table).c_str(), stdout);
-    if (!arguments.out.empty()) std::printf("written: %s/{report.html, README.md, stress.svg, stress.json, scenarios/}\n", arguments.out.c_str());
+    if (!arguments.out.empty())
+      std::printf("written: %s/{report.html, README.md, stress.svg, stress.json, scenarios/}\n", arguments.out.c_str());
   }
   return 0;
 }

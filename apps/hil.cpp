@@ -55,7 +55,11 @@ struct HilArguments {
 class View {
  public:
   View(const plant::Plant& limb, double duration_s, double line_every_s)
-      : system_(limb.shared_system()), parts_(hil::parts_of(limb)), in_place_(isatty(STDERR_FILENO) == 1), duration_s_(duration_s), line_every_s_(line_every_s) {}
+      : system_(limb.shared_system()),
+        parts_(hil::parts_of(limb)),
+        in_place_(isatty(STDERR_FILENO) == 1),
+        duration_s_(duration_s),
+        line_every_s_(line_every_s) {}
   ~View() { settle(); }
 
   void say(const std::string& line) {
@@ -79,16 +83,18 @@ class View {
       std::fprintf(stderr, "%7.1f s of %.0f s   %s%s\n", v.time_s, duration_s_, state_of(v), v.lowered ? ", duty lowered by the host" : "");
       for (std::size_t j = 0; j < parts_.coils.size(); ++j)
         std::fprintf(stderr, "  %s  %6.2f degC  duty %.3f  predicted %6.1f degC%s\n", parts_.coils[j].name.c_str(),
-                     v.measured.channels[parts_.coils[j].shown.index], v.duty_fraction[j], v.predicted_degC[j], residual(v, parts_.coils[j].shown).c_str());
+                     v.measured.channels[parts_.coils[j].shown.index], v.duty_fraction[j], v.predicted_degC[j],
+                     residual(v, parts_.coils[j].shown).c_str());
       for (const plant::ChannelId angle : parts_.angles)
-        std::fprintf(stderr, "  %s %7.2f deg%s%s\n", info(angle).words.c_str(), v.measured.channels[angle.index], residual(v, angle).c_str(),
-                     angle == parts_.angles.front() ? off_prediction(v, predicted_deg).c_str() : "");
+        std::fprintf(stderr, "  %s %7.2f deg%s%s\n", info(angle).words.c_str(), v.measured.channels[angle.index],
+                     residual(v, angle).c_str(), angle == parts_.angles.front() ? off_prediction(v, predicted_deg).c_str() : "");
       lines_ = 1 + static_cast<int>(parts_.coils.size() + parts_.angles.size());
     } else if (v.time_s + 1e-9 >= next_line_s_) {
       next_line_s_ += line_every_s_;
       std::fprintf(stderr, "%8.1f s", v.time_s);
       for (std::size_t j = 0; j < parts_.coils.size(); ++j)
-        std::fprintf(stderr, "  %s %6.2f degC %.3f", parts_.coils[j].name.c_str(), v.measured.channels[parts_.coils[j].shown.index], v.duty_fraction[j]);
+        std::fprintf(stderr, "  %s %6.2f degC %.3f", parts_.coils[j].name.c_str(), v.measured.channels[parts_.coils[j].shown.index],
+                     v.duty_fraction[j]);
       for (const plant::ChannelId angle : parts_.angles) std::fprintf(stderr, "  %7.2f deg", v.measured.channels[angle.index]);
       std::fprintf(stderr, "  %s%s", state_of(v), v.lowered ? " lowered" : "");
       for (const plant::ChannelId c : system_->channels().ids()) std::fprintf(stderr, "%s", residual(v, c).c_str());
@@ -131,7 +137,8 @@ class View {
 class Companion {
  public:
   Companion(const model::Model& model, const plant::Plant& plant)
-      : places_(model::places_in(sim::columns_of(plant.system()), model.task, "--predict")), predictor_(model),
+      : places_(model::places_in(sim::columns_of(plant.system()), model.task, "--predict")),
+        predictor_(model),
         v_(static_cast<Eigen::Index>(places_.features.size())),
         csv_("# open loop from the first measured value, beside the session\ntime_s," + model.task.predicted.name + "," +
              predicted_name(model.task.predicted) + "\n") {
@@ -211,7 +218,9 @@ int hil_command(const HilArguments& arguments) {
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   hil::parts_of(scenario.plant, arguments.scenario);  // an error names the file
   if (scenario.sample_period_s < 0.005)
-    throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
+    throw sim::InputError({.file = arguments.scenario,
+                           .key = "sample_period_s",
+                           .value = sim::shortest(scenario.sample_period_s),
                            .advice = "must be 0.005 or more: the device speaks up to 200 times a second"});
   hil::SessionSettings settings;
   std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
@@ -222,7 +231,9 @@ int hil_command(const HilArguments& arguments) {
   std::optional<Companion> companion;
   if (!arguments.predict.empty()) {
     if (std::abs(scenario.sample_period_s - model::period_s) > 1e-12)
-      throw sim::InputError({.file = arguments.scenario, .key = "sample_period_s", .value = sim::shortest(scenario.sample_period_s),
+      throw sim::InputError({.file = arguments.scenario,
+                             .key = "sample_period_s",
+                             .value = sim::shortest(scenario.sample_period_s),
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
     companion.emplace(model::read_model(weights_path(arguments.predict)), scenario.plant);
   }
@@ -281,11 +292,13 @@ int hil_command(const HilArguments& arguments) {
   write_session(*outputs, files);
   std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
   if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
-  std::printf("written: %s/{%s}\n", out.string().c_str(), [&] {
-    std::string names;
-    for (const auto& [name, content] : files) names += (names.empty() ? "" : ", ") + name;
-    return names + (companion ? ", prediction.csv" : "");
-  }().c_str());
+  std::printf("written: %s/{%s}\n", out.string().c_str(),
+              [&] {
+                std::string names;
+                for (const auto& [name, content] : files) names += (names.empty() ? "" : ", ") + name;
+                return names + (companion ? ", prediction.csv" : "");
+              }()
+                  .c_str());
   const bool finished = result.status == hil::SessionStatus::finished;
   if (finished && result.brought_to_rest) return 0;
   if (!finished) std::fprintf(stderr, "%s\n", result.why.c_str());
@@ -310,7 +323,8 @@ int replay_command(const ReplayArguments& arguments) {
   try {
     replayed = hil::replay_session(arguments.folder);
   } catch (const hil::ReplayDiffers& differs) {
-    std::fprintf(stderr, "the replay takes another course: %s\n  was the session made by another version of this program?\n", differs.what());
+    std::fprintf(stderr, "the replay takes another course: %s\n  was the session made by another version of this program?\n",
+                 differs.what());
     return 1;
   }
   if (outputs) {
@@ -333,7 +347,8 @@ int replay_command(const ReplayArguments& arguments) {
 void add_hil(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<HilArguments>();
   CLI::App* command = program.add_subcommand("hil", "Run a scenario on the physical limb, or on its firmware in the emulator.");
-  command->add_option("scenario", arguments->scenario, "scenario in YAML; its plant is what the host's supervisor predicts with")->required();
+  command->add_option("scenario", arguments->scenario, "scenario in YAML; its plant is what the host's supervisor predicts with")
+      ->required();
   command->add_option("--port", arguments->port, "the limb's serial port, best /dev/serial/by-id/...");
   command->add_flag("--emulate", arguments->emulate, "the real firmware in the emulator, in lock step");
   command->add_option("--out", arguments->out, "folder for recording.csv, session.json, wire.bin, scenario.yaml [results/session_NNN]");
@@ -343,13 +358,15 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_flag("--clear-trip", arguments->clear_trip, "clear the trip that the device has latched, once its coils are cool");
   command->add_flag("--allow-overruns", arguments->allow_overruns, "go on when a deadline is missed by a whole period");
   command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
-  command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")->check(CLI::Range(0.0, 1.0));
+  command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")
+      ->check(CLI::Range(0.0, 1.0));
   command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
-                  "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
-                  "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
-                  "  sinew hil scenarios/step.yaml --emulate --fault sensor_open:A@3.0");
+  command->footer(
+      "Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
+      "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
+      "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
+      "  sinew hil scenarios/step.yaml --emulate --fault sensor_open:A@3.0");
   command->callback([arguments, &exit_code] { exit_code = hil_command(*arguments); });
 }
 

@@ -43,12 +43,12 @@ constexpr std::array<double, 5> phases_s{0.0, 0.023, 0.047, 0.071, 0.095};
 constexpr double afterwards_s = 6.0;  // the board is watched on after the session
 
 enum class Due {
-  nothing,   // the session must go on to its end
-  trip,      // the device can see it at once: 250 ms
-  evidence,  // the device can see it after some heating
-  host,      // only the host can see it
-  unsavable, // said, but software cannot open the switch
-  refusal,   // it must not be armed
+  nothing,    // the session must go on to its end
+  trip,       // the device can see it at once: 250 ms
+  evidence,   // the device can see it after some heating
+  host,       // only the host can see it
+  unsavable,  // said, but software cannot open the switch
+  refusal,    // it must not be armed
 };
 
 struct Row {
@@ -62,9 +62,9 @@ struct Row {
 };
 
 struct FaultOutcome {
-  std::string came;          // the trip's cause, or how the session ended
+  std::string came;  // the trip's cause, or how the session ended
   bool right = true;
-  double zero_ms = -1.0;     // -1: never; NaN: there was nothing to wait for
+  double zero_ms = -1.0;  // -1: never; NaN: there was nothing to wait for
   double peak_degC = 0.0;
 };
 
@@ -180,21 +180,30 @@ std::vector<Row> all_rows() {
   const auto link = [&](const std::string& name, Due due, auto to, auto from, const std::string& expected = "") {
     rows.push_back({"link", name, due, {}, to, from, false, expected, false});
   };
-  link("a bit flipped at every byte position in turn, one frame in ten, both ways", Due::nothing, always(flip_every_byte), always(flip_every_byte));
-  link("one frame in ten lost, both ways", Due::nothing, [=](double) { return lost(); }, [=](double) { return lost(); });
-  link("every frame twice, both ways", Due::nothing, [=](double) { return hil::Tamper(twice); }, [=](double) { return hil::Tamper(twice); });
+  link("a bit flipped at every byte position in turn, one frame in ten, both ways", Due::nothing, always(flip_every_byte),
+       always(flip_every_byte));
+  link(
+      "one frame in ten lost, both ways", Due::nothing, [=](double) { return lost(); }, [=](double) { return lost(); });
+  link(
+      "every frame twice, both ways", Due::nothing, [=](double) { return hil::Tamper(twice); }, [=](double) { return hil::Tamper(twice); });
   link("commands exchanged in pairs", Due::nothing, always(exchange_pairs), nullptr);
-  link("commands come 1 tick late", Due::nothing, [](double from_s) { return delay(2, from_s); }, nullptr);
-  link("commands come 3 ticks late", Due::trip, [](double from_s) { return delay(6, from_s); }, nullptr, "silence");
-  link("commands come 10 ticks late", Due::trip, [](double from_s) { return delay(20, from_s); }, nullptr, "silence");
+  link(
+      "commands come 1 tick late", Due::nothing, [](double from_s) { return delay(2, from_s); }, nullptr);
+  link(
+      "commands come 3 ticks late", Due::trip, [](double from_s) { return delay(6, from_s); }, nullptr, "silence");
+  link(
+      "commands come 10 ticks late", Due::trip, [](double from_s) { return delay(20, from_s); }, nullptr, "silence");
   link("300 bytes of garbage before one frame in ten", Due::nothing, always(garbage_before), nullptr);
-  link("one frame in ten cut in the middle, both ways", Due::nothing, [=](double) { return cut(); }, [=](double) { return cut(); });
-  link("cable pulled, or host killed or stopped: nothing goes through any more", Due::trip, [](double from_s) { return lose_all(from_s); },
-       [](double from_s) { return lose_all(from_s); }, "silence");
-  link("the device hears nothing, the host still hears it", Due::trip, [](double from_s) { return lose_all(from_s); }, nullptr, "silence");
+  link(
+      "one frame in ten cut in the middle, both ways", Due::nothing, [=](double) { return cut(); }, [=](double) { return cut(); });
+  link(
+      "cable pulled, or host killed or stopped: nothing goes through any more", Due::trip, [](double from_s) { return lose_all(from_s); },
+      [](double from_s) { return lose_all(from_s); }, "silence");
+  link(
+      "the device hears nothing, the host still hears it", Due::trip, [](double from_s) { return lose_all(from_s); }, nullptr, "silence");
   link("the device speaks another version of the protocol", Due::refusal, nullptr, always(other_version), "another version");
-  const auto add = [&](const std::string& group, const std::string& name, Due due, std::vector<std::string> faults, const std::string& expected = "",
-                       bool relay = false, bool slow = false) {
+  const auto add = [&](const std::string& group, const std::string& name, Due due, std::vector<std::string> faults,
+                       const std::string& expected = "", bool relay = false, bool slow = false) {
     rows.push_back({group, name, due, std::move(faults), nullptr, nullptr, relay, expected, slow});
   };
   add("sensor", "thermocouple open", Due::trip, {"sensor_open:A@"}, "sensor_open");
@@ -212,7 +221,8 @@ std::vector<Row> all_rows() {
   add("device", "hangs while hot, interrupts off", Due::trip, {"hang_masked@"}, "watchdog");
   add("device", "brown-out", Due::trip, {"brown_out@"}, "brown_out");
   add("device", "brown-out twice within a millisecond", Due::trip, {"brown_out@", "brown_out@+0.0011"}, "brown_out");
-  add("device", "hangs, and is reset again right after the watchdog", Due::trip, {"hang_masked@", "reset@+0.0648"}, "reset_while_armed|latch_damaged");
+  add("device", "hangs, and is reset again right after the watchdog", Due::trip, {"hang_masked@", "reset@+0.0648"},
+      "reset_while_armed|latch_damaged");
   add("device", "reset in the middle of a command", Due::trip, {"reset@"}, "reset_while_armed");
   add("device", "its clock wraps in the session", Due::nothing, {"time_ms@0.05=4288967"});
   add("device", "trips, then is reset: the latch", Due::trip, {"sensor_open:A@", "reset@+0.2"}, "sensor_open");
@@ -228,7 +238,8 @@ std::vector<Row> all_rows() {
 // "kind:A@=5" at an onset: "kind:A@6.023=5". A second fault "@+0.2" comes that much later.
 std::string at_onset(std::string fault, double from_s) {
   const std::size_t at = fault.find('@') + 1;
-  if (at < fault.size() && fault[at] == '+') return fault.substr(0, at) + sim::shortest(from_s + sim::parse_number(fault.substr(at + 1)).value());
+  if (at < fault.size() && fault[at] == '+')
+    return fault.substr(0, at) + sim::shortest(from_s + sim::parse_number(fault.substr(at + 1)).value());
   if (at < fault.size() && fault[at] != '=') return fault;  // has a time of its own
   return fault.insert(at, sim::shortest(from_s));
 }
@@ -320,12 +331,18 @@ std::string number(double value, const char* format) {
 
 const char* words(Due due) {
   switch (due) {
-    case Due::nothing: return "none";
-    case Due::trip: return "trip";
-    case Due::evidence: return "trip, after evidence";
-    case Due::host: return "end, by the host";
-    case Due::unsavable: return "trip; cannot save";
-    case Due::refusal: return "no arming";
+    case Due::nothing:
+      return "none";
+    case Due::trip:
+      return "trip";
+    case Due::evidence:
+      return "trip, after evidence";
+    case Due::host:
+      return "end, by the host";
+    case Due::unsavable:
+      return "trip; cannot save";
+    case Due::refusal:
+      return "no arming";
   }
   return "";
 }
@@ -339,8 +356,8 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
   for (const auto& [name, text] : {std::pair{"scenario.yaml", scenario_text}, std::pair{"slow.yaml", slow_scenario_text}})
     outputs.claim({name}, has_content(outputs.folder() / name, text));
   if (only.empty()) outputs.claim({"README.md", "faults.csv"});
-  const std::filesystem::path scenario_file = outputs.stage("scenario.yaml", scenario_text), slow_file = outputs.stage("slow.yaml", slow_scenario_text),
-                              trace_file = outputs.scratch("trace.csv");
+  const std::filesystem::path scenario_file = outputs.stage("scenario.yaml", scenario_text),
+                              slow_file = outputs.stage("slow.yaml", slow_scenario_text), trace_file = outputs.scratch("trace.csv");
   report::Table table, goals;
   table.header = {"", "fault", "due", "came", "PWM zero after [ms]", "hottest coil [°C]", "as due"};
   std::string csv = "group,fault,due,came,zero_ms,peak_degC,as_due\n";
@@ -356,11 +373,12 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
     hot += is_hot;
     if (row.due == Due::trip) slowest_ms = std::max(slowest_ms, worst.zero_ms);
     const std::string as_due = !worst.right ? "**no**" : is_late ? "**late**" : is_hot ? "**hot**" : "yes";
-    table.rows.push_back({{row.group, row.name, words(row.due), worst.came, number(worst.zero_ms, "%.0f"), number(worst.peak_degC, "%.1f"), as_due}});
+    table.rows.push_back(
+        {{row.group, row.name, words(row.due), worst.came, number(worst.zero_ms, "%.0f"), number(worst.peak_degC, "%.1f"), as_due}});
     csv += row.group + ",\"" + row.name + "\"," + "\"" + words(row.due) + "\"," + worst.came + "," + number(worst.zero_ms, "%.3f") + "," +
            number(worst.peak_degC, "%.3f") + "," + (worst.right && !is_late && !is_hot ? "yes" : "no") + "\n";
-    std::printf("%-8s %-75s %-20s %8s ms %8s degC  %s\n", row.group.c_str(), row.name.c_str(), worst.came.c_str(), number(worst.zero_ms, "%.0f").c_str(),
-                number(worst.peak_degC, "%.1f").c_str(), as_due.c_str());
+    std::printf("%-8s %-75s %-20s %8s ms %8s degC  %s\n", row.group.c_str(), row.name.c_str(), worst.came.c_str(),
+                number(worst.zero_ms, "%.0f").c_str(), number(worst.peak_degC, "%.1f").c_str(), as_due.c_str());
     std::fflush(stdout);
   };
   for (const Row& row : all_rows()) {
@@ -384,19 +402,26 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
   }
   if (only.empty()) add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, "", false}, second_opener());
   goals.header = {"goal", "measured", "reached"};
-  goals.rows = {{{"what is due comes, and no trip where none is due", std::to_string(in_all - wrong) + " of " + std::to_string(in_all) + " rows", wrong ? "**no**" : "yes"}},
-                {{"PWM zero within 250 ms of a fault that the device can see (due: trip)", "slowest " + number(slowest_ms, "%.0f") + " ms", late ? "**no**" : "yes"}},
-                {{"no coil hotter than its limit by more than 5 K, but where software cannot save it", std::to_string(hot) + " rows hotter", hot ? "**no**" : "yes"}}};
+  goals.rows = {{{"what is due comes, and no trip where none is due",
+                  std::to_string(in_all - wrong) + " of " + std::to_string(in_all) + " rows", wrong ? "**no**" : "yes"}},
+                {{"PWM zero within 250 ms of a fault that the device can see (due: trip)", "slowest " + number(slowest_ms, "%.0f") + " ms",
+                  late ? "**no**" : "yes"}},
+                {{"no coil hotter than its limit by more than 5 K, but where software cannot save it", std::to_string(hot) + " rows hotter",
+                  hot ? "**no**" : "yes"}}};
   std::string text =
       "# What goes wrong, and what comes of it\n\n"
-      "    sinew hil-faults --out " + out_name + "\n\n"
+      "    sinew hil-faults --out " +
+      out_name +
+      "\n\n"
       "made this page and `faults.csv`: the real firmware in the emulator, the plant behind its pins, in lock step (the same bytes every\n"
       "time). Coil A is heated at duty 0.45; the fault comes at 6 s, in five sessions at five places between two readings and two\n"
       "commands; the worst of the five is shown. PWM zero: both gates low for good, from the fault on. The coil's limit is " +
-      number(LIMIT_COIL_cdegC / 100.0, "%.0f") + " °C.\n\n" + report::to_markdown(table) + "\n" + report::to_markdown(goals) + "\n"
+      number(LIMIT_COIL_cdegC / 100.0, "%.0f") + " °C.\n\n" + report::to_markdown(table) + "\n" + report::to_markdown(goals) +
+      "\n"
       "*After evidence*: a reading that sticks, or a coil that stays cold, looks like a good one until enough heat has gone in that it\n"
       "must have moved; the time is counted from the fault all the same. *By the host*: a thermocouple that drifts slowly cannot be told\n"
-      "on the device from a coil that cools; the plant that runs beside it can. *Cannot save*: with the switch welded no program can take the\n"
+      "on the device from a coil that cools; the plant that runs beside it can. *Cannot save*: with the switch welded no program can take "
+      "the\n"
       "current away; it says so, and the supply must be cut by hardware (docs/safety.md). A port that comes back under another name, and\n"
       "kill -9 of the host, need real time: tests/cli/test_hil.py.\n";
   if (only.empty()) {
@@ -414,7 +439,8 @@ void add_hil_faults(CLI::App& program, int& exit_code) {
   auto out = std::make_shared<std::string>();
   auto only = std::make_shared<std::string>();
   auto overwrite = std::make_shared<bool>(false);
-  CLI::App* command = program.add_subcommand("hil-faults", "Make everything go wrong on the emulated limb, and write down what came of it.");
+  CLI::App* command =
+      program.add_subcommand("hil-faults", "Make everything go wrong on the emulated limb, and write down what came of it.");
   command->add_option("--out", *out, "folder for README.md, faults.csv, scenario.yaml")->required();
   command->add_option("--only", *only, "rows whose name has this in it; nothing but the scenario is written then");
   add_overwrite(*command, *overwrite);

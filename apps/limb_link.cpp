@@ -11,7 +11,8 @@ std::vector<std::string> emulator_command(const std::string& scenario, const std
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (const char* name : {"sinew-emulator", "firmware.elf"})
     if (!std::filesystem::exists(here / name))
-      throw sim::InputError({.file = (here / name).string(), .advice = "is not there; it is built where gcc-avr, avr-libc and libsimavr-dev are installed"});
+      throw sim::InputError(
+          {.file = (here / name).string(), .advice = "is not there; it is built where gcc-avr, avr-libc and libsimavr-dev are installed"});
   std::vector<std::string> command{here / "sinew-emulator", scenario, "--firmware", here / "firmware.elf"};
   for (const std::string& fault : faults) command.insert(command.end(), {"--fault", fault});
   return command;

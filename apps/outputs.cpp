@@ -93,8 +93,8 @@ Holder read_holder(int descriptor) {
 }
 
 struct Lock {
-  int descriptor = -1;            // -1: not taken
-  std::optional<Holder> holder{}; // by whom not
+  int descriptor = -1;             // -1: not taken
+  std::optional<Holder> holder{};  // by whom not
 };
 
 // The kernel lets go of the lock when its process ends, however that ends, so that one left behind is simply taken. Where the file
@@ -120,8 +120,8 @@ Lock take_lock(const fs::path& folder) {
       ::close(descriptor);
       continue;
     }
-    const std::string text = std::to_string(::getpid()) + " " + std::to_string(start_of_process(::getpid()).value_or(0)) + "\n" +
-                             own_command_line() + "\n";
+    const std::string text =
+        std::to_string(::getpid()) + " " + std::to_string(start_of_process(::getpid()).value_or(0)) + "\n" + own_command_line() + "\n";
     if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
       const int reason = errno;
       ::unlink(file.c_str());
@@ -295,7 +295,8 @@ void check_output_file(const fs::path& file, const InputPaths& inputs, bool over
   if (fs::is_directory(file, none)) throw sim::InputError({.file = file.string(), .advice = "is a folder; name a file to write"});
   const auto session = files_of_physical_session(file.has_parent_path() ? file.parent_path() : fs::path("."));
   if (std::find(session.begin(), session.end(), file.filename().string()) != session.end())
-    throw sim::InputError({.file = file.string(), .advice = "belongs to a session with the limb, which cannot be made again; name another file"});
+    throw sim::InputError(
+        {.file = file.string(), .advice = "belongs to a session with the limb, which cannot be made again; name another file"});
   if (!overwrite)
     throw sim::InputError({.file = file.string(), .advice = "is there already; name another file, or replace it with --overwrite"});
 }

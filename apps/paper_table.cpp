@@ -46,17 +46,22 @@ model::Series session(const std::string& file, const model::Task& task, std::int
   scenario.duration_s = duration_s;
   const sim::RunResult result = sim::run(scenario);
   if (result.failure) throw std::runtime_error(file + ": " + result.failure->reason);
-  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed), sim::columns_of(scenario.plant.system())), task);
+  return model::series_of(sim::parse_recording(result.recording_csv, file + ", seed " + std::to_string(seed),
+                                               sim::columns_of(scenario.plant.system())),
+                          task);
 }
 
 Json json_of(const model::Vector<double>& open, const model::Vector<double>& step, const model::Series& test) {
   const model::Errors off = model::errors_of(open, test);
-  return {{"rollout_deg", off.rmse}, {"second_minute_deg", off.second_minute}, {"last_minute_deg", off.last_minute},
+  return {{"rollout_deg", off.rmse},
+          {"second_minute_deg", off.second_minute},
+          {"last_minute_deg", off.last_minute},
           {"one_step_deg", model::errors_of(step, test).rmse}};
 }
 
 std::string case_words(int paper_case) {
-  static const char* const words[] = {"one coil, duty", "one coil, duty and temperature", "both coils, duty", "both coils, duty and temperature"};
+  static const char* const words[] = {"one coil, duty", "one coil, duty and temperature", "both coils, duty",
+                                      "both coils, duty and temperature"};
   return words[paper_case - 1];
 }
 
@@ -116,7 +121,8 @@ int paper_command(const PaperArguments& arguments) {
   std::vector<std::string> methods;
   for (const std::string& method : arguments.methods)
     if (std::find(methods.begin(), methods.end(), method) == methods.end()) methods.push_back(method);
-  for (const int paper_case : cases) all_settings += sim::to_yaml(sim::read_scenario(paper_case <= 2 ? arguments.one_coil : arguments.two_coils));
+  for (const int paper_case : cases)
+    all_settings += sim::to_yaml(sim::read_scenario(paper_case <= 2 ? arguments.one_coil : arguments.two_coils));
   const std::string settings_mark = sim::sha256(all_settings).substr(0, 8);
   if (!arguments.overwrite)
     for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
@@ -124,7 +130,9 @@ int paper_command(const PaperArguments& arguments) {
         for (const std::string& method : methods) {
           const std::filesystem::path file = out / "cells" / (cell_name(paper_case, method, seed) + ".json");
           if (const Json cell = read_cell(file); !cell.is_null() && !is_of(cell, settings_mark))
-            throw sim::InputError({.file = file.string(), .key = "--out", .value = out.string(),
+            throw sim::InputError({.file = file.string(),
+                                   .key = "--out",
+                                   .value = out.string(),
                                    .advice = "other settings, scenarios, cases or another version of this program made this cell\n"
                                              "give another folder, or make the cells again with --overwrite"});
         }
@@ -150,7 +158,8 @@ int paper_command(const PaperArguments& arguments) {
           test = session(scenario, task, 1000 + seed, test_s);
         }
         progress.show(static_cast<double>(done - 1) / static_cast<double>(all), id);
-        Json cell{{"case", paper_case}, {"method", method}, {"seed", seed}, {"settings", settings_mark}, {"version", sim::this_build().version}};
+        Json cell{
+            {"case", paper_case}, {"method", method}, {"seed", seed}, {"settings", settings_mark}, {"version", sim::this_build().version}};
         if (method == "published" || method == "stateful") {
           model::TrainingRun run;
           run.task = task;
@@ -161,7 +170,8 @@ int paper_command(const PaperArguments& arguments) {
           cell.update(json_of(model::rollout(trained.model, *test), model::one_step_ahead(trained.model, *test), *test));
           cell["updates"] = trained.best_update;
         } else {
-          const auto used = model::part_of(*training, 0, static_cast<model::Index>(paper_training_fraction * static_cast<double>(training->samples())));
+          const auto used =
+              model::part_of(*training, 0, static_cast<model::Index>(paper_training_fraction * static_cast<double>(training->samples())));
           const model::LinearModel linear = method == "ARX" ? model::fit_arx({used}) : model::fit_static({used});
           cell.update(json_of(model::rollout(linear, *test), model::one_step_ahead(linear, *test), *test));
           if (method == "ARX") cell["order"] = linear.order;
@@ -180,7 +190,8 @@ int paper_command(const PaperArguments& arguments) {
       std::map<std::string, std::vector<double>> values;
       for (const Json& cell : cells)
         if (cell.at("case") == paper_case && cell.at("method") == method)
-          for (const char* key : {"rollout_deg", "second_minute_deg", "last_minute_deg", "one_step_deg"}) values[key].push_back(cell.at(key));
+          for (const char* key : {"rollout_deg", "second_minute_deg", "last_minute_deg", "one_step_deg"})
+            values[key].push_back(cell.at(key));
       open[method] = values["rollout_deg"];
       const double drift = spread(values["last_minute_deg"]).mean / spread(values["second_minute_deg"]).mean;
       if (method == "stateful") {
@@ -207,17 +218,19 @@ int paper_command(const PaperArguments& arguments) {
   if (arguments.one_coil != usual.one_coil) options += " --one-coil " + arguments.one_coil;
   if (arguments.two_coils != usual.two_coils) options += " --two-coils " + arguments.two_coils;
   if (!arguments.settings.empty()) options += " --settings " + arguments.settings;
-  std::string markdown = "# The paper's table on the simulated limb\n\nMade by `sinew paper-table --seeds " + std::to_string(arguments.seeds) +
-                         options + " --out " + arguments.out + "`, " +
-                         sim::this_build().version + ". Mean ± standard deviation over seeds; root mean square errors of the bend angle on ten "
-                         "minutes of a session that was not trained on.\n\n" + report::to_markdown(table) + "\n";
+  std::string markdown = "# The paper's table on the simulated limb\n\nMade by `sinew paper-table --seeds " +
+                         std::to_string(arguments.seeds) + options + " --out " + arguments.out + "`, " + sim::this_build().version +
+                         ". Mean ± standard deviation over seeds; root mean square errors of the bend angle on ten "
+                         "minutes of a session that was not trained on.\n\n" +
+                         report::to_markdown(table) + "\n";
   if (compared > 0)
     markdown += "Stateful beats published in every rollout (" + std::to_string(compared) + "): " + (beats ? "yes" : "**no**") + ". ";
   if (looked_at > 0)
     markdown += "The last minute of stateful is at most 1.1 times as far off as the second, mean over seeds, in every case: " +
                 std::string(holds ? "yes" : "**no**") + ".";
-  markdown += "\n\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
-              "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
+  markdown +=
+      "\n\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
+      "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
   outputs.stage("README.md", markdown);
   outputs.stage("table.json", cells.dump(1) + "\n");
   outputs.commit();
@@ -230,18 +243,23 @@ int paper_command(const PaperArguments& arguments) {
 
 void add_paper_table(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<PaperArguments>();
-  CLI::App* command = program.add_subcommand("paper-table", "The paper's table on the simulated limb: four cases, both methods, several seeds.");
+  CLI::App* command =
+      program.add_subcommand("paper-table", "The paper's table on the simulated limb: four cases, both methods, several seeds.");
   command->add_option("--out", arguments->out, "folder for README.md, table.json, cells/")->required();
   command->add_option("--seeds", arguments->seeds, "how many")->check(CLI::Range(1, 1000))->capture_default_str();
   command->add_option("--first-seed", arguments->first_seed, "seeds from here on")->check(CLI::Range(1, 1000000))->capture_default_str();
   command->add_option("--cases", arguments->cases, "only these")->delimiter(',')->check(CLI::Range(1, 4));
-  command->add_option("--methods", arguments->methods, "only these")->delimiter(',')->check(CLI::IsMember({"published", "stateful", "least squares", "ARX"}));
+  command->add_option("--methods", arguments->methods, "only these")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"published", "stateful", "least squares", "ARX"}));
   command->add_option("--settings", arguments->settings, "of the training, in YAML");
   command->add_option("--one-coil", arguments->one_coil, "scenario of cases 1 and 2")->capture_default_str();
   command->add_option("--two-coils", arguments->two_coils, "scenario of cases 3 and 4")->capture_default_str();
   command->add_option("--threads", arguments->threads, "changes no number")->check(CLI::Range(1, 1024))->capture_default_str();
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Ctrl-C keeps the cells that are done; the same command goes on from there.\n\nExample:\n  sinew paper-table --out results/paper_table");
+  command->footer(
+      "Ctrl-C keeps the cells that are done; the same command goes on from there.\n\nExample:\n  sinew paper-table --out "
+      "results/paper_table");
   command->callback([arguments, &exit_code] { exit_code = paper_command(*arguments); });
 }
 

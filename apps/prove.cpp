@@ -14,10 +14,10 @@
 #include "apps/app.h"
 #include "apps/diagnosis_json.h"
 #include "apps/outputs.h"
-#include "proof/cases.h"
-#include "proof/baselines.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
+#include "proof/baselines.h"
+#include "proof/cases.h"
 #include "report/number.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -36,7 +36,7 @@ struct ProveArguments {
   std::string out, plant, set = "reported";  // no plant: the paper's limb
   std::vector<std::string> families, kinds;
   int seeds = 5;
-  int clean = 0;  // 0: eight for each seed
+  int clean = 0;                 // 0: eight for each seed
   std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
@@ -46,7 +46,9 @@ struct ProveArguments {
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
   sim::Recording recording{.name = name, .columns = sim::columns_of(plant::default_plant().system())};
   for (const prove::Sample& s : samples) {
-    sim::Sample sample{.time_s = s.time_s, .inputs = {s.duty.begin(), s.duty.end()}, .channels = {s.temperature_degC.begin(), s.temperature_degC.end()}};
+    sim::Sample sample{.time_s = s.time_s,
+                       .inputs = {s.duty.begin(), s.duty.end()},
+                       .channels = {s.temperature_degC.begin(), s.temperature_degC.end()}};
     sample.channels.push_back(s.angle_deg);
     recording.samples.push_back(std::move(sample));
   }
@@ -61,13 +63,13 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   for (const auto& found : diagnosis.effects) {
     const auto& info = system.effects()[found.effect];
     const auto& strength = system.parameters()[info.strength].declaration;
-    Json effect{
-        {"name", info.name},  {"place", info.place}, {"confidence", found.confidence},
-        {"gain", found.gain}, {"strength", strength.name},           {"null", strength.null_value.value_or(0.0)}};
+    Json effect{{"name", info.name},  {"place", info.place},       {"confidence", found.confidence},
+                {"gain", found.gain}, {"strength", strength.name}, {"null", strength.null_value.value_or(0.0)}};
     effect["parameters"] = Json::object();  // none where the strength is no constant
     for (const auto& p : found.parameters)
-      effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {
-          {"value", p.value}, {"ci95", {p.lowest, p.highest}}, {"known", p.known}};
+      effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {{"value", p.value},
+                                                                                              {"ci95", {p.lowest, p.highest}},
+                                                                                              {"known", p.known}};
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();
@@ -86,17 +88,15 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
   if (diagnosis.by_chance) result["by_chance"] = chance_json(*diagnosis.by_chance);
   for (const auto& round : diagnosis.search.rounds)
-    result["rounds"].push_back(
-        {{"best", round.candidates.empty() ? Json() : Json(system.effects()[round.candidates.front().effect].name)},
-         {"gain", round.gain},
-         {"chance", round.chance},
-         {"accepted", round.accepted}});
+    result["rounds"].push_back({{"best", round.candidates.empty() ? Json() : Json(system.effects()[round.candidates.front().effect].name)},
+                                {"gain", round.gain},
+                                {"chance", round.chance},
+                                {"accepted", round.accepted}});
   for (std::size_t r = 0; r < diagnosis.search.rounds.size(); ++r)
     for (const auto& candidate : diagnosis.search.rounds[r].candidates)
       if (candidate.explanation.usable)
-        result["rounds"][r]["candidates"].push_back({system.effects()[candidate.effect].name,
-                                                     candidate.explanation.log_evidence, candidate.explanation.misfit,
-                                                     candidate.explanation.unrest});
+        result["rounds"][r]["candidates"].push_back({system.effects()[candidate.effect].name, candidate.explanation.log_evidence,
+                                                     candidate.explanation.misfit, candidate.explanation.unrest});
   const auto numbers_of = [](const std::vector<plant::EffectId>& effects) {
     std::vector<std::size_t> numbers;
     for (const plant::EffectId e : effects) numbers.push_back(e.index);
@@ -125,9 +125,8 @@ std::vector<plant::EffectId> all_effects(const plant::System& system) {
 }
 
 // What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
-double oracle(const plant::Plant& nominal, const prove::Concealed& concealed,
-              const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
-              diagnose::DiagnosisSettings settings) {
+double oracle(const plant::Plant& nominal, const prove::Concealed& concealed, const std::vector<sim::Recording>& training,
+              const std::vector<sim::Recording>& held_out, diagnose::DiagnosisSettings settings) {
   const plant::System& system = nominal.system();
   plant::Plant with_truth = nominal;
   diagnose::Guess guess;
@@ -164,8 +163,7 @@ struct Given {
 
 Json diagnose_case(const ProofCase& one, const plant::Plant& nominal) {
   const Given given(one);
-  const diagnose::Diagnosis diagnosis =
-      diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
+  const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
   Json result = result_of(diagnosis);
   if (one.with_baselines) result["baselines"] = baselines(diagnosis, given.settings);
   if (one.family() == "catalogue" || one.family() == "pair")
@@ -186,17 +184,16 @@ std::string figures_text(const Json& score) {
   std::string text;
   for (const Json& figure : score["figures"]) {
     if (figure["of"].get<double>() == 0) continue;
-    const std::string measured = figure.contains("share") ? report::fixed(100.0 * figure["share"].get<double>(), 1) +
-                                                                " % (" + std::to_string(figure["good"].get<int>()) +
-                                                                " of " + std::to_string(figure["of"].get<int>()) + ")"
+    const std::string measured = figure.contains("share") ? report::fixed(100.0 * figure["share"].get<double>(), 1) + " % (" +
+                                                                std::to_string(figure["good"].get<int>()) + " of " +
+                                                                std::to_string(figure["of"].get<int>()) + ")"
                                                           : report::significant(figure["value"], 3);
     text += figure["what"].get<std::string>() + ": " + measured + ", goal " + figure["goal"].get<std::string>() + "\n";
   }
   return text;
 }
 
-[[noreturn]] void refuse(const std::string& file, const std::string& key, const std::string& value,
-                         const std::string& advice) {
+[[noreturn]] void refuse(const std::string& file, const std::string& key, const std::string& value, const std::string& advice) {
   throw sim::InputError({.file = file, .key = key, .value = value, .advice = advice});
 }
 
@@ -216,15 +213,15 @@ Json sealed_answers(const fs::path& out) {
 // Whether answers.json is one that this command wrote.
 bool holds_proof(const fs::path& out) {
   const Json sealed = sealed_answers(out);
-  return !sealed.empty() && std::all_of(sealed.begin(), sealed.end(), [](const Json& answer) { return answer.is_object() && answer.contains("family"); });
+  return !sealed.empty() &&
+         std::all_of(sealed.begin(), sealed.end(), [](const Json& answer) { return answer.is_object() && answer.contains("family"); });
 }
 
 // Where those that are there are scored, and nothing else is said: of the clean ones, too, all of them.
 ProveArguments with_all_clean(ProveArguments arguments) {
   if (!arguments.score || arguments.clean != 0) return arguments;
   const Json sealed = sealed_answers(arguments.out);
-  for (const auto& [id, answer] : sealed.items())
-    arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
+  for (const auto& [id, answer] : sealed.items()) arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
   if (arguments.clean < clean_per_seed * arguments.seeds) arguments.clean = 0;
   return arguments;
 }
@@ -233,21 +230,18 @@ ProveArguments with_all_clean(ProveArguments arguments) {
 std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   const int least_clean = clean_per_seed * arguments.seeds;
   if (arguments.clean != 0 && arguments.clean < least_clean)
-    refuse("", "--clean", std::to_string(arguments.clean),
-           "at least eight for each seed, here " + std::to_string(least_clean));
+    refuse("", "--clean", std::to_string(arguments.clean), "at least eight for each seed, here " + std::to_string(least_clean));
   std::vector<ProofCase> cases =
       arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
-                    : proof_cases(arguments.first_seed != 0 ? FirstSeeds{arguments.first_seed, arguments.first_seed}
+                    : proof_cases(arguments.first_seed != 0        ? FirstSeeds{arguments.first_seed, arguments.first_seed}
                                   : arguments.set == "development" ? development_seeds
                                                                    : reported_seeds,
-                                  arguments.seeds, std::max(arguments.clean, least_clean), arguments.training_s,
-                                  arguments.held_out_s);
+                                  arguments.seeds, std::max(arguments.clean, least_clean), arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
-  std::erase_if(cases, [&](const ProofCase& one) {
-    return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name);
-  });
+  std::erase_if(cases,
+                [&](const ProofCase& one) { return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name); });
   for (const std::string& kind : arguments.kinds) check_kind(kind);
   if (cases.empty()) refuse("", "--families, --kinds", "", "no case is left; `--families` has none of these kinds");
   if (arguments.without_baselines)
@@ -258,13 +252,12 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
 // The command that makes these cases again.
 std::string command_of(const ProveArguments& arguments) {
   if (arguments.few) return "sinew prove --few --out " + arguments.out;
-  std::string command =
-      "sinew prove " +
-      (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
-      " --seeds " + std::to_string(arguments.seeds);
+  std::string command = "sinew prove " +
+                        (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
+                        " --seeds " + std::to_string(arguments.seeds);
   if (arguments.clean > clean_per_seed * arguments.seeds) command += " --clean " + std::to_string(arguments.clean);
-  command += " --training " + sim::shortest(arguments.training_s) + " --held-out " +
-             sim::shortest(arguments.held_out_s) + " --out " + arguments.out;
+  command += " --training " + sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " +
+             arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
   };
@@ -280,11 +273,16 @@ const std::vector<std::string> scored_files{"score.json", "README.md", "confusio
 class Proof {
  public:
   explicit Proof(const ProveArguments& arguments)
-      : outputs_(arguments.out, {.yaml = {arguments.plant}}, arguments.overwrite), arguments_(with_all_clean(arguments)), out_(arguments.out), cases_(cases_of(arguments_)), wanted_(cases_.size()) {
+      : outputs_(arguments.out, {.yaml = {arguments.plant}}, arguments.overwrite),
+        arguments_(with_all_clean(arguments)),
+        out_(arguments.out),
+        cases_(cases_of(arguments_)),
+        wanted_(cases_.size()) {
     const bool goes_on = holds_proof(out_);
     for (const char* name : {"answers.json", "cases", "recordings"}) outputs_.claim_in_parts(name);
     if (fs::exists(out_ / "answers.json") && !goes_on && !arguments.overwrite)
-      refuse((out_ / "answers.json").string(), "--out", arguments.out, "holds no answers of a proof; give another folder, or replace it with --overwrite");
+      refuse((out_ / "answers.json").string(), "--out", arguments.out,
+             "holds no answers of a proof; give another folder, or replace it with --overwrite");
     outputs_.claim(scored_files, goes_on);
     if (!arguments.score) return;
     std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
@@ -302,8 +300,8 @@ class Proof {
     seal();
     diagnose_open(nominal);
     if (interrupted()) {
-      std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results_.size(),
-                   cases_.size(), out_.c_str());
+      std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results_.size(), cases_.size(),
+                   out_.c_str());
       return false;
     }
     write_score();
@@ -337,8 +335,9 @@ class Proof {
       const std::string id = one.id();
       if (sealed.contains(id) ? sealed[id] != answers_[id] : fs::exists(file_of(one)) && kept_case(one).value("answer", "") != seal_of(one))
         refuse(sealed.contains(id) ? (out_ / "answers.json").string() : file_of(one).string(), "--out", out_.string(),
-               "case " + id + " is there with another answer: of recordings of another length, or by another version\n"
-               "give another folder, or make the case again with --overwrite");
+               "case " + id +
+                   " is there with another answer: of recordings of another length, or by another version\n"
+                   "give another folder, or make the case again with --overwrite");
     }
   }
 
@@ -360,8 +359,7 @@ class Proof {
       if (kept.value("seconds", Json()) == Json({arguments_.training_s, arguments_.held_out_s}) &&
           kept.value("answer", "") == seal_of(cases_[i])) {
         results_[cases_[i].id()] = kept;
-        if (!cases_[i].with_baselines || arguments_.score || kept.contains("baselines") || kept["verdict"] == "failed")
-          continue;
+        if (!cases_[i].with_baselines || arguments_.score || kept.contains("baselines") || kept["verdict"] == "failed") continue;
         diagnosed_before_[i] = kept;
       } else if (arguments_.score) {
         refuse(file.string(), "--score", cases_[i].id(),
@@ -377,16 +375,13 @@ class Proof {
     const fs::path file = out_ / "answers.json";
     Json sealed = sealed_answers(out_);
     for (const auto& [id, answer] : answers_.items()) {
-      if (arguments_.score && sealed.value(id, Json()) != answer)
-        refuse(file.string(), "--score", id, "this answer was not sealed");
+      if (arguments_.score && sealed.value(id, Json()) != answer) refuse(file.string(), "--score", id, "this answer was not sealed");
       sealed[id] = answer;
     }
     if (!arguments_.score) sim::write_file_whole(file, sealed.dump(1) + "\n");
-    std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases_.size(),
-                sim::sha256(sim::read_file(file)).c_str());
+    std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases_.size(), sim::sha256(sim::read_file(file)).c_str());
     if (!results_.empty()) std::printf("%zu of them are there already\n", results_.size());
-    if (!diagnosed_before_.empty())
-      std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before_.size());
+    if (!diagnosed_before_.empty()) std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before_.size());
     std::fflush(stdout);
   }
 
@@ -466,8 +461,7 @@ class Proof {
     if (arguments_.json)
       std::printf("%s\n", score.dump(1).c_str());
     else
-      std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(),
-                  (out_ / "README.md").c_str());
+      std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(), (out_ / "README.md").c_str());
   }
 
   Outputs outputs_;
@@ -475,9 +469,9 @@ class Proof {
   const fs::path out_;
   std::vector<ProofCase> cases_;
   const std::size_t wanted_;
-  Json answers_, results_;                         // by case
-  std::vector<std::size_t> open_;                  // cases that are still to be done
-  std::map<std::size_t, Json> diagnosed_before_;   // of the open ones, those that only lack the simpler methods
+  Json answers_, results_;                        // by case
+  std::vector<std::size_t> open_;                 // cases that are still to be done
+  std::map<std::size_t, Json> diagnosed_before_;  // of the open ones, those that only lack the simpler methods
 };
 
 }  // namespace
@@ -500,18 +494,15 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
   command->add_option("--first-seed", arguments->first_seed, "seeds from here on, instead of those of a set")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}));
-  command->add_option("--seeds", arguments->seeds, "seeds of every case")
-      ->check(CLI::Range(1, 100));
+  command->add_option("--seeds", arguments->seeds, "seeds of every case")->check(CLI::Range(1, 100));
   command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
       ->check(CLI::Range(clean_per_seed, 10000));
   command->add_option("--families", arguments->families, "only these")
       ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
       ->delimiter(',');
   command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
-  command->add_option("--training", arguments->training_s, "seconds of the training recording")
-      ->check(CLI::Range(60.0, 36000.0));
-  command->add_option("--held-out", arguments->held_out_s, "seconds of the held-out recording")
-      ->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));
+  command->add_option("--held-out", arguments->held_out_s, "seconds of the held-out recording")->check(CLI::Range(60.0, 36000.0));
   command->add_option("--threads", arguments->threads, "cases at a time")->check(CLI::Range(1, 256));
   command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
   command->add_flag("--without-baselines", arguments->without_baselines,

@@ -30,7 +30,8 @@ struct RolloutArguments {
 int rollout_command(const RolloutArguments& arguments) {
   std::optional<Outputs> outputs;
   if (!arguments.out.empty() || arguments.report) {
-    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout") : std::filesystem::path(arguments.out);
+    const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout")
+                                                            : std::filesystem::path(arguments.out);
     outputs.emplace(out, InputPaths{.files = {arguments.model, arguments.recording}}, arguments.overwrite);
     outputs->claim({"rollout.csv", "report.html"});
   }
@@ -41,35 +42,47 @@ int rollout_command(const RolloutArguments& arguments) {
   }
   if (arguments.range.size() == 2) {
     if (!(arguments.range[0] < arguments.range[1]))
-      throw sim::InputError({.file = "", .key = "--range", .value = sim::shortest(arguments.range[0]) + "," + sim::shortest(arguments.range[1]),
+      throw sim::InputError({.file = "",
+                             .key = "--range",
+                             .value = sim::shortest(arguments.range[0]) + "," + sim::shortest(arguments.range[1]),
                              .advice = "must be the lower value, then the higher one"});
     unsaid.lowest = arguments.range[0];
     unsaid.highest = arguments.range[1];
   }
   const model::Model predictor = model::read_model(weights_path(arguments.model), unsaid);
   if (std::filesystem::is_directory(arguments.recording))
-    throw sim::InputError({.file = arguments.recording, .key = "--recording", .advice = "is a folder; name one recording, of a set one of its runs/"});
+    throw sim::InputError(
+        {.file = arguments.recording, .key = "--recording", .advice = "is a folder; name one recording, of a set one of its runs/"});
   const sim::Columns columns = arguments.plant.empty() ? columns_for(predictor.task) : sim::columns_of(*system_for(arguments.plant));
   const sim::Column& predicted = predictor.task.predicted;
   const std::string unit = unit_words(predicted);
   const model::Series whole = series_of_paths({arguments.recording}, columns, predictor.task, HUGE_VAL,
-                                              arguments.hold_missing ? model::Missing::held : model::Missing::refused).front();
+                                              arguments.hold_missing ? model::Missing::held : model::Missing::refused)
+                                  .front();
   // Samples from the first one to a time, never more than there are.
   const auto samples_in = [&](double duration_s) {
     return static_cast<model::Index>(std::lround(std::clamp(duration_s / model::period_s, 0.0, static_cast<double>(whole.samples()))));
   };
   const model::Index first = samples_in(arguments.from_s - whole.first_s);
   if (!std::isfinite(arguments.from_s) || first + 2 > whole.samples())
-    throw sim::InputError({.file = arguments.recording, .key = "--from", .value = sim::shortest(arguments.from_s), .advice = "the recording ends before"});
+    throw sim::InputError(
+        {.file = arguments.recording, .key = "--from", .value = sim::shortest(arguments.from_s), .advice = "the recording ends before"});
   const model::Index count = std::min(whole.samples() - first, samples_in(arguments.horizon_s) + 1);
   if (!std::isfinite(arguments.horizon_s) || count < 2)
-    throw sim::InputError({.file = "", .key = "--horizon", .value = sim::shortest(arguments.horizon_s), .advice = "must be a time of at least one step, 0.1 s"});
+    throw sim::InputError({.file = "",
+                           .key = "--horizon",
+                           .value = sim::shortest(arguments.horizon_s),
+                           .advice = "must be a time of at least one step, 0.1 s"});
   const model::Series series = model::part_of(whole, first, count);
   const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
-  nlohmann::ordered_json json{{"case", predictor.task.paper_case}, {"method", predictor.method}, {"from_s", series.first_s},
-                              {"samples", series.samples()}, {key_in_unit("rollout_rmse", predicted), off.rmse}, {key_in_unit("one_step_rmse", predicted), off_step.rmse},
+  nlohmann::ordered_json json{{"case", predictor.task.paper_case},
+                              {"method", predictor.method},
+                              {"from_s", series.first_s},
+                              {"samples", series.samples()},
+                              {key_in_unit("rollout_rmse", predicted), off.rmse},
+                              {key_in_unit("one_step_rmse", predicted), off_step.rmse},
                               {key_in_unit("largest", predicted), off.largest}};
   report::Table table;
   table.header = {"prediction", "RMSE / " + unit, "largest / " + unit};
@@ -85,7 +98,9 @@ int rollout_command(const RolloutArguments& arguments) {
     const auto a = samples_in(arguments.windows[0] - series.first_s);
     const auto b = std::min(series.samples(), samples_in(arguments.windows[1] - series.first_s) + 1);
     if (a < 1 || b <= a)
-      throw sim::InputError({.file = arguments.recording, .key = "--count", .value = sim::shortest(arguments.windows[0]) + "," + sim::shortest(arguments.windows[1]),
+      throw sim::InputError({.file = arguments.recording,
+                             .key = "--count",
+                             .value = sim::shortest(arguments.windows[0]) + "," + sim::shortest(arguments.windows[1]),
                              .advice = "must lie inside the rollout"});
     json[key_in_unit("counted_rmse", predicted)] = model::root_mean_square_error(open, series, a, b - a);
     table.rows.push_back({{"open loop, " + sim::shortest(arguments.windows[0]) + " to " + sim::shortest(arguments.windows[1]) + " s",
@@ -109,16 +124,18 @@ int rollout_command(const RolloutArguments& arguments) {
                 report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s.";
     page.blocks.push_back(table);
     for (auto& block : rollout_blocks(series, open, predictor.task)) page.blocks.push_back(std::move(block));
-    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "recording: " + arguments.recording,
-                   "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on,
+                   "recording: " + arguments.recording, "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
     outputs->stage("rollout.csv", csv);
     outputs->stage("report.html", html);
     outputs->commit();
     if (!arguments.json) std::printf("written: %s/{rollout.csv, report.html}\n", outputs->folder().c_str());
   }
-  if (arguments.json) std::printf("%s\n", json.dump(1).c_str());
-  else std::fputs(report::to_text(table).c_str(), stdout);
+  if (arguments.json)
+    std::printf("%s\n", json.dump(1).c_str());
+  else
+    std::fputs(report::to_text(table).c_str(), stdout);
   return 0;
 }
 
@@ -126,24 +143,31 @@ int rollout_command(const RolloutArguments& arguments) {
 
 void add_rollout(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<RolloutArguments>();
-  CLI::App* command = program.add_subcommand("rollout", "Predict a channel over a recording, such as the bend angle, from one measured value.");
+  CLI::App* command =
+      program.add_subcommand("rollout", "Predict a channel over a recording, such as the bend angle, from one measured value.");
   command->add_option("model", arguments->model, "weights.h5, or the folder that `sinew train` wrote")->required();
   command->add_option("--recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(positive_number())->capture_default_str();
   command->add_option("--from", arguments->from_s, "begins at this time of the recording [s]")->check(CLI::NonNegativeNumber);
-  command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")->delimiter(',')->expected(2);
+  command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")
+      ->delimiter(',')
+      ->expected(2);
   command->add_option("--case", arguments->paper_case, "the case that the weights must be of")->check(CLI::Range(1, 4));
-  command->add_option("--plant", arguments->plant, "a plant file of the kind that the recording is of; left out: by the weights, or the paper's limb");
+  command->add_option("--plant", arguments->plant,
+                      "a plant file of the kind that the recording is of; left out: by the weights, or the paper's limb");
   command->add_option("--predict", arguments->predict, "with --case: the channel, by its column; left out: the first that inputs drive");
   command->add_option("--method", arguments->method, "of a file that Keras wrote")->check(CLI::IsMember({"published", "stateful"}));
-  command->add_option("--range,--angle-range", arguments->range, "of a file that Keras wrote: the values that are 0 and 1, as -60,60 [deg]")->delimiter(',')->expected(2);
+  command->add_option("--range,--angle-range", arguments->range, "of a file that Keras wrote: the values that are 0 and 1, as -60,60 [deg]")
+      ->delimiter(',')
+      ->expected(2);
   command->add_option("--out", arguments->out, "folder for rollout.csv and report.html");
   command->add_flag("--report", arguments->report, "write them beside the recording where --out is not given");
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
   command->add_flag("--json", arguments->json, "print JSON");
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Examples:\n  sinew rollout results/lstm4 --recording c.csv --horizon 600 --report\n"
-                  "  sinew rollout model.h5 --case 3 --method published --range -60,60 --recording c.csv");
+  command->footer(
+      "Examples:\n  sinew rollout results/lstm4 --recording c.csv --horizon 600 --report\n"
+      "  sinew rollout model.h5 --case 3 --method published --range -60,60 --recording c.csv");
   command->callback([arguments, &exit_code] { exit_code = rollout_command(*arguments); });
 }
 

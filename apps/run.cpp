@@ -35,8 +35,8 @@ int run_command(const RunArguments& arguments) {
   sim::RunOptions options;
   if (std::filesystem::exists(checkpoint_file) && (arguments.resume || !arguments.overwrite)) {
     if (!arguments.resume)
-      throw sim::InputError({.file = checkpoint_file.string(),
-                             .advice = "an earlier run stopped here; go on with --resume, or start anew with --overwrite"});
+      throw sim::InputError(
+          {.file = checkpoint_file.string(), .advice = "an earlier run stopped here; go on with --resume, or start anew with --overwrite"});
     options.resume = sim::checkpoint_from_json(sim::read_file(checkpoint_file), checkpoint_file.string(), scenario_yaml);
   } else if (arguments.resume) {
     throw sim::InputError({.file = checkpoint_file.string(), .advice = "no checkpoint to go on from"});
@@ -48,19 +48,18 @@ int run_command(const RunArguments& arguments) {
     reached_s = time_s;
     progress.show(time_s / scenario.duration_s);
   };
-  options.should_stop = [&] {
-    return interrupted() || (arguments.stop_at_s > 0.0 && reached_s >= arguments.stop_at_s);
-  };
+  options.should_stop = [&] { return interrupted() || (arguments.stop_at_s > 0.0 && reached_s >= arguments.stop_at_s); };
   const sim::RunResult result = sim::run(scenario, options);
   if (result.status == sim::RunStatus::stopped) {
     sim::write_file_whole(checkpoint_file, sim::to_json(*result.checkpoint, scenario_yaml));
-    std::fprintf(stderr, "stopped at %s s; go on with: sinew run %s --out %s --seed %s%s --resume\n",
-                 sim::shortest(reached_s).c_str(), arguments.scenario.c_str(), arguments.out.c_str(),
-                 std::to_string(scenario.seed).c_str(), arguments.overwrite ? " --overwrite" : "");
+    std::fprintf(stderr, "stopped at %s s; go on with: sinew run %s --out %s --seed %s%s --resume\n", sim::shortest(reached_s).c_str(),
+                 arguments.scenario.c_str(), arguments.out.c_str(), std::to_string(scenario.seed).c_str(),
+                 arguments.overwrite ? " --overwrite" : "");
     return interrupted_exit_code;
   }
-  const std::map<std::string, std::string> files{
-      {"recording.csv", result.recording_csv}, {"truth.csv", result.truth_csv}, {"scenario.yaml", scenario_yaml}};
+  const std::map<std::string, std::string> files{{"recording.csv", result.recording_csv},
+                                                 {"truth.csv", result.truth_csv},
+                                                 {"scenario.yaml", scenario_yaml}};
   for (const auto& [name, content] : files) outputs.stage(name, content);
   outputs.stage("run.json", sim::run_json(scenario, result, files));
   outputs.discard("checkpoint.json");
@@ -71,8 +70,8 @@ int run_command(const RunArguments& arguments) {
     return 1;
   }
   std::printf("%lld samples over %s s, seed %lld; %lld integrator steps\nwritten: %s/{recording.csv, truth.csv, scenario.yaml, run.json}\n",
-              static_cast<long long>(scenario.ticks()), sim::shortest(scenario.duration_s).c_str(),
-              static_cast<long long>(scenario.seed), static_cast<long long>(result.counters.steps), out.string().c_str());
+              static_cast<long long>(scenario.ticks()), sim::shortest(scenario.duration_s).c_str(), static_cast<long long>(scenario.seed),
+              static_cast<long long>(result.counters.steps), out.string().c_str());
   return 0;
 }
 
@@ -87,8 +86,9 @@ void add_run(CLI::App& program, int& exit_code) {
   command->add_flag("--resume", arguments->resume, "go on from the checkpoint that an interrupted run left");
   command->add_option("--stop-at", arguments->stop_at_s, "stop at the first checkpoint at or after this time [s], as Ctrl-C would");
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Examples:\n  sinew run scenarios/babble_bidirectional.yaml --out results/babble --seed 7\n"
-                  "  sinew run scenarios/step.yaml --out /tmp/step");
+  command->footer(
+      "Examples:\n  sinew run scenarios/babble_bidirectional.yaml --out results/babble --seed 7\n"
+      "  sinew run scenarios/step.yaml --out /tmp/step");
   command->callback([arguments, &exit_code] { exit_code = run_command(*arguments); });
 }
 

@@ -44,7 +44,8 @@ int train_command(const TrainArguments& arguments) {
   if (!arguments.from.empty()) {
     from = model::read_model(weights_path(arguments.from), {.task = task, .method = {}, .lowest = {}, .highest = {}});
     if (from->method != arguments.method)
-      throw sim::InputError({.file = weights_path(arguments.from), .key = "method", .value = from->method, .advice = "cannot go on as " + arguments.method});
+      throw sim::InputError(
+          {.file = weights_path(arguments.from), .key = "method", .value = from->method, .advice = "cannot go on as " + arguments.method});
   }
   model::TrainingRun run;
   run.task = task;
@@ -54,7 +55,8 @@ int train_command(const TrainArguments& arguments) {
   run.should_stop = interrupted;
   Progress progress("training");
   run.progress = [&](double done, const model::CurvePoint& point) {
-    progress.show(done, report::fixed(point.training_error, 2) + unit + " training, " + report::fixed(point.validation_error, 2) + unit + " set aside");
+    progress.show(done, report::fixed(point.training_error, 2) + unit + " training, " + report::fixed(point.validation_error, 2) + unit +
+                            " set aside");
   };
   model::Trained trained = train_by(arguments.method, arguments.settings, data, run);
   for (const std::string& path : arguments.data) trained.model.trained_on += (trained.model.trained_on.empty() ? "" : "; ") + path;
@@ -62,20 +64,28 @@ int train_command(const TrainArguments& arguments) {
   const model::CurvePoint* best = &trained.curve.front();
   for (const auto& point : trained.curve)
     if (point.update == trained.best_update) best = &point;
-  nlohmann::ordered_json json{{"case", arguments.paper_case}, {"method", arguments.method}, {"seed", arguments.seed},
-                              {"data", arguments.data}, {"recordings", data.size()}, {"best_update", trained.best_update},
-                              {key_in_unit("training", task.predicted), best->training_error}, {key_in_unit("validation", task.predicted), best->validation_error},
-                              {"version", sim::this_build().version}, {"commit", sim::this_build().commit}};
+  nlohmann::ordered_json json{{"case", arguments.paper_case},
+                              {"method", arguments.method},
+                              {"seed", arguments.seed},
+                              {"data", arguments.data},
+                              {"recordings", data.size()},
+                              {"best_update", trained.best_update},
+                              {key_in_unit("training", task.predicted), best->training_error},
+                              {key_in_unit("validation", task.predicted), best->validation_error},
+                              {"version", sim::this_build().version},
+                              {"commit", sim::this_build().commit}};
   for (const auto& point : trained.curve) json["curve"].push_back({point.update, point.training_error, point.validation_error});
   const auto& shape = trained.model.weights.shape;
   report::Page page;
   page.title = "Training, case " + std::to_string(arguments.paper_case) + ", " + arguments.method;
-  page.lead = "The weights kept are those after " + std::to_string(trained.best_update) + " updates: " + report::fixed(best->validation_error, 2) + unit +
-              (arguments.method == "published" ? " one step ahead on what follows the training part."
-                                               : " in open loop on what was set aside.");
+  page.lead =
+      "The weights kept are those after " + std::to_string(trained.best_update) + " updates: " + report::fixed(best->validation_error, 2) +
+      unit +
+      (arguments.method == "published" ? " one step ahead on what follows the training part." : " in open loop on what was set aside.");
   page.blocks = curve_blocks(trained.curve, arguments.method, task);
   page.footer = {"case " + std::to_string(arguments.paper_case) + ": " + words_of(task),
-                 "LSTM " + std::to_string(shape.hidden) + ", dense " + std::to_string(shape.dense) + ", seed " + std::to_string(arguments.seed),
+                 "LSTM " + std::to_string(shape.hidden) + ", dense " + std::to_string(shape.dense) + ", seed " +
+                     std::to_string(arguments.seed),
                  "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
   const std::string html = report::to_html(page);
   outputs.stage("weights.h5", model::to_hdf5(trained.model, arguments.layout == "keras3" ? model::Layout::keras3 : model::Layout::keras2));
@@ -90,13 +100,21 @@ int train_command(const TrainArguments& arguments) {
 
 void add_train(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<TrainArguments>();
-  CLI::App* command = program.add_subcommand("train", "Train an LSTM predictor of a channel, such as the bend angle (Sabelhaus et al. 2022).");
+  CLI::App* command =
+      program.add_subcommand("train", "Train an LSTM predictor of a channel, such as the bend angle (Sabelhaus et al. 2022).");
   command->add_option("data", arguments->data, "sets by `sinew dataset`, or recordings in CSV")->required();
-  command->add_option("--case", arguments->paper_case, "inputs: 1 the first one; 2 and what is measured there; 3 all; 4 and what is measured there (duties and temperatures of a limb)")
-      ->check(CLI::Range(1, 4))->capture_default_str();
-  command->add_option("--plant", arguments->plant, "a plant file of the kind that the recordings are of; left out: of the set, or the paper's limb");
+  command
+      ->add_option(
+          "--case", arguments->paper_case,
+          "inputs: 1 the first one; 2 and what is measured there; 3 all; 4 and what is measured there (duties and temperatures of a limb)")
+      ->check(CLI::Range(1, 4))
+      ->capture_default_str();
+  command->add_option("--plant", arguments->plant,
+                      "a plant file of the kind that the recordings are of; left out: of the set, or the paper's limb");
   command->add_option("--predict", arguments->predict, "the channel, by its column; left out: the first that inputs drive");
-  command->add_option("--method", arguments->method, "as published, or with memory")->check(CLI::IsMember({"published", "stateful"}))->capture_default_str();
+  command->add_option("--method", arguments->method, "as published, or with memory")
+      ->check(CLI::IsMember({"published", "stateful"}))
+      ->capture_default_str();
   command->add_option("--settings", arguments->settings, "of the training, in YAML (scenarios/train.yaml has all of them)");
   command->add_option("--from", arguments->from, "go on from these weights (fine-tuning)");
   command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(positive_number());
@@ -106,8 +124,9 @@ void add_train(CLI::App& program, int& exit_code) {
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
   command->add_option("--out", arguments->out, "folder for weights.h5, training.json, report.html")->required();
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Examples:\n  sinew train results/set --case 4 --method stateful --out results/lstm4\n"
-                  "  sinew train recording.csv --until 130 --from results/lstm3 --out results/tuned");
+  command->footer(
+      "Examples:\n  sinew train results/set --case 4 --method stateful --out results/lstm4\n"
+      "  sinew train recording.csv --until 130 --from results/lstm3 --out results/tuned");
   command->callback([arguments, &exit_code] { exit_code = train_command(*arguments); });
 }
 

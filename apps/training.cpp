@@ -43,7 +43,8 @@ std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const
   std::vector<Series> all;
   for (const std::string& path : paths)
     for (sim::Recording& recording : model::read_set(path, columns)) {
-      const auto late = std::find_if(recording.samples.begin(), recording.samples.end(), [&](const sim::Sample& s) { return s.time_s > until_s; });
+      const auto late =
+          std::find_if(recording.samples.begin(), recording.samples.end(), [&](const sim::Sample& s) { return s.time_s > until_s; });
       recording.samples.erase(late, recording.samples.end());
       if (recording.samples.size() < 2)
         throw sim::InputError({.file = recording.name, .advice = "has fewer than two samples before the time given"});
@@ -56,8 +57,10 @@ model::Trained train_by(const std::string& method, const std::string& settings_f
                         const model::TrainingRun& run) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
-  if ((method == "published" && settings.stateful && !settings.published) || (method == "stateful" && settings.published && !settings.stateful))
-    throw sim::InputError({.file = settings_file, .key = "--method", .value = method, .advice = "the file has settings of the other method"});
+  if ((method == "published" && settings.stateful && !settings.published) ||
+      (method == "stateful" && settings.published && !settings.stateful))
+    throw sim::InputError(
+        {.file = settings_file, .key = "--method", .value = method, .advice = "the file has settings of the other method"});
   return method == "published" ? model::train_published(data, settings.published.value_or(model::PublishedSettings{}), run)
                                : model::train_stateful(data, settings.stateful.value_or(model::StatefulSettings{}), run);
 }
@@ -76,7 +79,9 @@ std::string unit_words(const sim::Column& column) {
   if (column.unit == "deg") return "°";
   return column.unit == "degC" ? "°C" : column.unit;
 }
-std::string key_in_unit(const std::string& what, const sim::Column& column) { return column.unit.empty() ? what : what + "_" + column.unit; }
+std::string key_in_unit(const std::string& what, const sim::Column& column) {
+  return column.unit.empty() ? what : what + "_" + column.unit;
+}
 
 namespace {
 
@@ -99,7 +104,8 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
   both.title = capitalised(task.predicted.words) + ", measured and predicted from one measured value";
   both.y_label = axis(task.predicted);
   both.time_s = time_s;
-  both.series = {line("recording", of(series.y), report::okabe_ito::black), line("prediction", of(predicted), report::okabe_ito::vermillion)};
+  both.series = {line("recording", of(series.y), report::okabe_ito::black),
+                 line("prediction", of(predicted), report::okabe_ito::vermillion)};
   both.time_axis = "recording";
   // Root mean square over a sliding minute shows drift.
   std::vector<double> drift(time_s.size(), std::nan(""));
@@ -114,7 +120,8 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
   error.title = "Error over time";
   error.y_label = "prediction − recording" + (task.predicted.unit.empty() ? "" : " / " + unit_words(task.predicted));
   error.time_s = time_s;
-  error.series = {line("error", of(predicted - series.y), report::okabe_ito::green), line("root mean square of the minute before", drift, report::okabe_ito::blue)};
+  error.series = {line("error", of(predicted - series.y), report::okabe_ito::green),
+                  line("root mean square of the minute before", drift, report::okabe_ito::blue)};
   error.time_axis = "recording";
   error.height_px = 140;
   std::vector<report::Block> blocks{both, error};

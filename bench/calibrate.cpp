@@ -14,15 +14,12 @@ using namespace sinew;
 
 namespace {
 
-constexpr const char* names[] = {"heat_capacity_A_J_K",     "heat_capacity_B_J_K",      "heat_loss_A_W_K",
-                                 "heat_loss_B_W_K",         "ambient_temperature_degC", "heating_midpoint_degC",
-                                 "heating_width_K",         "cooling_midpoint_degC",    "cooling_width_K",
-                                 "transformation_stretch_m", "beam_stiffness_Nm_rad",   "angle_offset_deg"};
+constexpr const char* names[] = {"heat_capacity_A_J_K",      "heat_capacity_B_J_K",      "heat_loss_A_W_K",       "heat_loss_B_W_K",
+                                 "ambient_temperature_degC", "heating_midpoint_degC",    "heating_width_K",       "cooling_midpoint_degC",
+                                 "cooling_width_K",          "transformation_stretch_m", "beam_stiffness_Nm_rad", "angle_offset_deg"};
 constexpr double goal_s = 15.0;
 
-double wall_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 struct Jacobian {
   diagnose::FitProblem::RowMajor values;
@@ -51,8 +48,7 @@ int main() {
     parameters.push_back(p);
   }
   const sim::Recording recording = bench::babbling(600.0, truth);
-  const std::vector<diagnose::FitData> data{
-      {&recording, recording.samples.size(), diagnose::noise_of(nominal.system(), recording)}};
+  const std::vector<diagnose::FitData> data{{&recording, recording.samples.size(), diagnose::noise_of(nominal.system(), recording)}};
   diagnose::CalibrationSettings settings;
   settings.parameters = parameters;
 
@@ -62,9 +58,10 @@ int main() {
 
   std::printf("Calibration of 12 parameters and 4 first values on ten minutes (%zu samples), 3 starts, 2 threads, tolerance 1e-5.\n\n",
               recording.samples.size());
-  std::printf("| by the wall [s] | goal | | processor time, both threads [s] | iterations of the starts | starts agree |\n"
-              "|---|---|---|---|---|---|\n| %.1f | at most %.0f | %s | %.1f |",
-              took_wall_s, goal_s, bench::verdict(took_wall_s <= goal_s), took_s);
+  std::printf(
+      "| by the wall [s] | goal | | processor time, both threads [s] | iterations of the starts | starts agree |\n"
+      "|---|---|---|---|---|---|\n| %.1f | at most %.0f | %s | %.1f |",
+      took_wall_s, goal_s, bench::verdict(took_wall_s <= goal_s), took_s);
   for (const auto& outcome : calibration.outcomes) std::printf(" %d", outcome.iterations);
   std::printf(" | %s |\n\n", calibration.several_starts_agree ? "yes" : "**no**");
 
@@ -72,8 +69,8 @@ int main() {
   for (std::size_t u = 0; u < parameters.size(); ++u) {
     const auto& e = calibration.estimates[u];
     const double unit = e.unknown.internal_per_unit, true_value = truth.get(parameters[u]);
-    std::printf("| %s | %.5g | %.5g | %.1e | %.1f |\n", e.unknown.name.c_str(), true_value / unit, e.value / unit,
-                e.standard_error / unit, (e.value - true_value) / e.standard_error);
+    std::printf("| %s | %.5g | %.5g | %.1e | %.1f |\n", e.unknown.name.c_str(), true_value / unit, e.value / unit, e.standard_error / unit,
+                (e.value - true_value) / e.standard_error);
   }
 
   // One Jacobian at the nominal plant.
@@ -107,9 +104,10 @@ int main() {
     return jacobian;
   };
   const Jacobian exact = by_sensitivities(problem_with(Settings{plant::Method::arkode, 1e-10}));
-  std::printf("\nOne Jacobian of %zu rows and %zu columns; errors against sensitivities at 1e-10, as a share of the worst column.\n\n"
-              "| how | runs | ms | times that by sensitivities | largest error |\n|---|---|---|---|---|\n",
-              rows, columns);
+  std::printf(
+      "\nOne Jacobian of %zu rows and %zu columns; errors against sensitivities at 1e-10, as a share of the worst column.\n\n"
+      "| how | runs | ms | times that by sensitivities | largest error |\n|---|---|---|---|---|\n",
+      rows, columns);
   const Jacobian ours = by_sensitivities(problem);
   const auto print = [&](const char* how, std::size_t runs, const Jacobian& one) {
     std::printf("| %s | %zu | %.1f | %.2f | %.1e |\n", how, runs, 1e3 * one.time_s, one.time_s / ours.time_s, largest_error(one, exact));

@@ -20,9 +20,10 @@ using namespace sinew;
 namespace {
 
 void precision(const sim::Recording& recording, const bench::Replay& reference) {
-  std::printf("### Work against precision: ten minutes of babbling, core plant\n\n"
-              "| method | relative tolerance | ms | steps | failed steps | right-hand sides | angle error rms, max [deg] | temperature error "
-              "rms [K] |\n|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "### Work against precision: ten minutes of babbling, core plant\n\n"
+      "| method | relative tolerance | ms | steps | failed steps | right-hand sides | angle error rms, max [deg] | temperature error "
+      "rms [K] |\n|---|---|---|---|---|---|---|---|\n");
   for (const plant::Method method : {plant::Method::cvode, plant::Method::arkode})
     for (const double tolerance : {1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
       bench::Replay run;
@@ -58,11 +59,12 @@ double spectral_radius_1_s(const plant::Plant& limb) {
 }
 
 void stiffness(const sim::Recording& recording) {
-  std::printf("### A stiff limb: %.0f s of babbling with dry_friction (moment 0.003 N*m), relative tolerance 1e-6\n\n"
-              "Method::automatic goes by the spectral radius at the start (stiff_for_explicit_1_s in plant/integrator.cpp).\n\n"
-              "| smoothing_rad_s | spectral radius [1/s] | CVODE [ms] | ARKODE [ms] | quicker, by | with 16 columns: CVODE [ms] | ARKODE "
-              "[ms] | quicker, by | automatic [ms] | it takes |\n|---|---|---|---|---|---|---|---|---|---|\n",
-              recording.duration_s());
+  std::printf(
+      "### A stiff limb: %.0f s of babbling with dry_friction (moment 0.003 N*m), relative tolerance 1e-6\n\n"
+      "Method::automatic goes by the spectral radius at the start (stiff_for_explicit_1_s in plant/integrator.cpp).\n\n"
+      "| smoothing_rad_s | spectral radius [1/s] | CVODE [ms] | ARKODE [ms] | quicker, by | with 16 columns: CVODE [ms] | ARKODE "
+      "[ms] | quicker, by | automatic [ms] | it takes |\n|---|---|---|---|---|---|---|---|---|---|\n",
+      recording.duration_s());
   const plant::SensitivityRequest request = bench::columns(16);
   for (const double smoothing_rad_s : {0.0, 1.0, 0.3, 0.2, 0.15, 0.1, 0.05, 0.02}) {
     plant::Plant limb = plant::default_plant();
@@ -73,13 +75,23 @@ void stiffness(const sim::Recording& recording) {
     }
     const plant::Start start = bench::given_start(limb);
     bench::Replay automatic, cvode, arkode;
-    const std::vector<double> s = bench::fastest_in_turn_s(
-        3, {[&] { cvode = bench::replay(recording, {plant::Method::cvode, 1e-6}, {}, limb); },
-            [&] { arkode = bench::replay(recording, {plant::Method::arkode, 1e-6}, {}, limb); },
-            [&] { automatic = bench::replay(recording, {plant::Method::automatic, 1e-6}, {}, limb); }});
-    const std::vector<double> with_s = bench::fastest_in_turn_s(
-        2, {[&] { bench::replay(recording, {plant::Method::cvode, 1e-6}, request, limb, start); },
-            [&] { bench::replay(recording, {plant::Method::arkode, 1e-6}, request, limb, start); }});
+    const std::vector<double> s =
+        bench::fastest_in_turn_s(3, {[&] {
+                                       cvode = bench::replay(recording, {plant::Method::cvode, 1e-6}, {}, limb);
+                                     },
+                                     [&] {
+                                       arkode = bench::replay(recording, {plant::Method::arkode, 1e-6}, {}, limb);
+                                     },
+                                     [&] {
+                                       automatic = bench::replay(recording, {plant::Method::automatic, 1e-6}, {}, limb);
+                                     }});
+    const std::vector<double> with_s =
+        bench::fastest_in_turn_s(2, {[&] {
+                                       bench::replay(recording, {plant::Method::cvode, 1e-6}, request, limb, start);
+                                     },
+                                     [&] {
+                                       bench::replay(recording, {plant::Method::arkode, 1e-6}, request, limb, start);
+                                     }});
     const auto quicker = [](const std::vector<double>& both_s) {
       char text[40];
       std::snprintf(text, sizeof text, "%s, %.1f", both_s[0] < both_s[1] ? "CVODE" : "ARKODE",
@@ -210,10 +222,11 @@ void tables(const sim::Recording& recording, const bench::Replay& reference) {
                                {ARKODE_ARK436L2SA_ERK_6_3_4, "ARK436L2SA 6-3-4"},
                                {ARKODE_CASH_KARP_6_4_5, "Cash, Karp 6-4-5"},
                                {ARKODE_DORMAND_PRINCE_7_4_5, "Dormand, Prince 7-4-5"}};
-  std::printf("### Runge-Kutta tables of ARKODE as it comes, ten minutes of babbling, core plant\n\n"
-              "Sinew's integrator adds its own step control and vector operations; the last column has sensitivities to 16 parameters.\n\n"
-              "| table | 1e-5: ms | steps | angle error rms [deg] | 1e-6: ms | steps | angle error rms [deg] | 1e-5 with 16 columns: ms |\n"
-              "|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "### Runge-Kutta tables of ARKODE as it comes, ten minutes of babbling, core plant\n\n"
+      "Sinew's integrator adds its own step control and vector operations; the last column has sensitivities to 16 parameters.\n\n"
+      "| table | 1e-5: ms | steps | angle error rms [deg] | 1e-6: ms | steps | angle error rms [deg] | 1e-5 with 16 columns: ms |\n"
+      "|---|---|---|---|---|---|---|---|\n");
 #if defined(__SSE__)
   _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);  // as the integrator does: sensitivities decay through subnormal numbers
 #endif
@@ -233,8 +246,8 @@ void tables(const sim::Recording& recording, const bench::Replay& reference) {
       print_pair(ms, run);
     }
     std::printf(" %.0f |\n", 1e3 * bench::fastest_s(2, [&] {
-      Plain<plant::Jet>(limb, limb.equations_with_derivatives(seeds), start, table.number, 1e-5).replay(recording);
-    }));
+                               Plain<plant::Jet>(limb, limb.equations_with_derivatives(seeds), start, table.number, 1e-5).replay(recording);
+                             }));
   }
   std::printf("| **Sinew's integrator** |");
   for (const double tolerance : {1e-5, 1e-6}) {
@@ -243,8 +256,8 @@ void tables(const sim::Recording& recording, const bench::Replay& reference) {
     print_pair(ms, run);
   }
   std::printf(" %.0f |\n\n", 1e3 * bench::fastest_s(2, [&] {
-    bench::replay(recording, {plant::Method::arkode, 1e-5}, bench::columns(16));
-  }));
+                               bench::replay(recording, {plant::Method::arkode, 1e-5}, bench::columns(16));
+                             }));
 }
 
 }  // namespace

@@ -67,8 +67,10 @@ double reading_s(std::size_t bytes) {
   constexpr int times = 200;
   volatile float sink = 0.0F;
   return bench::fastest_in_turn_s(15, {[&] {
-           for (int i = 0; i < times; ++i) sink = sink + data.sum();
-         }}).front() / times;
+                                    for (int i = 0; i < times; ++i) sink = sink + data.sum();
+                                  }})
+             .front() /
+         times;
 }
 
 void put(model::Hdf5File& file, const std::string& name, const auto& matrix) {  // [rows x cols], rows slowest
@@ -130,10 +132,15 @@ int main(int argc, char** argv) {
   model::Index published_updates = 0;
   const double published_s = published_update_s(data, published_updates), stateful_s = stateful_update_s(data);
   std::printf("LSTM of 300, dense layer of 300, case 3, 32-bit floats; training on %d threads, prediction on one.\n\n", threads);
-  std::printf("| what | ms |\n|---|---|\n| published: one update, batch of %lld | %.2f |\n| stateful: one update, %lld streams of %lld steps | %.1f |\n\n",
-              static_cast<long long>(published_batch), 1e3 * published_s, static_cast<long long>(streams), static_cast<long long>(steps), 1e3 * stateful_s);
+  std::printf(
+      "| what | ms |\n|---|---|\n| published: one update, batch of %lld | %.2f |\n| stateful: one update, %lld streams of %lld steps | "
+      "%.1f |\n\n",
+      static_cast<long long>(published_batch), 1e3 * published_s, static_cast<long long>(streams), static_cast<long long>(steps),
+      1e3 * stateful_s);
 
-  std::printf("| one step of prediction | us | weights read, bytes | reading those alone, us | times the bound | goal | |\n|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| one step of prediction | us | weights read, bytes | reading those alone, us | times the bound | goal | "
+      "|\n|---|---|---|---|---|---|---|\n");
   nlohmann::ordered_json json{{"threads", threads}, {"published_update_s", published_s}, {"stateful_update_s", stateful_s}};
   for (const std::string method : {"published", "stateful"}) {
     model::Model one;
@@ -144,13 +151,16 @@ int main(int argc, char** argv) {
     predictor.begin(data.y(0), data.v.col(0));
     volatile double sink = 0.0;
     const double step_s = bench::fastest_in_turn_s(5, {[&] {
-                            for (model::Index k = 1; k < data.samples(); ++k) sink = predictor.open_loop(data.v.col(k));
-                          }}).front() / static_cast<double>(data.samples() - 1);
+                                                     for (model::Index k = 1; k < data.samples(); ++k)
+                                                       sink = predictor.open_loop(data.v.col(k));
+                                                   }})
+                              .front() /
+                          static_cast<double>(data.samples() - 1);
     const auto& shape = one.weights.shape;
     const auto bytes = sizeof(float) * static_cast<std::size_t>(one.memoryless() ? shape.rest() : shape.size());
     const double bound_s = reading_s(bytes);
-    std::printf("| %s | %.1f | %zu | %.1f | %.2f | at most 2 | %s |\n", method.c_str(), 1e6 * step_s, bytes, 1e6 * bound_s, step_s / bound_s,
-                bench::verdict(step_s <= 2.0 * bound_s));
+    std::printf("| %s | %.1f | %zu | %.1f | %.2f | at most 2 | %s |\n", method.c_str(), 1e6 * step_s, bytes, 1e6 * bound_s,
+                step_s / bound_s, bench::verdict(step_s <= 2.0 * bound_s));
     json[method + "_step_s"] = step_s;
     json[method + "_times_real_time"] = model::period_s / step_s;
   }

@@ -16,7 +16,9 @@ int main() {
   for (const plant::Method method : {plant::Method::cvode, plant::Method::arkode}) {
     std::vector<std::function<void()>> works;
     for (const std::size_t count : columns)
-      works.push_back([&, count] { bench::replay(recording, {method, 1e-6}, bench::columns(count), plant::default_plant(), bench::given_start()); });
+      works.push_back([&, count] {
+        bench::replay(recording, {method, 1e-6}, bench::columns(count), plant::default_plant(), bench::given_start());
+      });
     const std::vector<double> least_s = bench::fastest_in_turn_s(5, works);
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const double times = least_s[i] / least_s[0];

@@ -40,25 +40,28 @@ int main(int argc, char** argv) {
 
   std::printf("Ten minutes of babbling (seed 7, %zu samples), core plant, relative tolerance 1e-6; errors against CVODE at 1e-12.\n\n",
               recording.samples.size());
-  std::printf("| method | ms | times real time | goal | | angle error rms, max [deg] | temperature error rms, max [K] | steps | restarts |\n"
-              "|---|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| method | ms | times real time | goal | | angle error rms, max [deg] | temperature error rms, max [K] | steps | restarts |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
   const std::vector<plant::Method> methods{plant::Method::cvode, plant::Method::arkode};
   std::vector<bench::Replay> runs(methods.size());
   std::vector<std::function<void()>> works;
-  for (std::size_t m = 0; m < methods.size(); ++m)
-    works.push_back([&, m] { runs[m] = bench::replay(recording, {methods[m], 1e-6}); });
+  for (std::size_t m = 0; m < methods.size(); ++m) works.push_back([&, m] { runs[m] = bench::replay(recording, {methods[m], 1e-6}); });
   const std::vector<double> least_s = bench::fastest_in_turn_s(25, works);
   nlohmann::ordered_json json;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const bench::Errors e = bench::errors_of(runs[m], reference);
     const double ms = 1e3 * least_s[m];
     std::printf("| %s | %.1f | %.0f | at most %.0f ms | %s | %.1e, %.1e | %.1e, %.1e | %lld | %lld |\n", bench::name_of(methods[m]), ms,
-                duration_s / least_s[m], goal_ms, bench::verdict(ms <= goal_ms), e.angle_rms_deg, e.angle_max_deg,
-                e.temperature_rms_K, e.temperature_max_K, static_cast<long long>(runs[m].counters.steps),
-                static_cast<long long>(runs[m].counters.restarts));
-    json["methods"].push_back({{"name", bench::name_of(methods[m])}, {"relative_tolerance", 1e-6}, {"time_s", least_s[m]},
-                               {"angle_rms_deg", e.angle_rms_deg}, {"angle_max_deg", e.angle_max_deg},
-                               {"temperature_rms_K", e.temperature_rms_K}, {"temperature_max_K", e.temperature_max_K}});
+                duration_s / least_s[m], goal_ms, bench::verdict(ms <= goal_ms), e.angle_rms_deg, e.angle_max_deg, e.temperature_rms_K,
+                e.temperature_max_K, static_cast<long long>(runs[m].counters.steps), static_cast<long long>(runs[m].counters.restarts));
+    json["methods"].push_back({{"name", bench::name_of(methods[m])},
+                               {"relative_tolerance", 1e-6},
+                               {"time_s", least_s[m]},
+                               {"angle_rms_deg", e.angle_rms_deg},
+                               {"angle_max_deg", e.angle_max_deg},
+                               {"temperature_rms_K", e.temperature_rms_K},
+                               {"temperature_max_K", e.temperature_max_K}});
   }
   std::printf("\nLeast of 25 repeats in turn; %s.\n", bench::conditions().c_str());
   if (!exports) return 0;

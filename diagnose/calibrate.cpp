@@ -79,8 +79,8 @@ struct Solved {
 
 // rms, or rms * sqrt(correlation length), of each channel's residuals, at least its noise. Empty where z cannot be
 // integrated.
-std::vector<PerChannel> deviations_at(const FitProblem& problem, const std::vector<double>& z,
-                                      const std::vector<FitData>& noise, bool count_correlation) {
+std::vector<PerChannel> deviations_at(const FitProblem& problem, const std::vector<double>& z, const std::vector<FitData>& noise,
+                                      bool count_correlation) {
   std::vector<double> residuals(problem.residual_count());
   if (!problem.evaluate(z.data(), residuals.data(), nullptr)) return {};
   std::vector<PerChannel> deviations;
@@ -97,8 +97,7 @@ std::vector<PerChannel> deviations_at(const FitProblem& problem, const std::vect
       if (of_channel.empty()) continue;
       const double rms = std::sqrt(squares / static_cast<double>(of_channel.size()));
       // Residuals of the size of noise are taken for noise.
-      if (rms > noise_margin * deviation[c])
-        deviation[c] = rms * (count_correlation ? std::sqrt(correlation_samples(of_channel)) : 1.0);
+      if (rms > noise_margin * deviation[c]) deviation[c] = rms * (count_correlation ? std::sqrt(correlation_samples(of_channel)) : 1.0);
     }
     deviations.push_back(deviation);
   }
@@ -158,8 +157,7 @@ void one_pass(Solved& solved, const CalibrationSettings& settings, const std::fu
 // channel that got worse while the others got better is not given up for it. Then to what is believed: one pass in which
 // residuals that stay correlated count as the few independent ones that they are, so that a little error is not bought with
 // absurd parameters.
-Solved solve_from(const FitProblem& problem, const CalibrationSettings& settings, int start,
-                  const std::function<void(int)>& tell) {
+Solved solve_from(const FitProblem& problem, const CalibrationSettings& settings, int start, const std::function<void(int)>& tell) {
   Solved solved{problem, start_coordinates(problem, settings.seed, start), {}, false};
   const auto pass = [&](bool count_correlation, bool first) {
     auto deviations = deviations_at(solved.problem, solved.z, problem.data(), count_correlation);
@@ -188,8 +186,7 @@ Eigen::MatrixXd covariance(const FitProblem& problem, const std::vector<double>&
   const std::size_t rows = problem.residual_count(), columns = problem.unknowns().size();
   std::vector<double> residuals(rows);
   FitProblem::RowMajor jacobian(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns));
-  if (!problem.evaluate(z.data(), residuals.data(), jacobian.data()))
-    throw std::runtime_error("the calibrated plant cannot be integrated");
+  if (!problem.evaluate(z.data(), residuals.data(), jacobian.data())) throw std::runtime_error("the calibrated plant cannot be integrated");
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
   information.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
   const Eigen::MatrixXd full = information.selfadjointView<Eigen::Lower>();
@@ -203,8 +200,13 @@ std::vector<Estimate> estimates_of(const FitProblem& problem, const std::vector<
   for (std::size_t u = 0; u < z.size(); ++u) {
     const auto i = static_cast<Eigen::Index>(u);
     const Unknown& unknown = problem.unknowns()[u];
-    Estimate estimate{unknown, problem.value(u, z[u]), std::sqrt(cov(i, i)) * unknown.deviation, std::sqrt(cov(i, i)),
-                      std::min(z[u] - low[u], high[u] - z[u]) < 1e-4, "", 0.0};
+    Estimate estimate{unknown,
+                      problem.value(u, z[u]),
+                      std::sqrt(cov(i, i)) * unknown.deviation,
+                      std::sqrt(cov(i, i)),
+                      std::min(z[u] - low[u], high[u] - z[u]) < 1e-4,
+                      "",
+                      0.0};
     for (std::size_t v = 0; v < z.size(); ++v) {
       const auto j = static_cast<Eigen::Index>(v);
       const double correlation = cov(i, j) / std::sqrt(cov(i, i) * cov(j, j));
@@ -285,8 +287,7 @@ Calibration calibrate(const plant::Plant& nominal, const std::vector<FitData>& d
   };
   {
     std::vector<std::jthread> threads;
-    for (std::size_t t = 1; t < std::min(starts, static_cast<std::size_t>(std::max(1, settings.threads))); ++t)
-      threads.emplace_back(work);
+    for (std::size_t t = 1; t < std::min(starts, static_cast<std::size_t>(std::max(1, settings.threads))); ++t) threads.emplace_back(work);
     work();
   }
   if (trouble) std::rethrow_exception(trouble);
@@ -308,8 +309,7 @@ Calibration calibrate(const plant::Plant& nominal, const std::vector<FitData>& d
     if (solved[s].outcome.usable) solved[s].outcome.cost = cost_of(yardstick, solved[s].z);
     result.outcomes.push_back(solved[s].outcome);
     if (!solved[s].outcome.usable) continue;
-    if (result.best_start == starts || solved[s].outcome.cost < solved[result.best_start].outcome.cost)
-      result.best_start = s;
+    if (result.best_start == starts || solved[s].outcome.cost < solved[result.best_start].outcome.cost) result.best_start = s;
   }
   if (result.best_start == starts)
     throw std::runtime_error("no start of the calibration could be integrated; is the nominal plant near this one?");

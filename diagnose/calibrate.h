@@ -22,7 +22,7 @@ namespace sinew::diagnose {
 
 struct CalibrationSettings {
   std::vector<plant::ParameterId> parameters;  // empty: fittable_parameters(plant)
-  bool only_start = false;              // no parameters: only how the recordings begin
+  bool only_start = false;                     // no parameters: only how the recordings begin
   StartPolicy start = StartPolicy::estimated;
   int starts = 3;
   std::uint64_t seed = 1;
@@ -64,7 +64,7 @@ struct Calibration {
   std::vector<Estimate> estimates;  // parameters first, then first values
   std::vector<StartOutcome> outcomes;
   std::size_t best_start = 0;
-  bool several_starts_agree = true;  // whether the cost of all usable starts is within 2 of the best
+  bool several_starts_agree = true;   // whether the cost of all usable starts is within 2 of the best
   std::vector<PerChannel> deviation;  // of each recording, at the end
   // Sign parameters that the recordings say are the other way than in the nominal plant.
   std::vector<plant::ParameterId> flipped_signs;

@@ -61,8 +61,8 @@ sim::Recording drawn_recording(const Explanation& from, std::size_t r, double nu
 
 }  // namespace
 
-UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads,
-                                std::uint64_t seed, const ExplanationSettings& settings) {
+UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads, std::uint64_t seed,
+                                const ExplanationSettings& settings) {
   constexpr std::size_t most = 99, at_once = 4;
   // The fit begins where the draw was made, so that a short one is near; one that matters is fitted to the end.
   ExplanationSettings shortly = settings;
@@ -86,8 +86,7 @@ UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const s
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];
       Explanation again = explain(found.problem->centres(), instead, found.as_guess(), shortly);
       if (again.usable && again.unrest >= unrest)
-        if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable)
-          again = whole;
+        if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable) again = whole;
       drawn[i] = again.usable ? again.unrest : unrest;
       if (again.usable && again.unrest >= unrest) drawn[i] = unrest_after_refit(again, instead, settings);
     });

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // How large an unrest becomes by chance: parametric bootstrap of the check that something is missing.
 //
-// The filter is linear about one path. Surroundings that push a plant over a corner, or to where it stiffens, leave more than the filter expects of it, in some recordings and not in others. So the explanation itself, integrated with air
-// that wanders as much as was found and with the sensors' noise, is put in the recording's place, and fitted again. Steps of a
-// sensor count as white noise of their size.
+// The filter is linear about one path. Surroundings that push a plant over a corner, or to where it stiffens, leave more than the filter
+// expects of it, in some recordings and not in others. So the explanation itself, integrated with air that wanders as much as was found and
+// with the sensors' noise, is put in the recording's place, and fitted again. Steps of a sensor count as white noise of their size.
 //
 // Source: Davison, Hinkley, Bootstrap Methods and their Application (1997), section 4.2 (Monte Carlo tests).
 #pragma once
@@ -26,7 +26,7 @@ struct UnrestByChance {
 // Where a draw cannot be fitted it counts as as large: nothing is known of it.
 // `data`: what `found` was fitted to. `unrest`: of it, with its unknowns fitted again (explanation.h), as those of the draws are.
 // Throws Stopped where settings.should_stop says so.
-UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads,
-                                std::uint64_t seed, const ExplanationSettings& settings);
+UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads, std::uint64_t seed,
+                                const ExplanationSettings& settings);
 
 }  // namespace sinew::diagnose

@@ -17,9 +17,7 @@ using PerChannel = plant::ListOf<plant::ChannelId, double>;
 using Series = plant::ListOf<plant::ChannelId, std::vector<double>>;
 
 inline PerChannel per_channel(std::size_t channels, double value = 0.0) { return PerChannel(channels, value); }
-inline PerChannel per_channel(const plant::System& system, double value = 0.0) {
-  return per_channel(system.channels().size(), value);
-}
+inline PerChannel per_channel(const plant::System& system, double value = 0.0) { return per_channel(system.channels().size(), value); }
 
 // In the units of files; NaN where the sample is missing.
 inline double measured(const sim::Sample& sample, plant::ChannelId channel) { return sample.channels[channel.index]; }

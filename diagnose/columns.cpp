@@ -11,7 +11,7 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double hottest_room_degC = 200.0;  // what never falls below it is no temperature in a room
-constexpr double most_bend_rad = 1.6;       // a plant that is bent by more than 90 degrees is not meant
+constexpr double most_bend_rad = 1.6;        // a plant that is bent by more than 90 degrees is not meant
 constexpr double least_ratio = 20.0;         // between degrees and radians there are 57
 constexpr std::size_t least_samples = 20;
 
@@ -75,8 +75,8 @@ std::optional<MistakenColumn> mistaken_column(const plant::Plant& nominal, const
       const double as_named = squared_distance(model[c], target[c]) + squared_distance(model[other], target[other]);
       const double exchanged = squared_distance(model[c], target[other]) + squared_distance(model[other], target[c]);
       if (4.0 * exchanged < as_named)
-        return mistaken(c, "the plant is " + sim::shortest(std::round(std::sqrt(as_named / exchanged))) +
-                               " times nearer to " + channels[other].column + ", and the other way round: the two, or " +
+        return mistaken(c, "the plant is " + sim::shortest(std::round(std::sqrt(as_named / exchanged))) + " times nearer to " +
+                               channels[other].column + ", and the other way round: the two, or " +
                                nominal.system().inputs()[*channels[c].driven_by].column + " and " +
                                nominal.system().inputs()[*channels[other].driven_by].column + ", seem to be exchanged");
     }

@@ -71,8 +71,8 @@ std::size_t samples_until(const sim::Recording& recording, double until_s) {
   return count;
 }
 
-Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
-                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics) {
+Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording, const PerChannel& noise,
+                   double fit_until_s, const plant::NumericalSettings& numerics) {
   Comparison result;
   result.system = plant.shared_system();
   result.noise = noise;
@@ -88,8 +88,7 @@ Comparison compare(const plant::Plant& plant, const plant::Start& start, const s
       result.residual[c].push_back(result.model[c].back() - measured(recording.samples[k], c));
     }
   });
-  if (failure)
-    throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
+  if (failure) throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
   const std::size_t split = samples_until(recording, fit_until_s);
   for (const plant::ChannelId c : system.channels().ids()) {
     result.fitted.push_back(error_of(result.residual[c], 0, split, noise[c]));

@@ -21,16 +21,16 @@ struct ChannelError {
 
 // Where most of a channel's squared error is.
 struct WorstTime {
-  double share_of_time = 0.0;   // the smallest share of the samples, in windows of 5 s, ...
-  double share_of_error = 0.0;  // ... that holds at least half of the squared error
+  double share_of_time = 0.0;                        // the smallest share of the samples, in windows of 5 s, ...
+  double share_of_error = 0.0;                       // ... that holds at least half of the squared error
   std::vector<std::pair<double, double>> windows_s;  // merged, in time's order, recording's own time
 };
 
 struct Comparison {
-  std::shared_ptr<const plant::System> system;                  // of the plant that was compared
-  std::vector<double> time_s;                                   // of the recording
-  Series model;                                                 // in the units of files
-  Series residual;                                              // model - measured; NaN where nothing was measured
+  std::shared_ptr<const plant::System> system;  // of the plant that was compared
+  std::vector<double> time_s;                   // of the recording
+  Series model;                                 // in the units of files
+  Series residual;                              // model - measured; NaN where nothing was measured
   PerChannel noise;
   plant::ListOf<plant::ChannelId, ChannelError> fitted, unfitted;  // before and from `fit_until_s`
   plant::ListOf<plant::ChannelId, WorstTime> worst;
@@ -38,8 +38,8 @@ struct Comparison {
 };
 
 // Throws std::runtime_error with the solver's words where the plant cannot be integrated over the recording.
-Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
-                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics);
+Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording, const PerChannel& noise,
+                   double fit_until_s, const plant::NumericalSettings& numerics);
 
 // Number of samples before `until_s`, in the recording's own time.
 std::size_t samples_until(const sim::Recording& recording, double until_s);

@@ -13,9 +13,7 @@ namespace {
 constexpr double two_sided_95 = 1.959964;
 constexpr double two_suffice_share = 0.98;  // of the misfit: a third effect is one too many
 
-bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
+bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
                        const plant::NumericalSettings& numerics) {
@@ -25,8 +23,7 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   result.rmse = per_channel(system);
   for (const plant::ChannelId c : result.rmse.ids()) {
     double sum = 0.0;
-    for (std::size_t r = 0; r < data.size(); ++r)
-      sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
+    for (std::size_t r = 0; r < data.size(); ++r) sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
     result.rmse[c] = std::sqrt(sum);
   }
   for (std::size_t u = 0; u < explanation.problem->parameters().size(); ++u) {
@@ -46,8 +43,7 @@ bool sensible(plant::EffectId effect, const Explanation& by) {
     const Unknown& unknown = by.problem->unknowns()[u];
     const double margin = 1e-6 * (unknown.highest - unknown.lowest);
     const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
-    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin)
-      return false;
+    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
   }
   return true;
 }
@@ -60,18 +56,14 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
     const Round* last = nullptr;
     for (const Round& round : search.rounds)
       if (round.accepted) last = &round;
-    const auto enough = [&](const Explanation& by) {
-      return share_explained(search.core, by) >= settings.least_explained_share;
-    };
-    const bool third = last && search.rounds.size() > 2 && last == &search.rounds[2] &&
-                       share_explained(search.core, last->before) >= two_suffice_share;
-    const bool keep =
-        !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
+    const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
+    const bool third =
+        last && search.rounds.size() > 2 && last == &search.rounds[2] && share_explained(search.core, last->before) >= two_suffice_share;
+    const bool keep = !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
     return keep ? search.best : last->before;
   }
   for (const Round& round : search.rounds)
-    if (round.accepted &&
-        share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
+    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
       return round.candidates.front().explanation;
   return search.best;
 }
@@ -82,9 +74,7 @@ bool far_off(const plant::System& system, double rmse, plant::ChannelId channel,
 }
 
 // Of the squared error beyond noise that there was, the share that is left.
-double share_left(double was, double is, double noise) {
-  return (is * is - noise * noise) / (was * was - noise * noise);
-}
+double share_left(double was, double is, double noise) { return (is * is - noise * noise) / (was * was - noise * noise); }
 
 Objections objections_to(const Explanation& answer, const std::vector<plant::EffectId>& effects, const Diagnosis& diagnosis,
                          bool something_left, const DiagnosisSettings& settings, const PerChannel& noise) {
@@ -113,8 +103,7 @@ std::vector<plant::EffectId> added(const Explanation& explanation, const plant::
 std::vector<plant::EffectId> enough_alone(const Search& search, double share) {
   std::vector<plant::EffectId> effects;
   for (const Candidate& candidate : search.rounds.front().candidates)
-    if (candidate.explanation.usable && share_explained(search.core, candidate.explanation) >= share)
-      effects.push_back(candidate.effect);
+    if (candidate.explanation.usable && share_explained(search.core, candidate.explanation) >= share) effects.push_back(candidate.effect);
   return effects;
 }
 
@@ -129,8 +118,7 @@ FoundEffect described(plant::EffectId effect, const Explanation& by, const Searc
     for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
       if (by.problem->parameters()[u] == p) {
         const double error = two_sided_95 * by.deviation(u) / unit;
-        parameter = {p, value, std::max(declared.range.lowest, value - error),
-                     std::min(declared.range.highest, value + error), false};
+        parameter = {p, value, std::max(declared.range.lowest, value - error), std::min(declared.range.highest, value + error), false};
       }
     result.parameters.push_back(parameter);
   }
@@ -138,8 +126,7 @@ FoundEffect described(plant::EffectId effect, const Explanation& by, const Searc
   return result;
 }
 
-FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis,
-                              const DiagnosisSettings& settings) {
+FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
@@ -149,13 +136,14 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
-  if (something_left) result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
-  else if (diagnosis.by_chance) result.confidence *= diagnosis.explained_share;
+  if (something_left)
+    result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
+  else if (diagnosis.by_chance)
+    result.confidence *= diagnosis.explained_share;
   return result;
 }
 
-FoundEffect found_on_paths(plant::EffectId effect, double gain, const Diagnosis& diagnosis,
-                           const DiagnosisSettings& settings) {
+FoundEffect found_on_paths(plant::EffectId effect, double gain, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
   result.gain = gain;
   result.chance = std::erfc(std::sqrt(0.5 * gain));
@@ -171,8 +159,8 @@ FoundEffect found_wandering(const Wandering& wandering, const DiagnosisSettings&
     likely += std::exp(-std::max(0.0, loss));
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
-  result.confidence = settings.most_confidence_in_a_lead * wandering.explained_share / likely * result.gain /
-                      (result.gain + settings.doubtful_gain);
+  result.confidence =
+      settings.most_confidence_in_a_lead * wandering.explained_share / likely * result.gain / (result.gain + settings.doubtful_gain);
   return result;
 }
 
@@ -202,9 +190,9 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
   if (effects.size() == 2) {
     result.patched = something_left;
     const std::vector<plant::EffectId> most = enough_alone(search, settings.named_share),
-                                   nearly_all = enough_alone(search, settings.least_explained_share);
-    result.either_alone = contains(most, effects[0]) && contains(most, effects[1]) &&
-                          (contains(nearly_all, effects[0]) || contains(nearly_all, effects[1]));
+                                       nearly_all = enough_alone(search, settings.least_explained_share);
+    result.either_alone =
+        contains(most, effects[0]) && contains(most, effects[1]) && (contains(nearly_all, effects[0]) || contains(nearly_all, effects[1]));
   }
   // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
   // on the way but did not make it into the answer.
@@ -228,8 +216,8 @@ namespace {
 // One diagnosis, step by step. `result_.answer` is what stands for the time being, `after_` its path.
 class Diagnoser {
  public:
-  Diagnoser(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
-            const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings)
+  Diagnoser(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
+            const DiagnosisSettings& settings)
       : training_(training), held_out_(held_out), settings_(settings), search_(settings.search), given_(nominal) {
     search_.fit.start = settings.start;
     gate();
@@ -276,8 +264,7 @@ class Diagnoser {
         (recordings == &training_ ? gated_training_ : gated_held_out_)
             .push_back(gated(system(), recording, given_noise, result_.gate.back()));
       }
-    for (const sim::Recording& recording : gated_training_)
-      splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
+    for (const sim::Recording& recording : gated_training_) splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
     result_.kept_alive = splits_;
     for (std::size_t r = 0; r < splits_->size(); ++r)
       data_.push_back({&(*splits_)[r].fitted, (*splits_)[r].sample_count, result_.gate[r].noise});
@@ -366,13 +353,11 @@ class Diagnoser {
       result_.objections.worse_on_kept_back = true;
     }
     if (effects_.empty()) {
-      result_.verdict =
-          leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
+      result_.verdict = leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
       return;
     }
     const bool explains = result_.explained_share >= settings_.least_explained_share;
-    something_left_ =
-        leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
+    something_left_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
     result_.objections = objections_to(result_.answer, effects_, result_, something_left_, settings_, sensors());
     result_.verdict = result_.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
@@ -380,8 +365,7 @@ class Diagnoser {
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = result_.held_out.gain_highest;
     if (rest.none())
-      for (const plant::EffectId e : effects_)
-        result_.effects.push_back(found_by_evidence(e, something_left_, result_, settings_));
+      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, something_left_, result_, settings_));
     else if (result_.held_out.lowest_total_gain <= 0.0 ||
              std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
@@ -466,8 +450,7 @@ class Diagnoser {
                                                           far_off(system(), result_.agreement_before.rmse[c], c, sensors()));
     const std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
-    if (result_.wandering && result_.wandering->of.effect &&
-        result_.wandering->explained_share >= settings_.named_share) {
+    if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
       result_.effects.push_back(found_wandering(*result_.wandering, settings_));
       for (const auto& [rival, loss] : result_.effects.front().rivals)
         if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
@@ -526,8 +509,8 @@ class Diagnoser {
       if (result_.answer.problem->centres().is_on(score.effect)) continue;
       const auto& declared = system().parameters()[system().effects()[score.effect].strength].declaration;
       const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
-      Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit,
-                            score.statistic, false};
+      Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic,
+                            false};
       visibility.can_be_seen = score.smallest_seen > 0.0 && visibility.smallest_seen <= typical;
       result_.others.push_back(visibility);
     }
@@ -554,14 +537,14 @@ class Diagnoser {
   std::vector<FitData> data_;
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
-  bool something_left_ = true;        // by what was found
+  bool something_left_ = true;            // by what was found
   Diagnosis result_;
 };
 
 }  // namespace
 
-Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
-                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings) {
+Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
+                   const DiagnosisSettings& settings) {
   if (training.empty()) throw std::invalid_argument("a diagnosis needs a recording");
   return Diagnoser(nominal, training, held_out, settings).run();
 }

@@ -36,9 +36,9 @@ struct DiagnosisSettings {
   // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
   double most_growth_of_pull = 1.5;
   double most_confidence_in_a_lead = 0.5;  // on development, what paths alone suggest was a look-alike as often as not
-  WanderSettings wander;  // thresholds
-  double other_place_loss = 200.0;  // of log evidence: a place whose best wanderer loses less may be the one
-  double doubtful_gain = 50.0;  // confidence in a gain of this size is a half
+  WanderSettings wander;                   // thresholds
+  double other_place_loss = 200.0;         // of log evidence: a place whose best wanderer loses less may be the one
+  double doubtful_gain = 50.0;             // confidence in a gain of this size is a half
   // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
   // catalogue's, or what acts is not in the catalogue and looks like it.
   double most_confidence_in_a_form = 0.5;
@@ -46,20 +46,22 @@ struct DiagnosisSettings {
 
 // Why an explanation that was found is not the answer. Empty where it is.
 struct Objections {
-  bool leaves_too_much = false;      // more than noise and moving air bring
+  bool leaves_too_much = false;            // more than noise and moving air bring
   std::vector<plant::ChannelId> channels;  // whose path it leaves nearly as far off as before
-  bool pushes_parameters = false;    // away from what is believed
-  bool at_a_bound = false;           // a shape of an effect
-  bool worse_on_kept_back = false;   // beyond chance
-  bool patchwork = false;            // more than two effects: one that is not known is likelier than three that are
-  bool none() const { return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork; }
+  bool pushes_parameters = false;          // away from what is believed
+  bool at_a_bound = false;                 // a shape of an effect
+  bool worse_on_kept_back = false;         // beyond chance
+  bool patchwork = false;                  // more than two effects: one that is not known is likelier than three that are
+  bool none() const {
+    return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork;
+  }
 };
 
 // Why what was found may be something else, in another form than the catalogue's.
 struct Parsimony {
   std::vector<plant::EffectId> as_good;        // something is left, and these alone explain nearly all, too
-  bool either_alone = false;               // of two effects one explains nearly all without the other, and this one most
-  bool patched = false;                    // two effects, and still something is left
+  bool either_alone = false;                   // of two effects one explains nearly all without the other, and this one most
+  bool patched = false;                        // two effects, and still something is left
   std::vector<plant::EffectId> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
   bool none() const { return as_good.empty() && !either_alone && !patched && common_causes.empty(); }
 };
@@ -74,13 +76,13 @@ std::string_view text_of(Verdict verdict);  // as in diagnosis.json
 
 struct FoundEffect {
   plant::EffectId effect{};
-  double confidence;                     // 0 to 1
-  double gain;                           // 2 log posterior ratio
-  double chance;                         // family-wise probability of such a gain
+  double confidence;  // 0 to 1
+  double gain;        // 2 log posterior ratio
+  double chance;      // family-wise probability of such a gain
   struct Parameter {
     plant::ParameterId parameter{};
-    double value, lowest, highest;       // in the units of files; 95 %
-    bool known;                          // not fitted
+    double value, lowest, highest;  // in the units of files; 95 %
+    bool known;                     // not fitted
   };
   std::vector<Parameter> parameters;
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
@@ -89,16 +91,16 @@ struct FoundEffect {
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
 struct Visibility {
   plant::EffectId effect{};
-  double visible_share;                  // what calibration cannot absorb
-  double smallest_seen;                  // |strength - null| in the units of files
+  double visible_share;  // what calibration cannot absorb
+  double smallest_seen;  // |strength - null| in the units of files
   double statistic;
-  bool can_be_seen;                      // a typical strength would be
+  bool can_be_seen;  // a typical strength would be
 };
 
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
-  PerChannel rmse;       // over what was fitted, units of files
-  double pull = 0.0;     // sum of squares of the core's parameters' distances from their priors, in deviations
+  PerChannel rmse;    // over what was fitted, units of files
+  double pull = 0.0;  // sum of squares of the core's parameters' distances from their priors, in deviations
 };
 
 struct Diagnosis {
@@ -106,18 +108,18 @@ struct Diagnosis {
   std::vector<GateNotes> gate;
   Search search;
   Located located;
-  std::vector<FoundEffect> effects;      // accepted, strongest first
+  std::vector<FoundEffect> effects;  // accepted, strongest first
   std::vector<plant::EffectId> ambiguous_with;
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What wanders has a
   // share of its own.
   double explained_share = 0.0;
-  bool by_paths = false;                 // the effects were found by following whole paths (open_loop.h)
+  bool by_paths = false;  // the effects were found by following whole paths (open_loop.h)
   // Where the verdict hangs on an unrest that is not large: what is left of it once the parameters are fitted again without the
   // forcings that carry it; and, unless that is nothing, how large it becomes where nothing is missing.
   std::optional<double> unrest_after_refit;
   std::optional<UnrestByChance> by_chance;
-  double visibility = 0.0;               // d': root of the core's misfit beyond noise and air
-  std::vector<Visibility> others;        // effects that were not found
+  double visibility = 0.0;         // d': root of the core's misfit beyond noise and air
+  std::vector<Visibility> others;  // effects that were not found
   LeftOver left_over;
   // Where nothing that was tried is the answer and one thing stands out. If that is an effect it is in `effects`, without parameters: it
   // is no constant, and `repaired` does not have it unless as a stand-in.
@@ -126,18 +128,18 @@ struct Diagnosis {
   Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
   plant::Plant repaired;
-  std::vector<plant::Start> starts;      // of the training recordings, repaired
+  std::vector<plant::Start> starts;  // of the training recordings, repaired
   Agreement agreement_before, agreement_after;
   Objections objections;
   Parsimony parsimony;
   HeldOutError held_out;
-  std::vector<Prediction> predictions;   // training recordings, then held-out ones
+  std::vector<Prediction> predictions;  // training recordings, then held-out ones
   ResidualCorrelation correlation;
   std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which `search` points into
 };
 
 // Training recordings must outlive the result, and so must the held-out ones. Throws Stopped, std::runtime_error.
-Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training,
-                   const std::vector<sim::Recording>& held_out, const DiagnosisSettings& settings);
+Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
+                   const DiagnosisSettings& settings);
 
 }  // namespace sinew::diagnose

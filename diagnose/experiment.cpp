@@ -35,8 +35,7 @@ std::vector<Programme> programmes(const plant::System& system, double most) {
       for (double t = 5.0; t + on_s < duration_s; t += on_s + off_s, ++k) {
         const double share = most * (stairs ? 0.3 + 0.7 * static_cast<double>(k % 4) / 3.0 : 1.0);
         const std::size_t first = in_turn ? k % inputs : 0;
-        for (std::size_t i = 0; i < (together ? inputs : 1); ++i)
-          programme.steps.push_back({(first + i) % inputs, t, t + on_s, share});
+        for (std::size_t i = 0; i < (together ? inputs : 1); ++i) programme.steps.push_back({(first + i) % inputs, t, t + on_s, share});
       }
       all.push_back(programme);
     };
@@ -92,8 +91,8 @@ Played play(const plant::Plant& plant, sim::Recording& recording, const plant::N
 // How far what `recording` shows is from what the explanation's plant can be fitted to, to first order.
 double distance(const Explanation& explanation, const sim::Recording& recording, const PerChannel& noise) {
   const plant::Plant plant = explanation.model();
-  const FitProblem problem(plant, fittable_parameters(plant), {{&recording, recording.samples.size(), noise}},
-                           StartPolicy::at_rest, explanation.problem->numerics());
+  const FitProblem problem(plant, fittable_parameters(plant), {{&recording, recording.samples.size(), noise}}, StartPolicy::at_rest,
+                           explanation.problem->numerics());
   const Blocks blocks(problem);
   const std::vector<double> z(problem.unknowns().size(), 0.0);
   Path path;
@@ -103,8 +102,7 @@ double distance(const Explanation& explanation, const sim::Recording& recording,
   for (const plant::EntryGroupId g : surroundings.ids())
     if (const plant::EntryGroup& group = plant.system().entry_groups()[g]; group.is_nuisance) surroundings[g] = group.typical;
   state_noise.set(surroundings);
-  Eigen::MatrixXd columns = blocks.means(path.jacobian.data(), z.size()),
-                  difference = blocks.means(path.residuals.data(), 1);
+  Eigen::MatrixXd columns = blocks.means(path.jacobian.data(), z.size()), difference = blocks.means(path.residuals.data(), 1);
   state_noise.whiten(columns);
   state_noise.whiten(difference);
   Eigen::MatrixXd information = columns.transpose() * columns;
@@ -132,8 +130,7 @@ std::string yaml_of(const plant::Plant& plant, const Programme& programme, doubl
 
 }  // namespace
 
-Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise,
-                             const ExperimentLimits& limits) {
+Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise, const ExperimentLimits& limits) {
   Experiment best;
   const plant::System& system = first.system();
   const plant::States states = first.model().states();
@@ -154,16 +151,14 @@ Experiment design_experiment(const Explanation& first, const Explanation& second
     if (!of_either.is_safe) continue;
     const double separation = distance(first, of_second, noise);
     // The square grows with time: compare per minute.
-    if (best.duration_s > 0.0 &&
-        separation * separation / programme.duration_s <= best.separation * best.separation / best.duration_s)
+    if (best.duration_s > 0.0 && separation * separation / programme.duration_s <= best.separation * best.separation / best.duration_s)
       continue;
     best.words = programme.words;
     best.duration_s = programme.duration_s;
     best.highest = of_either.highest;
     best.largest_share = scale * limits.largest_share;
     best.separation = separation;
-    best.scenario_yaml =
-        yaml_of(first.model(), programme, scale, "Which of the two explanations is right? " + programme.words + ".");
+    best.scenario_yaml = yaml_of(first.model(), programme, scale, "Which of the two explanations is right? " + programme.words + ".");
   }
   return best;
 }

@@ -10,13 +10,13 @@ namespace sinew::diagnose {
 
 struct Experiment {
   plant::EffectId effect{}, rival{};
-  std::string words;             // "short pulses on both coils in turn"
+  std::string words;  // "short pulses on both coils in turn"
   double duration_s = 0.0;
-  double largest_share = 0.0;    // of the inputs' range
-  double highest = 0.0;          // of all states that must stay below a limit (StateInfo::safe_until), in either explanation
+  double largest_share = 0.0;  // of the inputs' range
+  double highest = 0.0;        // of all states that must stay below a limit (StateInfo::safe_until), in either explanation
   // Standard deviations by which what one predicts differs from the nearest that the other could be fitted to.
   double separation = 0.0;
-  std::string scenario_yaml;     // runs on the simulated plant and on the physical one
+  std::string scenario_yaml;  // runs on the simulated plant and on the physical one
 };
 
 struct ExperimentLimits {
@@ -25,7 +25,6 @@ struct ExperimentLimits {
 
 // The programme of inputs, from rest, on which the two differ most per minute. Of no duration where the System has no state with a
 // limit: nothing then says what such a plant can bear.
-Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise,
-                             const ExperimentLimits& limits);
+Experiment design_experiment(const Explanation& first, const Explanation& second, const PerChannel& noise, const ExperimentLimits& limits);
 
 }  // namespace sinew::diagnose

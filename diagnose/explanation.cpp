@@ -143,8 +143,7 @@ namespace {
 ForcingSize nuisance_to_begin_with(const Explanation& at) {
   ForcingSize size = no_forcing(at.system());
   for (const plant::EntryGroupId g : size.ids())
-    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; group.is_nuisance)
-      size[g] = std::max(at.forcing[g], group.least);
+    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; group.is_nuisance) size[g] = std::max(at.forcing[g], group.least);
   return size;
 }
 
@@ -207,8 +206,8 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
                     const ExplanationSettings& settings) {
   Explanation result;
   result.problem =
-      std::make_shared<FitProblem>(centres, settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres),
-                                   data, settings.start, settings.numerics);
+      std::make_shared<FitProblem>(centres, settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres), data,
+                                   settings.start, settings.numerics);
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
   const Blocks& blocks = *result.blocks;

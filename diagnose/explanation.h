@@ -29,14 +29,14 @@ struct Guess {
 
 struct ExplanationSettings {
   StartPolicy start = StartPolicy::estimated;
-  bool only_start = false;   // no parameters: only how the recordings begin
+  bool only_start = false;     // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
-  FreeForcings free{};  // forcings whose size is estimated, the others are none; empty: all
+  FreeForcings free{};             // forcings whose size is estimated, the others are none; empty: all
   std::optional<Varying> varying;  // one more forcing
   int most_rounds = 4;
   int iterations_per_round = 6;
-  double enough = 0.3;  // an improvement of the log posterior below this ends the fit
+  double enough = 0.3;                // an improvement of the log posterior below this ends the fit
   std::function<bool()> should_stop;  // throws Stopped (calibrate.h) where it says so
 };
 
@@ -70,8 +70,7 @@ struct Explanation {
 
 // `centres`: what is on, and the centres of the priors. `data`: deviations are the sensors' noise.
 // Not usable where the start cannot be integrated.
-Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
-                    const ExplanationSettings& settings);
+Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess, const ExplanationSettings& settings);
 
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr);

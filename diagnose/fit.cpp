@@ -18,8 +18,7 @@ double first_measured(const FitData& data, plant::ChannelId channel) {
 
 FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
                        StartPolicy start, const plant::NumericalSettings& numerics)
-    : centres_(centres), states_(centres.states()), parameters_(parameters), data_(std::move(data)), start_(start),
-      numerics_(numerics) {
+    : centres_(centres), states_(centres.states()), parameters_(parameters), data_(std::move(data)), start_(start), numerics_(numerics) {
   for (const plant::ParameterId p : parameters_) {
     const auto& info = system().parameters()[p];
     const auto& declared = info.declaration;
@@ -102,8 +101,8 @@ bool FitProblem::evaluate(const double* z, double* residuals, double* jacobian) 
           for (std::size_t u = 0; u < parameters_.size(); ++u)
             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * unknowns_[u].deviation;
           for (std::size_t i = 0; i < request.initial_states.size(); ++i)
-            out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters_.size() + i)) * weight *
-                                   unknowns_[first_start + i].deviation;
+            out[first_start + i] =
+                sensitivity(channel, static_cast<Eigen::Index>(parameters_.size() + i)) * weight * unknowns_[first_start + i].deviation;
         }
         ++row;
       }

@@ -2,8 +2,8 @@
 // A plant against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
 //
 // Unknowns are parameters of the plant, shared by all recordings, and for each recording the first values of those states
-// that a recording may begin with in mid-motion; the others are at rest with them (System::start_beliefs). Each unknown has a weak prior and bounds from its declaration, and is scaled by the prior: an
-// unknown's coordinate is z = (value - centre) / deviation.
+// that a recording may begin with in mid-motion; the others are at rest with them (System::start_beliefs). Each unknown has a weak prior
+// and bounds from its declaration, and is scaled by the prior: an unknown's coordinate is z = (value - centre) / deviation.
 //
 // Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
 // then one row z for each unknown.
@@ -21,9 +21,9 @@
 namespace sinew::diagnose {
 
 struct Unknown {
-  std::string name;      // "heat_loss_A_W_K"; "start.martensite_A_fraction"; with several recordings "start[1]. ..."
+  std::string name;                             // "heat_loss_A_W_K"; "start.martensite_A_fraction"; with several recordings "start[1]. ..."
   std::optional<plant::ParameterId> parameter;  // none: a first value
-  double centre, deviation, lowest, highest;  // internal units
+  double centre, deviation, lowest, highest;    // internal units
   double internal_per_unit;
   std::string_view unit;
 };
@@ -31,7 +31,7 @@ struct Unknown {
 struct FitData {
   const sim::Recording* recording;
   std::size_t sample_count;  // the first so many samples are fitted
-  PerChannel deviation;  // what a residual of each channel is divided by; at least the sensor's noise
+  PerChannel deviation;      // what a residual of each channel is divided by; at least the sensor's noise
 };
 
 enum class StartPolicy {
@@ -49,8 +49,8 @@ class FitProblem {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   // `centres`: what is on, what is not fitted, and the centres of the priors. Recordings must outlive this.
-  FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
-             StartPolicy start, const plant::NumericalSettings& numerics);
+  FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data, StartPolicy start,
+             const plant::NumericalSettings& numerics);
 
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   const std::vector<Row>& rows() const { return rows_; }
@@ -60,9 +60,7 @@ class FitProblem {
   const plant::System& system() const { return centres_.system(); }
   // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
   const std::vector<plant::StateId>& free_states() const { return free_states_; }
-  void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) {
-    data_[recording].deviation[channel] = deviation;
-  }
+  void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) { data_[recording].deviation[channel] = deviation; }
   std::size_t residual_count() const { return rows_.size() + unknowns_.size(); }
 
   double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
@@ -84,7 +82,7 @@ class FitProblem {
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
   std::vector<plant::StateId> free_states_;
-  std::vector<std::size_t> first_row_;     // of each recording
+  std::vector<std::size_t> first_row_;  // of each recording
   std::vector<Row> rows_;
 };
 

@@ -28,8 +28,7 @@ OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, plant::
     slope += at[i] * value[i] / 10.0;
   }
   OffLine off{std::abs(measured(samples[k], channel) - mean), 0.0};
-  for (std::size_t i = 0; i < 4; ++i)
-    off.neighbours = std::max(off.neighbours, std::abs(value[i] - mean - slope * at[i]));
+  for (std::size_t i = 0; i < 4; ++i) off.neighbours = std::max(off.neighbours, std::abs(value[i] - mean - slope * at[i]));
   return off;
 }
 
@@ -121,15 +120,12 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
     notes.stuck_share[c] = longest_run_share(recording, c);
     const std::string& words = system.channels()[c].words;
     if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");
-    if (notes.stuck_share[c] > 0.2)
-      notes.warnings.push_back(words + " shows one value for a long time while something is driven");
+    if (notes.stuck_share[c] > 0.2) notes.warnings.push_back(words + " shows one value for a long time while something is driven");
     if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
-  if (notes.largest_input == 0.0)
-    notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
+  if (notes.largest_input == 0.0) notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
   if (notes.longest_gap_s > 2.5 * notes.period_s)
-    notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) +
-                             " s; inputs are held over the gap");
+    notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; inputs are held over the gap");
   return result;
 }
 

@@ -51,12 +51,10 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
   constexpr std::size_t lags = 41;  // up to 20 s
   std::vector<double> product(lags, 0.0);
   for (const Prediction& prediction : predictions) {
-    const auto step = static_cast<std::size_t>(
-        std::max(1.0, std::round(correlation_lag_s / prediction.recording->median_period_s())));
+    const auto step = static_cast<std::size_t>(std::max(1.0, std::round(correlation_lag_s / prediction.recording->median_period_s())));
     const auto residual = [&](std::size_t k) {
-      return prediction.kept_back[k]
-                 ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
-                 : sim::not_a_number;
+      return prediction.kept_back[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
+                                     : sim::not_a_number;
     };
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
       for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
@@ -106,13 +104,12 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     most_stretches = std::max(most_stretches, stretches.size());
     Stretch sum;
     for (const Stretch& s : stretches) {
-      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise,
-          sum.count += s.count;
+      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
     }
     error.samples[c] = sum.count;
     if (sum.count == 0) {
-      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] =
-          error.gain_highest[c] = sim::not_a_number;
+      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] = error.gain_highest[c] =
+          sim::not_a_number;
       continue;
     }
     const auto n = static_cast<double>(sum.count);
@@ -129,8 +126,7 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
       double before = 0.0, after = 0.0;
       for (std::size_t i = 0; i < stretches.size(); ++i) {
         const auto pick =
-            std::min(stretches.size() - 1,
-                     static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+            std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
         before += stretches[pick].before;
         after += stretches[pick].after;
       }

@@ -30,7 +30,7 @@ struct Prediction {
 };
 
 struct HeldOutError {
-  PerChannel nominal, before, after, noise;  // RMSE, units of files: as given, calibrated, repaired; sensors alone
+  PerChannel nominal, before, after, noise;    // RMSE, units of files: as given, calibrated, repaired; sensors alone
   PerChannel gain, gain_lowest, gain_highest;  // 1 - after/before, with a 95 % block-bootstrap interval
   plant::ListOf<plant::ChannelId, std::size_t> samples;
   // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise. Without bounds where

@@ -12,11 +12,9 @@
 namespace sinew::diagnose {
 namespace {
 
-
 // "while coil A cools, between 72 and 55 °C": of the parts that have a sensor and are driven, the one that is furthest up in these
 // windows, and what it does there. Empty where no part of the plant is both.
-std::string describe(const plant::System& system, const sim::Recording& recording,
-                     const std::vector<std::pair<double, double>>& windows) {
+std::string describe(const plant::System& system, const sim::Recording& recording, const std::vector<std::pair<double, double>>& windows) {
   struct Part {
     const plant::ChannelInfo* channel;
     plant::ChannelId id;
@@ -28,9 +26,8 @@ std::string describe(const plant::System& system, const sim::Recording& recordin
     if (system.channels()[c].driven_by) parts.push_back({.channel = &system.channels()[c], .id = c});
   std::size_t count = 0;
   for (const sim::Sample& sample : recording.samples) {
-    const bool inside = std::any_of(windows.begin(), windows.end(), [&](const auto& w) {
-      return sample.time_s >= w.first && sample.time_s <= w.second;
-    });
+    const bool inside =
+        std::any_of(windows.begin(), windows.end(), [&](const auto& w) { return sample.time_s >= w.first && sample.time_s <= w.second; });
     if (!inside) continue;
     ++count;
     for (Part& part : parts) {
@@ -81,13 +78,11 @@ struct Binned {
 };
 
 // Eight bins of equal count; what their means account for in the half of the time they were not made from.
-Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing,
-              const std::vector<Blocks::Block>& blocks) {
+Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, const std::vector<Blocks::Block>& blocks) {
   constexpr std::size_t bins = 8;
   std::vector<Eigen::Index> order(static_cast<std::size_t>(variable.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Eigen::Index a, Eigen::Index b) { return variable(a) < variable(b); });
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return variable(a) < variable(b); });
   Binned result;
   std::vector<std::size_t> bin_of(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) bin_of[static_cast<std::size_t>(order[i])] = i * bins / order.size();
@@ -195,9 +190,8 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
     result.rmse[c] = all_counts[c] > 0.0 ? std::sqrt(all_squares[c] / all_counts[c]) : std::nan("");
   }
   const FitData& data = core.problem->data()[result.worst_recording];
-  const Comparison comparison =
-      compare(core.model(), core.start(result.worst_recording), recordings[result.worst_recording], data.deviation,
-              1e300, core.problem->numerics());
+  const Comparison comparison = compare(core.model(), core.start(result.worst_recording), recordings[result.worst_recording],
+                                        data.deviation, 1e300, core.problem->numerics());
   result.worst = comparison.worst[result.channel];
   result.while_words = describe(system, recordings[result.worst_recording], result.worst.windows_s);
 
@@ -243,22 +237,19 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   std::uint64_t index = 0;
   for (std::size_t d = 0; d < bootstrap_draws; ++d) {
     const auto again = shares_of([&](std::size_t) {
-      return std::min(stretches.size() - 1,
-                      static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+      return std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
     });
     for (const plant::EntryGroupId g : groups.ids()) drawn[g].push_back(again[g]);
   }
   for (const plant::EntryGroupId g : groups.ids()) {
     if (groups[g].is_nuisance) continue;
     const auto [lowest, highest] = middle_95(drawn[g]);
-    result.shares.push_back({g, share[g], lowest, highest,
-                             likelihood_with(core, nuisance_and(system, g))});
+    result.shares.push_back({g, share[g], lowest, highest, likelihood_with(core, nuisance_and(system, g))});
   }
   std::stable_sort(result.shares.begin(), result.shares.end(),
                    [](const PlaceShare& a, const PlaceShare& b) { return a.log_likelihood > b.log_likelihood; });
   for (const PlaceShare& place : result.shares)
-    if (place.group != result.shares.front().group &&
-        place.log_likelihood > result.shares.front().log_likelihood - 3.0)
+    if (place.group != result.shares.front().group && place.log_likelihood > result.shares.front().log_likelihood - 3.0)
       for (const std::string_view text : groups[place.group].places) result.cannot_be_told_from.emplace_back(text);
   return result;
 }

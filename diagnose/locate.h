@@ -15,28 +15,28 @@ struct PlaceShare {
 };
 
 struct Located {
-  plant::ChannelId channel{};            // with the largest error in units of noise
-  PerChannel rmse, noise;                // of the calibrated core on what was fitted
-  std::vector<PlaceShare> shares;        // by falling likelihood; the surroundings are not among them
-  std::string place;                     // of the effect, or by the forcing that accounts best; empty if consistent
+  plant::ChannelId channel{};                    // with the largest error in units of noise
+  PerChannel rmse, noise;                        // of the calibrated core on what was fitted
+  std::vector<PlaceShare> shares;                // by falling likelihood; the surroundings are not among them
+  std::string place;                             // of the effect, or by the forcing that accounts best; empty if consistent
   std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
-  WorstTime worst;                       // of that channel, on the training recording with the largest error
+  WorstTime worst;                               // of that channel, on the training recording with the largest error
   std::size_t worst_recording = 0;
-  std::string while_words;               // "while coil A cools from 72 to 55 °C"
+  std::string while_words;  // "while coil A cools from 72 to 55 °C"
 };
 
 // A series against the plant's variable that accounts for most of it, in bins.
 struct Dependence {
-  std::string variable;                  // "temperature A"; empty where there is nothing to account for
+  std::string variable;  // "temperature A"; empty where there is nothing to account for
   std::string unit;
-  double explained_share = 0.0;          // of the series' variance, by the bins' means, cross-validated
+  double explained_share = 0.0;                 // of the series' variance, by the bins' means, cross-validated
   std::vector<double> centre, mean, deviation;  // of bins
 };
 
 // What is left: the smoothed forcing, in internal units, as a function of what.
 struct LeftOver : Dependence {
   plant::EntryGroupId group{};
-  std::size_t entry = 0;                 // index into System::entries()
+  std::size_t entry = 0;  // index into System::entries()
 };
 
 // `recordings`: those that were fitted, as they were read. Places that the forcings' likelihoods speak for, without

@@ -17,8 +17,7 @@ namespace sinew::diagnose {
 Series predict(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording,
                const plant::NumericalSettings& numerics) {
   const plant::System& system = plant.system();
-  Series model(system.channels().size(),
-               std::vector<double>(recording.samples.size(), std::numeric_limits<double>::quiet_NaN()));
+  Series model(system.channels().size(), std::vector<double>(recording.samples.size(), std::numeric_limits<double>::quiet_NaN()));
   plant::Integrator integrator(plant, start, numerics);
   static_cast<void>(sim::replay(integrator, system, recording.samples, [&](std::size_t k) {
     const std::vector<double> readings = integrator.readings();
@@ -38,8 +37,7 @@ plant::Start start_of(const plant::Plant& plant, const sim::Recording& recording
   Explanation begun = explain(plant, data, {}, fit);
   if (begun.usable)
     for (const Guess& other : with_other_starts(begun))
-      if (const Explanation again = explain(plant, data, other, fit);
-          again.usable && again.log_posterior > begun.log_posterior)
+      if (const Explanation again = explain(plant, data, other, fit); again.usable && again.log_posterior > begun.log_posterior)
         begun = again;
   return begun.usable ? begun.start(0) : plant::Start{};
 }
@@ -97,15 +95,13 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
 namespace {
 
 // Samples over which each channel's error is correlated.
-PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data,
-                          const plant::NumericalSettings& numerics) {
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   PerChannel longest = per_channel(path.model.system());
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Series model = predict(path.model, path.starts[r], *data[r].recording, numerics);
     for (const plant::ChannelId c : longest.ids()) {
       std::vector<double> residual(data[r].sample_count);
-      for (std::size_t k = 0; k < residual.size(); ++k)
-        residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
+      for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
       longest[c] = std::max(longest[c], correlation_samples(residual));
     }
   }
@@ -118,8 +114,7 @@ std::vector<FitData> weighted_for(const Fitted& path, const std::vector<FitData>
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)
-    for (const plant::ChannelId c : correlation.ids())
-      weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+    for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
   return weighted;
 }
 
@@ -129,15 +124,13 @@ bool has_reading(const sim::Sample& sample) {
 
 }  // namespace
 
-FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
-                           const ExplanationSettings& settings) {
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings) {
   constexpr std::size_t folds = 10;
   constexpr double beginning_s = 10.0;  // is always fitted: it tells how the recording begins
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
   least_squares.most_rounds = 1;
-  const std::vector<FitData> weighted =
-      weighted_for(path, data, correlation_of(path, data, settings.numerics), settings.numerics);
+  const std::vector<FitData> weighted = weighted_for(path, data, correlation_of(path, data, settings.numerics), settings.numerics);
 
   FoldErrors errors;
   errors.squares.assign(folds, per_channel(path.model.system()));
@@ -155,9 +148,7 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
       masked.push_back(*one.recording);
       if (first == end) continue;
       for (sim::Sample& sample : masked.back().samples) {
-        if (sample.time_s < samples[shown[first]].time_s - guard_s ||
-            sample.time_s > samples[shown[end - 1]].time_s + guard_s)
-          continue;
+        if (sample.time_s < samples[shown[first]].time_s - guard_s || sample.time_s > samples[shown[end - 1]].time_s + guard_s) continue;
         mask(sample);
       }
     }
@@ -217,8 +208,7 @@ double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, co
 
 }  // namespace
 
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search,
-                  const ExplanationSettings& settings) {
+Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings) {
   constexpr std::size_t most_fits = 6, most_tries = 3;
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
@@ -246,8 +236,8 @@ Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const Pa
     std::vector<Fitted> paths(tried.size());
     std::vector<double> reached(tried.size(), -1e300);
     sim::in_parallel(tried.size(), search.threads, [&](std::size_t i) {
-      const Explanation with = explain(with_effect(here.problem->centres(), tried[i]->effect), weighted,
-                                       guess_with(here, *tried[i]), least_squares);
+      const Explanation with =
+          explain(with_effect(here.problem->centres(), tried[i]->effect), weighted, guess_with(here, *tried[i]), least_squares);
       if (!with.usable) return;
       paths[i] = fitted(with);
       reached[i] = log_posterior_of(paths[i], data, correlation, settings.numerics);

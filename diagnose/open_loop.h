@@ -55,8 +55,7 @@ struct FoldErrors {
   std::vector<PerChannel> squares;  // [fold]: sums over its samples, units of files squared
   std::vector<PerChannel> noise;    // [fold]: what the sensors alone would make of these
 };
-FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads,
-                           const ExplanationSettings& settings);
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings);
 
 // Whether the error that cross-validation finds falls beyond chance: the logarithm of the root mean squares, summed
 // over channels, by more than twice its standard deviation, which is the jackknife's over folds. What is below the
@@ -78,9 +77,8 @@ struct PathSearch {
 struct Lead {
   Fitted path;
   std::vector<plant::EffectId> effects;  // in the order in which they were added; empty where nothing was
-  std::vector<double> gains;         // of each
+  std::vector<double> gains;             // of each
 };
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search,
-                  const ExplanationSettings& settings);
+Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings);
 
 }  // namespace sinew::diagnose

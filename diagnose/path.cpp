@@ -17,8 +17,12 @@ using plant::Jet;
 class Differentiator {
  public:
   Differentiator(const plant::Plant& plant, const std::vector<plant::ParameterId>& parameters)
-      : n_(plant.states().size()), channels_(plant.system().channels().size()), parameters_(parameters.size()), state_(n_),
-        rate_(n_), shown_(channels_) {
+      : n_(plant.states().size()),
+        channels_(plant.system().channels().size()),
+        parameters_(parameters.size()),
+        state_(n_),
+        rate_(n_),
+        shown_(channels_) {
     const std::optional<plant::ParameterId> surroundings = plant.system().surroundings();
     for (std::size_t first = 0; first < columns(); first += width) {
       std::vector<std::pair<plant::ParameterId, int>> seeds;
@@ -61,8 +65,7 @@ class Differentiator {
       if (value)
         for (std::size_t i = 0; i < n_; ++i) (*value)[i] = rate_[i].a;
       if (rates)
-        for (std::size_t i = 0; i < n_; ++i)
-          rates->row(static_cast<Eigen::Index>(i)).segment(begin, count) = rate_[i].v.head(count);
+        for (std::size_t i = 0; i < n_; ++i) rates->row(static_cast<Eigen::Index>(i)).segment(begin, count) = rate_[i].v.head(count);
       if (reading) {
         equations_[e]->readings(state_.data(), shown_.data());
         for (std::size_t c = 0; c < channels_; ++c)
@@ -117,15 +120,14 @@ SINEW_FLATTEN void exponential(const Square<Size>& x, Square<Size>& exp_x, Squar
 
 // Whether the derivatives of the rates change so much within a step that it must hold a corner.
 constexpr int corner_parts = 6;
-bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to,
-                double step_s) {
+bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
   const auto change = (to - from).array().abs();
   return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any();
 }
 
 // The sensitivities at the start are the integrator's own.
-Eigen::MatrixXd first_sensitivity(const plant::Plant& plant, const plant::Start& start,
-                                  const plant::NumericalSettings& numerics, const plant::SensitivityRequest& request) {
+Eigen::MatrixXd first_sensitivity(const plant::Plant& plant, const plant::Start& start, const plant::NumericalSettings& numerics,
+                                  const plant::SensitivityRequest& request) {
   if (request.columns() == 0) return Eigen::MatrixXd(static_cast<Eigen::Index>(plant.states().size()), 0);
   return plant::Integrator(plant, start, numerics, request).state_sensitivity();
 }
@@ -141,8 +143,7 @@ struct Follower {
   template <class Visit>
   bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
     if (!sensitivities && !points) return run_plain(visit);
-    return with_padded_size(with_.states().size(),
-                            [&](auto size) { return run_linearised<size.value>(sensitivities, points, visit); });
+    return with_padded_size(with_.states().size(), [&](auto size) { return run_linearised<size.value>(sensitivities, points, visit); });
   }
 
  private:
@@ -175,8 +176,7 @@ struct Follower {
     Square<Size> linear = Square<Size>::Zero(rows, rows), exp_x, phi_1;
     Eigen::Matrix<double, Size, Eigen::Dynamic> moved = Eigen::MatrixXd::Zero(rows, parameters);  // rates by parameters
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
-    Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start),
-        at_end(at_start);
+    Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start), at_end(at_start);
     Eigen::MatrixXd seen(static_cast<Eigen::Index>(differentiator.channels()), at_start.cols());
     std::vector<double> y_start, y(static_cast<std::size_t>(n)), rate_start(y), rate_end(y);
     differentiator.at(integrator.situation(), integrator.state(), &at_end, &seen, &rate_end);
@@ -317,35 +317,34 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = parameters + r * states;
-    const Follower follower{
-        data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
-    const bool fine = follower.run(
-        want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
-        [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
-          for (const plant::ChannelId c : system.channels().ids()) {
-            const double target = measured(data.recording->samples[k], c);
-            if (std::isnan(target)) continue;
-            path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
-            if (!path.jacobian.empty()) {
-              double* out = path.jacobian.data() + row * unknowns;
-              const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
-              const auto channel = static_cast<Eigen::Index>(c.index);
-              for (std::size_t u = 0; u < parameters; ++u)
-                out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].deviation;
-              for (std::size_t i = 0; i < states; ++i)
-                out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
-                                       problem.unknowns()[first_start + i].deviation;
-            }
-            ++row;
-          }
-        });
+    const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
+    const bool fine =
+        follower.run(want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
+                     [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
+                       for (const plant::ChannelId c : system.channels().ids()) {
+                         const double target = measured(data.recording->samples[k], c);
+                         if (std::isnan(target)) continue;
+                         path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
+                         if (!path.jacobian.empty()) {
+                           double* out = path.jacobian.data() + row * unknowns;
+                           const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
+                           const auto channel = static_cast<Eigen::Index>(c.index);
+                           for (std::size_t u = 0; u < parameters; ++u)
+                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].deviation;
+                           for (std::size_t i = 0; i < states; ++i)
+                             out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
+                                                    problem.unknowns()[first_start + i].deviation;
+                         }
+                         ++row;
+                       }
+                     });
     if (!fine) return false;
   }
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
 }
 
-bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with,
-                    const std::vector<plant::ParameterId>& parameters, std::vector<double>& columns) {
+bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with, const std::vector<plant::ParameterId>& parameters,
+                    std::vector<double>& columns) {
   const plant::Plant without = problem.plant_at(z);
   const plant::System& system = problem.system();
   columns.assign(problem.rows().size() * parameters.size(), 0.0);
@@ -359,18 +358,16 @@ bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Pla
     const FitData& data = problem.data()[r];
     const plant::Start start = carried_over(problem.start_at(z, r), without, with);
     const Follower follower{data, with, start, problem.numerics(), {parameters, {}}};
-    const bool fine = follower.run(
-        true, nullptr,
-        [&](std::size_t k, const std::vector<double>&, const Eigen::MatrixXd& sensitivity) {
-          for (const plant::ChannelId c : system.channels().ids()) {
-            if (std::isnan(measured(data.recording->samples[k], c))) continue;
-            const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
-            for (std::size_t p = 0; p < parameters.size(); ++p)
-              columns[row * parameters.size() + p] =
-                  sensitivity(static_cast<Eigen::Index>(c.index), static_cast<Eigen::Index>(p)) * weight * scale[p];
-            ++row;
-          }
-        });
+    const bool fine = follower.run(true, nullptr, [&](std::size_t k, const std::vector<double>&, const Eigen::MatrixXd& sensitivity) {
+      for (const plant::ChannelId c : system.channels().ids()) {
+        if (std::isnan(measured(data.recording->samples[k], c))) continue;
+        const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
+        for (std::size_t p = 0; p < parameters.size(); ++p)
+          columns[row * parameters.size() + p] =
+              sensitivity(static_cast<Eigen::Index>(c.index), static_cast<Eigen::Index>(p)) * weight * scale[p];
+        ++row;
+      }
+    });
     if (!fine) return false;
   }
   return true;

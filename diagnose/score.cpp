@@ -25,15 +25,12 @@ std::vector<double> grid_of(const plant::Declaration& declared, bool is_instant,
   std::vector<double> values;
   if (is_instant) {
     for (int i = 1; i < 20; ++i) values.push_back(0.05 * i * duration_s);
-  } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 &&
-             declared.prior_deviation > 0.45 * declared.typical) {
+  } else if (declared.typical > 0.0 && declared.range.lowest >= 0.0 && declared.prior_deviation > 0.45 * declared.typical) {
     for (const double factor : {0.04, 0.12, 0.35, 1.0, 3.0}) values.push_back(declared.typical * factor);
   } else {
-    for (const double step : {-1.5, -0.75, 0.0, 0.75, 1.5})
-      values.push_back(declared.typical + step * declared.prior_deviation);
+    for (const double step : {-1.5, -0.75, 0.0, 0.75, 1.5}) values.push_back(declared.typical + step * declared.prior_deviation);
   }
-  for (double& value : values)
-    value = std::clamp(value, declared.range.lowest, declared.range.highest) * declared.unit.internal_per_unit;
+  for (double& value : values) value = std::clamp(value, declared.range.lowest, declared.range.highest) * declared.unit.internal_per_unit;
   return values;
 }
 
@@ -79,8 +76,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
   const plant::Plant fitted = at.model();
   double duration_s = 0.0;
   for (const FitData& data : problem.data())
-    duration_s = std::max(
-        duration_s, data.recording->samples[data.sample_count - 1].time_s - data.recording->samples.front().time_s);
+    duration_s = std::max(duration_s, data.recording->samples[data.sample_count - 1].time_s - data.recording->samples.front().time_s);
 
   Scores result;
   std::vector<Job> jobs;
@@ -137,9 +133,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     if (whole <= 0.0 || left < 1e-12 * whole) return;
     const double unit = declared.unit.internal_per_unit, null = declared.null_value.value_or(0.0);
     const double phi = -along / left * scale;
-    const bool allowed = difference  ? phi / scale > 0.0
-                         : phi > 0.0 ? declared.range.highest > null
-                                     : declared.range.lowest < null;
+    const bool allowed = difference ? phi / scale > 0.0 : phi > 0.0 ? declared.range.highest > null : declared.range.lowest < null;
     score.visible_share = left / whole;
     score.smallest_seen = 5.0 / std::sqrt(left) * std::abs(scale);
     score.strength = std::clamp(null * unit + phi, declared.range.lowest * unit, declared.range.highest * unit);
@@ -157,8 +151,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     if (job.difference) {
       // The problem with the effect on, all else as it is.
       const FitProblem with(job.plant, problem.parameters(), problem.data(),
-                            problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated,
-                            problem.numerics());
+                            problem.free_states().empty() ? StartPolicy::at_rest : StartPolicy::estimated, problem.numerics());
       const Guess here = at.as_guess();
       std::vector<double> z(with.unknowns().size(), 0.0);
       for (std::size_t u = 0; u < z.size(); ++u)
@@ -173,8 +166,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
       Score& score = result.all[job.scores.front()];
       const plant::ParameterId strength = system.effects()[score.effect].strength;
       const auto& declared = system.parameters()[strength].declaration;
-      judge(score, column.col(0),
-            job.plant.get(strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
+      judge(score, column.col(0), job.plant.get(strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
       return;
     }
     std::vector<plant::ParameterId> strengths;
@@ -211,9 +203,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
   for (const plant::EffectId e : candidates) {
     std::size_t best = result.all.size();
     for (std::size_t i = 0; i < result.all.size(); ++i)
-      if (result.all[i].effect == e &&
-          (best == result.all.size() || result.all[i].statistic > result.all[best].statistic))
-        best = i;
+      if (result.all[i].effect == e && (best == result.all.size() || result.all[i].statistic > result.all[best].statistic)) best = i;
     if (best < result.all.size()) result.best.push_back(best);
   }
   std::stable_sort(result.best.begin(), result.best.end(),

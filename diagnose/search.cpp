@@ -30,8 +30,7 @@ void begin_with(Guess& guess, const plant::System& system, const Score& score, d
   guess.values[system.parameters()[strength].key()] = null + std::clamp(step, -most, most);
 }
 
-Explanation with_added(const Explanation& at, const Score& score, const Guess& guess,
-                       const ExplanationSettings& settings) {
+Explanation with_added(const Explanation& at, const Score& score, const Guess& guess, const ExplanationSettings& settings) {
   return explain(with_effect(at.problem->centres(), score.effect), at.problem->data(), guess, settings);
 }
 
@@ -42,8 +41,7 @@ bool better(const Candidate& a, const Candidate& b) {
 
 // Of an effect that is fitted already the better fit stays.
 void keep_better(std::vector<Candidate>& candidates, const Candidate& one) {
-  const auto there =
-      std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == one.effect; });
+  const auto there = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == one.effect; });
   if (there == candidates.end())
     candidates.push_back(one);
   else if (better(one, *there))
@@ -60,8 +58,7 @@ class Searcher {
     tell(0.02, "calibrating the core");
     result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
     if (result.core.usable) settle(result.core);
-    if (!result.core.usable)
-      throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this one?");
+    if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this one?");
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
     result.core = first.before;
@@ -70,8 +67,7 @@ class Searcher {
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
-    if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty())
-      try_pairs(result);
+    if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
     if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);
     tell(1.0, "done");
@@ -99,8 +95,7 @@ class Searcher {
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
-      if (unknown.parameter && system_.parameters()[*unknown.parameter].effect)
-        effects.values[unknown.name] = same.values[unknown.name];
+      if (unknown.parameter && system_.parameters()[*unknown.parameter].effect) effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
     if (explanation.unrest <= settings_.settled_unrest) return;
     for (Guess& begun : with_other_starts(explanation)) {
@@ -116,9 +111,7 @@ class Searcher {
   }
 
   // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
-  static bool hopeless(const Search& result) {
-    return result.rounds.size() >= 2 && share_explained(result.core, result.best) < 0.5;
-  }
+  static bool hopeless(const Search& result) { return result.rounds.size() >= 2 && share_explained(result.core, result.best) < 0.5; }
 
   void go_on(Search& result) const {
     while (result.best.effects().size() < settings_.most_effects + base_count() && !hopeless(result)) {
@@ -131,9 +124,7 @@ class Searcher {
     }
   }
 
-  std::size_t base_count() const {
-    return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true));
-  }
+  std::size_t base_count() const { return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true)); }
 
   std::vector<plant::EffectId> candidates_at(const Explanation& at) const {
     const std::vector<plant::EffectId> on = at.effects();
@@ -152,8 +143,7 @@ class Searcher {
     if (!winner.explanation.usable || winner.score.column.size() == 0) return;
     std::vector<std::pair<double, std::size_t>> alike;  // -|cos|, index of a score
     for (const std::size_t s : scores.best)
-      if (const Score& score = scores.all[s];
-          score.effect != winner.effect && score.column.size() == winner.score.column.size())
+      if (const Score& score = scores.all[s]; score.effect != winner.effect && score.column.size() == winner.score.column.size())
         alike.emplace_back(-std::abs(score.column.dot(winner.score.column)), s);
     std::stable_sort(alike.begin(), alike.end());
     alike.resize(std::min<std::size_t>(alike.size(), 3));
@@ -168,8 +158,7 @@ class Searcher {
       for (const auto& [name, value] : winner.explanation.as_guess().values)
         if (const auto mine = guess.values.find(name); mine != guess.values.end()) mine->second = value;
       const ForcingSize usual = forcing_to_begin_with(system_);
-      for (const plant::EntryGroupId g : usual.ids())
-        guess.forcing[g] = std::max(winner.explanation.forcing[g], 0.1 * usual[g]);
+      for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(winner.explanation.forcing[g], 0.1 * usual[g]);
       again[i].explanation = with_added(before, score, guess, shortly);
       if (again[i].explanation.usable && again[i].explanation.log_evidence > winner.explanation.log_evidence - 30.0)
         again[i].explanation = with_added(before, score, again[i].explanation.as_guess(), settings_.fit);
@@ -200,11 +189,10 @@ class Searcher {
         const plant::ParameterId strength = system_.effects()[candidates[i].effect].strength;
         const auto& declared = system_.parameters()[strength].declaration;
         double& value = weaker.values[system_.parameters()[strength].key()];
-        value = *declared.null_value * declared.unit.internal_per_unit +
-                0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
+        value =
+            *declared.null_value * declared.unit.internal_per_unit + 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
         const Explanation other = with_added(at, candidates[i].score, weaker, shortly);
-        if (other.usable &&
-            (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
+        if (other.usable && (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
           candidates[i].explanation = other;
       }
       tell(from + 0.7 * (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
@@ -264,8 +252,8 @@ class Searcher {
     const Round& first = result.rounds.front();
     std::vector<Candidate> candidates;
     for (const plant::EffectId e : candidates_at(result.core)) {
-      const auto scored = std::find_if(first.scores.best.begin(), first.scores.best.end(),
-                                       [&](std::size_t s) { return first.scores.all[s].effect == e; });
+      const auto scored =
+          std::find_if(first.scores.best.begin(), first.scores.best.end(), [&](std::size_t s) { return first.scores.all[s].effect == e; });
       if (scored != first.scores.best.end()) candidates.push_back({e, first.scores.all[*scored], {}});
     }
     ExplanationSettings shortly = settings_.fit;
@@ -279,8 +267,7 @@ class Searcher {
       if (declared.kind != plant::Kind::toggle)
         guess.values[system_.parameters()[strength].key()] =
             0.5 * (*declared.null_value + declared.typical) * declared.unit.internal_per_unit;
-      candidates[i].explanation =
-          explain(with_effect(result.core.problem->centres(), candidates[i].effect), data_, guess, shortly);
+      candidates[i].explanation = explain(with_effect(result.core.problem->centres(), candidates[i].effect), data_, guess, shortly);
       tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(candidates.size()), "trying effects afresh");
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
@@ -326,27 +313,23 @@ class Searcher {
     const auto& all = first.scores.all;
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t j = i + 1; j < all.size(); ++j) {
-        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 ||
-            all[j].column.size() == 0)
+        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 || all[j].column.size() == 0)
           continue;
         const JointScore found = joint(all[i], all[j]);
-        auto& kept =
-            best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
+        auto& kept = best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
         if (found.statistic > kept.statistic) kept = {&all[i], &all[j], found.statistic, found.root, found.other_root};
       }
     std::vector<Pair> pairs;
     for (const auto& [effects, pair] : best)
       if (pair.statistic > 0.0) pairs.push_back(pair);
-    std::stable_sort(pairs.begin(), pairs.end(),
-                     [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
     if (pairs.size() > settings_.pairs) pairs.resize(settings_.pairs);
     for (const std::size_t s : first.scores.best) {
       const Score& blind = first.scores.all[s];
       if (!blind.blind) continue;
       std::size_t partners = 0;
       for (const Candidate& candidate : first.candidates)
-        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind &&
-            partners++ < 2)
+        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 2)
           pairs.push_back({&candidate.score, &blind, 0.0, candidate.score.root, 0.0});
     }
     return pairs;
@@ -364,9 +347,8 @@ class Searcher {
       Guess guess = result.core.as_guess();
       begin_with(guess, system_, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
       begin_with(guess, system_, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
-      tried[i] = explain(
-          with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_,
-          guess, shortly);
+      tried[i] = explain(with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_,
+                         guess, shortly);
       tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(pairs.size()), "trying pairs of effects");
     });
     std::vector<std::size_t> order(pairs.size());
@@ -381,23 +363,18 @@ class Searcher {
     });
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return tried[a].log_evidence > tried[b].log_evidence; });
-    if (order.empty() || tried[order.front()].log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain)
-      return;
+    if (order.empty() || tried[order.front()].log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain) return;
     // Told as two rounds: the one of the two that does more alone, then both.
     const Explanation both = tried[order.front()];
     const Pair& pair = pairs[order.front()];
     std::array<Explanation, 2> alone;
-    sim::in_parallel(2, settings_.threads,
-                     [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
-    const std::size_t stronger =
-        alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
+    sim::in_parallel(2, settings_.threads, [&](std::size_t i) { alone[i] = reduced(both, (i == 0 ? pair.other : pair.one)->effect); });
+    const std::size_t stronger = alone[1].usable && (!alone[0].usable || alone[1].log_posterior > alone[0].log_posterior) ? 1 : 0;
     if (!alone[stronger].usable) return;
-    const Score &leading = stronger == 0 ? *pair.one : *pair.other,
-                &following = stronger == 0 ? *pair.other : *pair.one;
+    const Score &leading = stronger == 0 ? *pair.one : *pair.other, &following = stronger == 0 ? *pair.other : *pair.one;
     Search other;
     other.core = result.core;
-    const auto accept = [&](const Explanation& before, const Score& score, const Explanation& with,
-                            const Scores& scores) {
+    const auto accept = [&](const Explanation& before, const Score& score, const Explanation& with, const Scores& scores) {
       Round round;
       round.before = before;
       round.scores = scores;
@@ -440,8 +417,7 @@ class Searcher {
     if (mine().size() == 1) {
       for (const Candidate& candidate : result.rounds.front().candidates)
         if (candidate.effect != mine()[0] && candidate.explanation.usable)
-          result.rivals[mine()[0]].emplace_back(candidate.effect,
-                                                result.best.log_evidence - candidate.explanation.log_evidence);
+          result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
     } else {
       for (const plant::EffectId e : mine()) {
         const Explanation less = reduced(result.best, e);
@@ -454,16 +430,14 @@ class Searcher {
             fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
         plant::EffectId kept = e;
         const double with_it = result.best.log_evidence;
-        if (!others.empty() && others.front().explanation.usable &&
-            others.front().explanation.log_evidence > with_it + 1.0) {
+        if (!others.empty() && others.front().explanation.usable && others.front().explanation.log_evidence > with_it + 1.0) {
           result.best = others.front().explanation;
           kept = others.front().effect;
           if (kept != e) result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
         }
         for (const Candidate& candidate : others)
           if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)
-            result.rivals[kept].emplace_back(candidate.effect,
-                                             result.best.log_evidence - candidate.explanation.log_evidence);
+            result.rivals[kept].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
       }
     }
     for (auto& [effect, others] : result.rivals)

@@ -16,9 +16,9 @@ struct SearchSettings {
   ExplanationSettings fit;
   int threads = 2;
   std::uint64_t seed = 1;
-  std::size_t refits = 6;        // candidates of the first round that are fitted; half as many later
+  std::size_t refits = 6;  // candidates of the first round that are fitted; half as many later
   std::size_t most_effects = 3;
-  double most_chance = 0.01;     // family-wise probability under which a gain counts
+  double most_chance = 0.01;  // family-wise probability under which a gain counts
   // A gain in twice the log posterior below this counts as chance whatever the linearised null says: what quantised
   // sensors, corners of the hysteresis and air that is not quite as modelled add. Chosen on seeds of development.
   double least_gain = 24.0;
@@ -29,16 +29,16 @@ struct SearchSettings {
   double visible_unrest = 250.0;  // unrest of the core above this is missing physics, whether or not it has a name
   // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
   double nothing_left_share = 0.002;
-  std::size_t pairs = 8;          // fitted at once, where effects one by one leave something
+  std::size_t pairs = 8;                 // fitted at once, where effects one by one leave something
   std::vector<plant::EffectId> without;  // effects that may not be named
-  Guess guess;                       // where the calibration of the core begins
+  Guess guess;                           // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;
 };
 
 struct Candidate {
-  plant::EffectId effect;    // the one that was added
+  plant::EffectId effect;  // the one that was added
   Score score;
-  Explanation explanation;   // with it
+  Explanation explanation;  // with it
 };
 
 struct Round {

@@ -63,9 +63,8 @@ Blocks::Blocks(const FitProblem& problem) {
     const auto& samples = data.recording->samples;
     long last = -1;
     for (std::size_t k = 0; k < data.sample_count; ++k) {
-      const long index = period_s > 0.0
-                             ? static_cast<long>(std::floor((samples[k].time_s - samples.front().time_s) / period_s + 1e-6))
-                             : static_cast<long>(k);
+      const long index = period_s > 0.0 ? static_cast<long>(std::floor((samples[k].time_s - samples.front().time_s) / period_s + 1e-6))
+                                        : static_cast<long>(k);
       if (k == 0 || index != last) blocks_.push_back({r, k, k, 0.0, none});
       last = index;
       blocks_.back().last_sample = k;
@@ -98,8 +97,7 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
   return sum;
 }
 
-StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path,
-                       const VaryingPush* varying)
+StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path, const VaryingPush* varying)
     : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr) {
   const plant::Plant plant = problem.plant_at(z);
   const std::vector<plant::Entry>& entries = system_.entries();
@@ -116,8 +114,7 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
   for (std::size_t e = 0; e < entries.size(); ++e) {
     const auto j = static_cast<Eigen::Index>(e);
     if (entries[e].state)
-      push(static_cast<Eigen::Index>(entries[e].state->index), j) =
-          entries[e].divided_by ? 1.0 / plant.get(*entries[e].divided_by) : 1.0;
+      push(static_cast<Eigen::Index>(entries[e].state->index), j) = entries[e].divided_by ? 1.0 / plant.get(*entries[e].divided_by) : 1.0;
     if (entries[e].channel) direct(static_cast<Eigen::Index>(entries[e].channel->index), j) = 1.0;
     if (entries[e].parameter) along_the_path.push_back(j);
   }
@@ -147,8 +144,7 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
       moved.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
       for (std::size_t e = 0; e < static_cast<std::size_t>(q); ++e) {
         const Eigen::Index j = forcing_state(e);
-        const double tau_s = e < entries.size() ? system_.entry_groups()[entries[e].group].correlation_time_s
-                                                : varying->correlation_time_s;
+        const double tau_s = e < entries.size() ? system_.entry_groups()[entries[e].group].correlation_time_s : varying->correlation_time_s;
         moved.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
       since = moved;
@@ -191,8 +187,7 @@ SINEW_FLATTEN void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predi
   using Column = Eigen::Vector<double, all>;
   const std::vector<plant::Entry>& entries = system_.entries();
   Eigen::Vector<double, Forcings> variance_of = Eigen::Vector<double, Forcings>::Zero(q);
-  for (std::size_t e = 0; e < entries.size(); ++e)
-    variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[entries[e].group], 2);
+  for (std::size_t e = 0; e < entries.size(); ++e) variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[entries[e].group], 2);
   if (varies_) variance_of(static_cast<Eigen::Index>(entries.size())) = std::pow(varying_size_, 2);
   gains_.resize(steps_.size());
   if (predicted) predicted->clear();
@@ -278,8 +273,7 @@ SINEW_FLATTEN void StateNoise::whiten_padded(Eigen::Ref<Eigen::MatrixXd> columns
     for (const plant::ChannelId c : system_.channels().ids()) {
       if (gain.variance[c] == 0.0) continue;
       const auto row = static_cast<Eigen::Index>(blocks_.blocks()[b].row[c]), column = static_cast<Eigen::Index>(c.index);
-      const Eigen::Map<const Eigen::Vector<double, all>> h(steps_[b].reading.col(column).data(), m),
-          by(gain.gain.col(column).data(), m);
+      const Eigen::Map<const Eigen::Vector<double, all>> h(steps_[b].reading.col(column).data(), m), by(gain.gain.col(column).data(), m);
       innovation = columns.row(row) - h.transpose().lazyProduct(state);
       state += by.lazyProduct(innovation);
       columns.row(row) = innovation / std::sqrt(gain.variance[c]);
@@ -405,8 +399,8 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
     }
   }
   // What each forcing alone would do: the plant's linearised equations, driven by its estimate.
-  result.response = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()),
-                                          static_cast<Eigen::Index>(system_.entry_groups().size()));
+  result.response =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(blocks_.rows().size()), static_cast<Eigen::Index>(system_.entry_groups().size()));
   for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
     if (size_[g] == 0.0) continue;
     Eigen::VectorXd driven = Eigen::VectorXd::Zero(m);
@@ -416,8 +410,7 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
       else
         driven.head(padded_states_) = (steps_[b].transition.topRows(padded_states_) * driven).eval();
       for (std::size_t e = 0; e < entries; ++e)
-        driven(forcing_state(e)) =
-            system_.entries()[e].group == g ? result.forcing[e](static_cast<Eigen::Index>(b)) : 0.0;
+        driven(forcing_state(e)) = system_.entries()[e].group == g ? result.forcing[e](static_cast<Eigen::Index>(b)) : 0.0;
       for (const plant::ChannelId c : system_.channels().ids())
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
           result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(g.index)) =

@@ -88,8 +88,7 @@ struct Smoothed {
 class StateNoise {
  public:
   // Along the path at z, which has its points.
-  StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path,
-             const VaryingPush* varying = nullptr);
+  StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path, const VaryingPush* varying = nullptr);
 
   // How large the forcings are. Needed before whatever follows.
   void set(const ForcingSize& size);
@@ -110,14 +109,13 @@ class StateNoise {
   // help end at 0; no size passes EntryGroup::most, where that is given. The strength that wanders, where there is one, is free, too, and
   // begins at its size here. Sizes are found to
   // within `finest_factor`. Leaves the object at the result.
-  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
-                       double finest_factor);
+  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free, double finest_factor);
 
  private:
   // The plant's states, padded, then the forcings', padded.
   struct Step {
-    Eigen::MatrixXd transition;   // [all x all], from the block before
-    Eigen::MatrixXd reading;      // [all x channels], in standard deviations of the sensors
+    Eigen::MatrixXd transition;  // [all x all], from the block before
+    Eigen::MatrixXd reading;     // [all x channels], in standard deviations of the sensors
     bool first_of_recording = false;
   };
   // Of each block: gains [all x channels] and variances of the innovations (0 where there is no row).

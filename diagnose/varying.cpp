@@ -60,14 +60,17 @@ std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<pla
     const Wanderer one = strength_of(system, e);
     const plant::Plant with = changed(plant, one);
     const bool toggle = system.parameters()[system.effects()[e].strength].declaration.kind == plant::Kind::toggle;
-    if (toggle || is_upstream_sensor(system, one.place) || with.states().size() != states ||
-        with.equations()->input_delay_s() != delay_s)
+    if (toggle || is_upstream_sensor(system, one.place) || with.states().size() != states || with.equations()->input_delay_s() != delay_s)
       continue;
     all.push_back(one);
   }
   for (const plant::Constant& constant : system.constants())
-    all.push_back({.words = constant.words, .place = constant.place, .effect = {}, .constant = constant,
-                   .scale = constant.scale, .unit = constant.unit});
+    all.push_back({.words = constant.words,
+                   .place = constant.place,
+                   .effect = {},
+                   .constant = constant,
+                   .scale = constant.scale,
+                   .unit = constant.unit});
   return all;
 }
 

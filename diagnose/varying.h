@@ -21,8 +21,8 @@ namespace sinew::diagnose {
 struct Wanderer {
   std::string words;  // "the beam's stiffness", "the strength of supply_sag"
   std::string_view place;
-  std::optional<plant::EffectId> effect;        // its strength wanders ...
-  std::optional<plant::Constant> constant;      // ... or this does
+  std::optional<plant::EffectId> effect;    // its strength wanders ...
+  std::optional<plant::Constant> constant;  // ... or this does
   // The forcing counts in units of `scale`: what is said of it is centre + scale times that, in `unit`.
   double centre = 0.0, scale = 10.0;
   std::string unit = "%";

@@ -19,8 +19,7 @@ bool is_upstream(const plant::System& system, std::string_view place) {
 
 }  // namespace
 
-std::optional<Wandering> what_wanders(const Explanation& core, const WanderSettings& settings,
-                                      const ExplanationSettings& fit) {
+std::optional<Wandering> what_wanders(const Explanation& core, const WanderSettings& settings, const ExplanationSettings& fit) {
   struct Tried {
     Varying varying;
     Explanation explanation;
@@ -40,12 +39,10 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
   sim::in_parallel(all.size(), settings.threads, [&](std::size_t i) { try_it(all[i]); });
   std::stable_sort(all.begin(), all.end(), [](const Tried& a, const Tried& b) { return a.gain > b.gain; });
   const Tried& leading = all.front();
-  const auto elsewhere = std::find_if(all.begin(), all.end(), [&](const Tried& other) {
-    return other.varying.of.place != leading.varying.of.place;
-  });
+  const auto elsewhere =
+      std::find_if(all.begin(), all.end(), [&](const Tried& other) { return other.varying.of.place != leading.varying.of.place; });
   const double margin = leading.gain - std::max(0.0, elsewhere == all.end() ? 0.0 : elsewhere->gain);
-  if (leading.gain < settings.least_gain ||
-      margin < (settings.upstream_is_off ? settings.least_margin : settings.least_margin_downstream))
+  if (leading.gain < settings.least_gain || margin < (settings.upstream_is_off ? settings.least_margin : settings.least_margin_downstream))
     return std::nullopt;
 
   std::array<Tried, other_times_s.size()> again;
@@ -58,14 +55,13 @@ std::optional<Wandering> what_wanders(const Explanation& core, const WanderSetti
     if (one.gain > best->gain) best = &one;
 
   const Explanation& by = best->explanation;
-  Wandering result{best->varying.of, best->varying.correlation_time_s, best->gain, share_explained(core, by), {}, {}, {},
-                   {}, {}, 0.0, 0.0, {}};
+  Wandering result{
+      best->varying.of, best->varying.correlation_time_s, best->gain, share_explained(core, by), {}, {}, {}, {}, {}, 0.0, 0.0, {}};
   for (std::size_t i = 1; i < all.size(); ++i)
     if (all[i].gain > 0.0) result.others.emplace_back(all[i].varying.of, leading.gain - all[i].gain);
   Path path;
   VaryingPush push;
-  if (!follow(*by.problem, by.z.data(), Want::points, path) ||
-      !varying_push(*by.problem, by.z.data(), best->varying, push))
+  if (!follow(*by.problem, by.z.data(), Want::points, path) || !varying_push(*by.problem, by.z.data(), best->varying, push))
     return std::nullopt;
   StateNoise noise(*by.problem, *by.blocks, by.z.data(), path, &push);
   noise.set(by.forcing, by.varying_size);

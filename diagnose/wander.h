@@ -35,7 +35,6 @@ struct Wandering {
 };
 
 // Nothing where no single thing stands out.
-std::optional<Wandering> what_wanders(const Explanation& core, const WanderSettings& settings,
-                                      const ExplanationSettings& fit);
+std::optional<Wandering> what_wanders(const Explanation& core, const WanderSettings& settings, const ExplanationSettings& fit);
 
 }  // namespace sinew::diagnose

@@ -23,8 +23,7 @@ namespace {
 constexpr std::int64_t cycles_per_byte = 320;  // ten bits at 500000 Bd
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
-constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, ocr1a = 0x88,
-              ocr1b = 0x8a;
+constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, ocr1a = 0x88, ocr1b = 0x8a;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {
@@ -48,8 +47,7 @@ Board::Board(const std::string& elf, Surroundings& surroundings) : surroundings_
     std::fclose(file);
   else
     throw std::runtime_error(elf + ": cannot read");
-  if (elf_read_firmware(elf.c_str(), &firmware) != 0 || firmware.flashsize == 0)
-    throw std::runtime_error(elf + ": is no AVR program");
+  if (elf_read_firmware(elf.c_str(), &firmware) != 0 || firmware.flashsize == 0) throw std::runtime_error(elf + ": is no AVR program");
   avr_ = avr_make_mcu_by_name("atmega328p");
   if (!avr_) throw std::runtime_error("simavr knows no atmega328p");
   avr_init(avr_);
@@ -80,7 +78,8 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select<0>, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
   for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
-    avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register, this);
+    avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register,
+                            this);
 }
 
 std::int64_t Board::now_us() const { return static_cast<std::int64_t>(avr_->cycle) / cycles_per_us; }

@@ -10,25 +10,25 @@
 namespace sinew::emulator {
 
 enum class FaultKind {
-  sensor_open,       // thermocouple wire broken
-  sensor_ground,     // shorted to ground
-  sensor_supply,     // shorted to supply
-  sensor_zeros,      // amplifier dead: all bits 0
-  sensor_ones,       // data line hangs high
-  sensor_garbled,    // a reserved bit set
-  sensor_stuck,      // the same reading for ever
-  sensor_drift,      // VALUE kelvin a second, the reading too cold by it
+  sensor_open,     // thermocouple wire broken
+  sensor_ground,   // shorted to ground
+  sensor_supply,   // shorted to supply
+  sensor_zeros,    // amplifier dead: all bits 0
+  sensor_ones,     // data line hangs high
+  sensor_garbled,  // a reserved bit set
+  sensor_stuck,    // the same reading for ever
+  sensor_drift,    // VALUE kelvin a second, the reading too cold by it
   sensors_swapped,
-  junction_jump,     // cold junction VALUE kelvin off
-  hang,              // the main loop never comes round, interrupts are served
-  hang_masked,       // the same with interrupts off
+  junction_jump,  // cold junction VALUE kelvin off
+  hang,           // the main loop never comes round, interrupts are served
+  hang_masked,    // the same with interrupts off
   brown_out,
-  reset,             // somebody pushes the button
+  reset,  // somebody pushes the button
   power_cycle,
-  coil_welded,       // the switch conducts whatever its gate says
-  coil_open,         // no current
-  supply_V,          // VALUE volts
-  time_ms,           // the device's millisecond count becomes VALUE
+  coil_welded,  // the switch conducts whatever its gate says
+  coil_open,    // no current
+  supply_V,     // VALUE volts
+  time_ms,      // the device's millisecond count becomes VALUE
   count
 };
 

@@ -41,7 +41,8 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
     const plant::ChannelInfo& channel = system.channels()[c];
     noise_.emplace_back(static_cast<std::uint64_t>(scenario.seed), channel.short_name + ".noise");
     if (channel.kind == "angle") angle_ = c, ++angles;
-    if (channel.kind == "temperature" && channel.driven_by) thermocouples_[channel.driven_by->index] = c, ++thermocouples[channel.driven_by->index];
+    if (channel.kind == "temperature" && channel.driven_by)
+      thermocouples_[channel.driven_by->index] = c, ++thermocouples[channel.driven_by->index];
   }
   if (angles != 1) fail("plant: number of bend sensors", angles, "the emulated board has 1");
   for (const plant::InputId i : system.inputs().ids())
@@ -65,8 +66,7 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
 
 const Fault* Limb::active(FaultKind kind, std::size_t coil, std::int64_t now_us) const {
   for (const Fault& fault : faults_)
-    if (fault.kind == kind && now_us >= fault.from_us && now_us < fault.until_us &&
-        (fault.coil == coil || !description(kind).of_a_coil))
+    if (fault.kind == kind && now_us >= fault.from_us && now_us < fault.until_us && (fault.coil == coil || !description(kind).of_a_coil))
       return &fault;
   return nullptr;
 }
@@ -84,8 +84,7 @@ void Limb::hold(std::int64_t now_us) {
   for (std::size_t j = 0; j < board_coils; ++j) {
     if (active(FaultKind::coil_welded, j, now_us)) duty[j] = 1.0;
     if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
-    if (const Fault* sag = active(FaultKind::supply_V, j, now_us))
-      duty[j] *= std::pow(sag->value / scenario_.plant.get(supply_), 2);
+    if (const Fault* sag = active(FaultKind::supply_V, j, now_us)) duty[j] *= std::pow(sag->value / scenario_.plant.get(supply_), 2);
   }
   integrator_.hold(duty);
 }

@@ -62,13 +62,26 @@ class Emulation {
   // What happens to the processor happens once; what lasts is the limb's business.
   void strike(Fault& fault) {
     switch (fault.kind) {
-      case FaultKind::hang: board_.hang(true); break;
-      case FaultKind::hang_masked: board_.hang(false); break;
-      case FaultKind::brown_out: board_.reset(Reset::brown_out); break;
-      case FaultKind::reset: board_.reset(Reset::external); break;
-      case FaultKind::power_cycle: board_.reset(Reset::power_on); break;
-      case FaultKind::time_ms: board_.set_time_ms(static_cast<std::uint32_t>(fault.value)); break;
-      default: break;
+      case FaultKind::hang:
+        board_.hang(true);
+        break;
+      case FaultKind::hang_masked:
+        board_.hang(false);
+        break;
+      case FaultKind::brown_out:
+        board_.reset(Reset::brown_out);
+        break;
+      case FaultKind::reset:
+        board_.reset(Reset::external);
+        break;
+      case FaultKind::power_cycle:
+        board_.reset(Reset::power_on);
+        break;
+      case FaultKind::time_ms:
+        board_.set_time_ms(static_cast<std::uint32_t>(fault.value));
+        break;
+      default:
+        break;
     }
     fault.from_us = std::numeric_limits<std::int64_t>::max();
   }
@@ -127,8 +140,7 @@ void real_time(Emulation& emulation, const std::string& link) {
   std::array<char, 256> name{};
   termios raw{};
   cfmakeraw(&raw);
-  if (openpty(&ours, &theirs, name.data(), &raw, nullptr) != 0)
-    throw std::runtime_error(std::string("openpty: ") + std::strerror(errno));
+  if (openpty(&ours, &theirs, name.data(), &raw, nullptr) != 0) throw std::runtime_error(std::string("openpty: ") + std::strerror(errno));
   ::fcntl(ours, F_SETFL, O_NONBLOCK);
   if (!link.empty()) {
     std::filesystem::remove(link);
@@ -144,8 +156,8 @@ void real_time(Emulation& emulation, const std::string& link) {
     if (const ssize_t got = ::read(ours, buffer.data(), buffer.size()); got > 0)
       emulation.board().send({buffer.begin(), buffer.begin() + got});
     emulation.run(slice * slice_us, false);
-    if (const auto sent = emulation.board().take_sent(); !sent.empty())
-      [[maybe_unused]] const ssize_t put = ::write(ours, sent.data(), sent.size());  // nobody listens: lost, as on a wire
+    if (const auto sent = emulation.board().take_sent(); !sent.empty()) [[maybe_unused]]
+      const ssize_t put = ::write(ours, sent.data(), sent.size());  // nobody listens: lost, as on a wire
     std::this_thread::sleep_until(began + std::chrono::microseconds(slice * slice_us));
   }
   if (!link.empty()) std::filesystem::remove(link);

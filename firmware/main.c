@@ -74,7 +74,7 @@ ISR(TIMER0_COMPA_vect) {
   ++time_ms;
   if (ms_since_round >= LATE_MAIN_LOOP_ms) {
     pins_off();
-    PORTD &= (uint8_t) ~_BV(PD7);
+    PORTD &= (uint8_t)~_BV(PD7);
     hang_mark = HANG_MARK;
   } else {
     ++ms_since_round;
@@ -238,10 +238,18 @@ static void obey(uint32_t time_us) {
     struct message_command command;
     get_command(&frame, &board, &command);
     switch (supervisor_command(&supervisor, &command, frame.time_us, time_us)) {
-      case COMMAND_TAKEN: last_command = heard; break;
-      case COMMAND_STALE: count(COUNT_STALE); break;
-      case COMMAND_NOT_ARMED: count(COUNT_NOT_ARMED); break;
-      case COMMAND_TOO_MUCH: count(COUNT_TOO_MUCH_DUTY); break;
+      case COMMAND_TAKEN:
+        last_command = heard;
+        break;
+      case COMMAND_STALE:
+        count(COUNT_STALE);
+        break;
+      case COMMAND_NOT_ARMED:
+        count(COUNT_NOT_ARMED);
+        break;
+      case COMMAND_TOO_MUCH:
+        count(COUNT_TOO_MUCH_DUTY);
+        break;
     }
   } else if (type == FRAME_ARM) {
     struct message_arm arm;

@@ -58,8 +58,7 @@ enum answer supervisor_clear_trip(struct supervisor* s, uint8_t cause) {
   return ANSWER_DONE;
 }
 
-enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us,
-                                       uint32_t now_us) {
+enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us, uint32_t now_us) {
   uint32_t live_us = (command->time_to_live_ms < LIMIT_DEAD_MAN_ms ? command->time_to_live_ms : LIMIT_DEAD_MAN_ms) * 1000ul;
   const int32_t age_us = since_us(now_us, stamped_us);
   uint8_t j;
@@ -179,7 +178,6 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
     if (s->state == DEVICE_ARMED && t->readings == SUPERVISOR_READINGS &&
         rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
       supervisor_trip(s, TRIP_RATE_OF_RISE);
-    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0))
-      supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
   }
 }

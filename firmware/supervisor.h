@@ -28,12 +28,12 @@ struct thermocouple {
   uint32_t raw;
   int32_t temperature_cdegC;
   int32_t junction_cdegC;
-  uint8_t fault; /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
-  uint8_t readings; /* how many of `last_cdegC` are there */
+  uint8_t fault;                           /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
+  uint8_t readings;                        /* how many of `last_cdegC` are there */
   int32_t last_cdegC[SUPERVISOR_READINGS]; /* newest first */
-  uint32_t unchanged_on; /* duty times time since the reading changed last, in ON_us */
-  uint32_t on;           /* the same since the last reading */
-  int32_t warmed_mK, expected_mK; /* both through the same high pass */
+  uint32_t unchanged_on;                   /* duty times time since the reading changed last, in ON_us */
+  uint32_t on;                             /* the same since the last reading */
+  int32_t warmed_mK, expected_mK;          /* both through the same high pass */
 };
 
 struct supervisor {
@@ -41,7 +41,7 @@ struct supervisor {
   uint16_t duty[BOARD_COILS];
   uint32_t valid_until_us; /* of the duty */
   uint32_t last_tick_us, last_reading_us;
-  struct thermocouple thermocouple[BOARD_COILS]; /* on each coil */
+  struct thermocouple thermocouple[BOARD_COILS];       /* on each coil */
   uint16_t on_ms[BOARD_COILS][LIMIT_ON_TIME_WINDOW_s]; /* duty times time, a bucket a second */
   uint32_t bucket_us;                                  /* when the current one began */
   uint32_t bucket_on[BOARD_COILS];
@@ -59,8 +59,7 @@ void supervisor_trip(struct supervisor* s, uint8_t cause);
 
 enum command_result { COMMAND_TAKEN, COMMAND_STALE, COMMAND_NOT_ARMED, COMMAND_TOO_MUCH };
 /* `stamped_us`: the device's time at which the host sent it, as the host estimates it. */
-enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us,
-                                       uint32_t now_us);
+enum command_result supervisor_command(struct supervisor* s, const struct message_command* command, uint32_t stamped_us, uint32_t now_us);
 
 /* Every millisecond or so. */
 void supervisor_tick(struct supervisor* s, uint32_t now_us);

@@ -22,8 +22,9 @@ class MonotonicClock : public Clock {
 };
 
 // The device's clock on the host's: host = host_0 + (device - device_0) (1 + skew). In the first seconds the line goes through the
-// frame that was on its way for the shortest time; from then on it is bent towards what arrives and never stepped. A frame that arrives early says that the line lies too late, for nothing arrives before it
-// was sent; one that arrives late says little, for it may have waited.
+// frame that was on its way for the shortest time; from then on it is bent towards what arrives and never stepped. A frame that arrives
+// early says that the line lies too late, for nothing arrives before it was sent; one that arrives late says little, for it may have
+// waited.
 class ClockMap {
  public:
   void begin(std::uint32_t device_us, std::int64_t host_us) {

@@ -14,20 +14,44 @@ std::string_view word_of(const std::array<std::string_view, n>& all, std::size_t
   return i < n ? all[i] : std::string_view("unknown");
 }
 
-constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{
-    "none", "silence", "over_temperature", "rate_of_rise", "sensor_open", "sensor_short_to_ground", "sensor_short_to_supply",
-    "sensor_zeros", "sensor_ones", "sensor_garbled", "sensor_range", "sensor_jump", "junction", "sensor_stuck", "not_following",
-    "unexpected_heating", "on_time", "sensor_silent", "main_loop", "watchdog", "brown_out", "reset_while_armed", "latch_damaged"};
+constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
+                                                               "silence",
+                                                               "over_temperature",
+                                                               "rate_of_rise",
+                                                               "sensor_open",
+                                                               "sensor_short_to_ground",
+                                                               "sensor_short_to_supply",
+                                                               "sensor_zeros",
+                                                               "sensor_ones",
+                                                               "sensor_garbled",
+                                                               "sensor_range",
+                                                               "sensor_jump",
+                                                               "junction",
+                                                               "sensor_stuck",
+                                                               "not_following",
+                                                               "unexpected_heating",
+                                                               "on_time",
+                                                               "sensor_silent",
+                                                               "main_loop",
+                                                               "watchdog",
+                                                               "brown_out",
+                                                               "reset_while_armed",
+                                                               "latch_damaged"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
-constexpr std::array<std::string_view, 7> answer_words{"done", "the firmware is another", "the limits are others", "tripped",
-                                                       "a coil is not cool yet", "a thermocouple is not believed",
+constexpr std::array<std::string_view, 7> answer_words{"done",
+                                                       "the firmware is another",
+                                                       "the limits are others",
+                                                       "tripped",
+                                                       "a coil is not cool yet",
+                                                       "a thermocouple is not believed",
                                                        "the trip is another"};
 
 }  // namespace
 
-const std::array<std::string_view, DEVICE_COUNTERS> counter_names{
-    "too_long", "bad_stuffing", "too_short", "bad_check", "other_version", "unknown_type", "bad_length",
-    "stale", "out_of_order", "other_session", "not_armed", "too_much_duty", "lost_bytes"};
+const std::array<std::string_view, DEVICE_COUNTERS> counter_names{"too_long",      "bad_stuffing",  "too_short",  "bad_check",
+                                                                  "other_version", "unknown_type",  "bad_length", "stale",
+                                                                  "out_of_order",  "other_session", "not_armed",  "too_much_duty",
+                                                                  "lost_bytes"};
 
 std::string_view words(trip_cause cause) { return word_of(trip_words, cause); }
 std::string_view words(reset_cause cause) { return word_of(reset_words, cause); }
@@ -35,8 +59,8 @@ std::string_view words(answer answer) { return word_of(answer_words, answer); }
 
 std::string misfit_of(const board_parts& parts) {
   const auto wrong = [](const char* what, int offset, int count, int least) {
-    return "the board's hello, payload byte " + std::to_string(MESSAGE_HELLO_COILS_AT + static_cast<unsigned>(offset)) + ": " + std::to_string(count) + " " + what +
-           "; must be " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST);
+    return "the board's hello, payload byte " + std::to_string(MESSAGE_HELLO_COILS_AT + static_cast<unsigned>(offset)) + ": " +
+           std::to_string(count) + " " + what + "; must be " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST);
   };
   if (parts.coils < 1 || parts.coils > BOARD_PARTS_MOST) return wrong("coils", 0, parts.coils, 1);
   if (parts.thermocouples > BOARD_PARTS_MOST) return wrong("thermocouples", 1, parts.thermocouples, 0);

@@ -7,9 +7,8 @@
 
 /* Four bits a step: a table of 64 bytes instead of one of a kilobyte, of which the device has two. */
 uint32_t frame_crc32(const uint8_t* bytes, uint16_t count) {
-  static const uint32_t table[16] = {0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4,
-                                     0x4db26158, 0x5005713c, 0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c,
-                                     0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
+  static const uint32_t table[16] = {0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
+                                     0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
   uint32_t crc = 0xffffffffu;
   while (count--) {
     crc ^= *bytes++;
@@ -26,15 +25,24 @@ uint8_t board_parts_fit(const struct board_parts* parts) {
 
 uint8_t frame_payload_length(uint8_t type, const struct board_parts* parts) {
   switch (type) {
-    case FRAME_HELLO_REQUEST: return MESSAGE_HELLO_REQUEST_BYTES;
-    case FRAME_ARM: return MESSAGE_ARM_BYTES;
-    case FRAME_DISARM: return 0;
-    case FRAME_COMMAND: return board_parts_fit(parts) ? MESSAGE_COMMAND_BYTES(parts) : FRAME_ANY_LENGTH;
-    case FRAME_CLEAR_TRIP: return MESSAGE_CLEAR_TRIP_BYTES;
-    case FRAME_HELLO: return MESSAGE_HELLO_BYTES;
-    case FRAME_ANSWER: return MESSAGE_ANSWER_BYTES;
-    case FRAME_TELEMETRY: return board_parts_fit(parts) ? MESSAGE_TELEMETRY_BYTES(parts) : FRAME_ANY_LENGTH;
-    default: return FRAME_NO_TYPE;
+    case FRAME_HELLO_REQUEST:
+      return MESSAGE_HELLO_REQUEST_BYTES;
+    case FRAME_ARM:
+      return MESSAGE_ARM_BYTES;
+    case FRAME_DISARM:
+      return 0;
+    case FRAME_COMMAND:
+      return board_parts_fit(parts) ? MESSAGE_COMMAND_BYTES(parts) : FRAME_ANY_LENGTH;
+    case FRAME_CLEAR_TRIP:
+      return MESSAGE_CLEAR_TRIP_BYTES;
+    case FRAME_HELLO:
+      return MESSAGE_HELLO_BYTES;
+    case FRAME_ANSWER:
+      return MESSAGE_ANSWER_BYTES;
+    case FRAME_TELEMETRY:
+      return board_parts_fit(parts) ? MESSAGE_TELEMETRY_BYTES(parts) : FRAME_ANY_LENGTH;
+    default:
+      return FRAME_NO_TYPE;
   }
 }
 
@@ -100,13 +108,11 @@ static enum frame_result finish(struct frame_decoder* decoder, struct frame* fra
   if (length == 0) return refuse(decoder, stuffed == 1 && bytes[0] == 1 ? FRAME_TOO_SHORT : FRAME_BAD_STUFFING);
   if (length < FRAME_HEADER_BYTES + FRAME_CHECK_BYTES) return refuse(decoder, FRAME_TOO_SHORT);
   check_at = (uint8_t)(length - FRAME_CHECK_BYTES);
-  if (get_u32(bytes, &check_at) != frame_crc32(bytes, (uint16_t)(length - FRAME_CHECK_BYTES)))
-    return refuse(decoder, FRAME_BAD_CHECK);
+  if (get_u32(bytes, &check_at) != frame_crc32(bytes, (uint16_t)(length - FRAME_CHECK_BYTES))) return refuse(decoder, FRAME_BAD_CHECK);
   if (bytes[0] != FRAME_VERSION) return refuse(decoder, FRAME_OTHER_VERSION);
   due = frame_payload_length(bytes[1], &decoder->parts);
   if (due == FRAME_NO_TYPE) return refuse(decoder, FRAME_UNKNOWN_TYPE);
-  if (due != FRAME_ANY_LENGTH && length - FRAME_HEADER_BYTES - FRAME_CHECK_BYTES != due)
-    return refuse(decoder, FRAME_BAD_LENGTH);
+  if (due != FRAME_ANY_LENGTH && length - FRAME_HEADER_BYTES - FRAME_CHECK_BYTES != due) return refuse(decoder, FRAME_BAD_LENGTH);
   frame->version = bytes[at++];
   frame->type = bytes[at++];
   frame->session = get_u16(bytes, &at);

@@ -31,13 +31,13 @@ enum frame_type {
 
 /* Ways in which a frame is refused. Each has a counter of its own. */
 enum frame_fault {
-  FRAME_TOO_LONG,       /* more bytes than any frame has, before its 0x00 */
-  FRAME_BAD_STUFFING,   /* a COBS length points past the end */
-  FRAME_TOO_SHORT,      /* no room for header and CRC */
-  FRAME_BAD_CHECK,      /* the CRC is another */
+  FRAME_TOO_LONG,     /* more bytes than any frame has, before its 0x00 */
+  FRAME_BAD_STUFFING, /* a COBS length points past the end */
+  FRAME_TOO_SHORT,    /* no room for header and CRC */
+  FRAME_BAD_CHECK,    /* the CRC is another */
   FRAME_OTHER_VERSION,
   FRAME_UNKNOWN_TYPE,
-  FRAME_BAD_LENGTH,     /* not the length of its type, for what the board has */
+  FRAME_BAD_LENGTH, /* not the length of its type, for what the board has */
   FRAME_FAULTS
 };
 
@@ -60,10 +60,10 @@ uint8_t board_parts_fit(const struct board_parts* parts);
 struct frame {
   uint8_t version;
   uint8_t type;
-  uint16_t session;   /* chosen by the host in its hello; 0: none yet */
-  uint32_t sequence;  /* grows by one a frame, each direction on its own */
-  uint32_t time_us;   /* device's clock, from the host as it estimates that clock; wraps */
-  uint8_t length;     /* of the payload */
+  uint16_t session;  /* chosen by the host in its hello; 0: none yet */
+  uint32_t sequence; /* grows by one a frame, each direction on its own */
+  uint32_t time_us;  /* device's clock, from the host as it estimates that clock; wraps */
+  uint8_t length;    /* of the payload */
   uint8_t payload[FRAME_PAYLOAD_MOST];
 };
 

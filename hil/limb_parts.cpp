@@ -28,7 +28,8 @@ LimbParts parts_of(const plant::Plant& plant, const std::string& file) {
   }
   const auto carried = [&](const std::string& key, const char* what, std::size_t count, std::size_t least) {
     if (count < least || count > BOARD_PARTS_MOST)
-      fail(key, std::to_string(count), "the wire to a board carries " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST) + " " + what);
+      fail(key, std::to_string(count),
+           "the wire to a board carries " + std::to_string(least) + " to " + std::to_string(BOARD_PARTS_MOST) + " " + what);
   };
   carried("plant.limb.coils", "coils", system.inputs().size(), 1);
   carried("plant.limb.channels", "thermocouples", parts.thermocouples.size(), 0);
@@ -42,7 +43,8 @@ LimbParts parts_of(const plant::Plant& plant, const std::string& file) {
     const auto on_it = std::find_if(parts.thermocouples.begin(), parts.thermocouples.end(),
                                     [&](plant::ChannelId c) { return system.channels()[c].driven_by == i; });
     if (on_it == parts.thermocouples.end())
-      fail("plant.limb.coils", name, "has no thermocouple; a coil is not driven on hardware without one, for both supervisors watch it by that");
+      fail("plant.limb.coils", name,
+           "has no thermocouple; a coil is not driven on hardware without one, for both supervisors watch it by that");
     coil.shown = *on_it;
     coil.thermocouple = static_cast<std::size_t>(on_it - parts.thermocouples.begin());
     parts.coils.push_back(std::move(coil));

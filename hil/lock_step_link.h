@@ -3,8 +3,8 @@
 // same bytes every time. The emulator is GPL and a program of its own.
 #pragma once
 
-#include <string>
 #include <sys/types.h>
+#include <string>
 
 #include "hil/link.h"
 

@@ -18,7 +18,7 @@ enum device_state { DEVICE_DISARMED = 0, DEVICE_ARMED = 1, DEVICE_TRIPPED = 2 };
 /* Why the device took the duty away and will not give it back without being told to. */
 enum trip_cause {
   TRIP_NONE = 0,
-  TRIP_SILENCE = 1,             /* no valid command for the time the last one was good for */
+  TRIP_SILENCE = 1, /* no valid command for the time the last one was good for */
   TRIP_OVER_TEMPERATURE = 2,
   TRIP_RATE_OF_RISE = 3,
   TRIP_SENSOR_OPEN = 4,
@@ -39,7 +39,7 @@ enum trip_cause {
   TRIP_WATCHDOG = 19,           /* the same, said by the hardware watchdog */
   TRIP_BROWN_OUT = 20,
   TRIP_RESET_WHILE_ARMED = 21,
-  TRIP_LATCH_DAMAGED = 22,      /* the stored cause cannot be read: taken for a trip */
+  TRIP_LATCH_DAMAGED = 22, /* the stored cause cannot be read: taken for a trip */
   TRIP_CAUSES
 };
 
@@ -50,10 +50,10 @@ enum answer {
   ANSWER_DONE = 0,
   ANSWER_WRONG_FIRMWARE = 1,
   ANSWER_WRONG_LIMITS = 2,
-  ANSWER_TRIPPED = 3,     /* clear the trip first */
-  ANSWER_HOT = 4,         /* a coil is not cool yet */
-  ANSWER_SENSOR = 5,      /* a sensor is not believed */
-  ANSWER_OTHER_CAUSE = 6  /* the trip is another than the one that was to be cleared */
+  ANSWER_TRIPPED = 3,    /* clear the trip first */
+  ANSWER_HOT = 4,        /* a coil is not cool yet */
+  ANSWER_SENSOR = 5,     /* a sensor is not believed */
+  ANSWER_OTHER_CAUSE = 6 /* the trip is another than the one that was to be cleared */
 };
 
 /* Counters of the device, each of 16 bits that stop at 65535: first the decoder's, then these. */
@@ -61,9 +61,9 @@ enum device_counter {
   COUNT_STALE = FRAME_FAULTS, /* older than its time to live, or from the future */
   COUNT_OUT_OF_ORDER,         /* repeated, or behind one that came before */
   COUNT_OTHER_SESSION,
-  COUNT_NOT_ARMED,            /* a command while disarmed or tripped */
-  COUNT_TOO_MUCH_DUTY,        /* a command beyond the highest duty: dropped whole */
-  COUNT_LOST_BYTES,           /* receive buffer full, overrun or framing error in the UART */
+  COUNT_NOT_ARMED,     /* a command while disarmed or tripped */
+  COUNT_TOO_MUCH_DUTY, /* a command beyond the highest duty: dropped whole */
+  COUNT_LOST_BYTES,    /* receive buffer full, overrun or framing error in the UART */
   DEVICE_COUNTERS
 };
 
@@ -76,7 +76,7 @@ struct message_arm {
 };
 struct message_command {
   uint16_t duty[BOARD_PARTS_MOST]; /* of each coil */
-  uint16_t time_to_live_ms; /* from the frame's time_us on */
+  uint16_t time_to_live_ms;        /* from the frame's time_us on */
 };
 struct message_clear_trip {
   uint8_t cause; /* the one that is to be cleared */

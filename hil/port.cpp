@@ -32,8 +32,7 @@ class Port::Implementation {
   Implementation(const std::string& path, const Clock& given) : clock(given), port(context) {
     asio::error_code error;
     port.open(path, error);
-    if (error.value() == ENOENT)
-      fail(path, "no such port", "is the board plugged in? `ls /dev/serial/by-id` names those that are");
+    if (error.value() == ENOENT) fail(path, "no such port", "is the board plugged in? `ls /dev/serial/by-id` names those that are");
     if (error.value() == EACCES)
       fail(path, "permission denied", "add yourself to the group that owns it: sudo adduser $USER dialout, then log in anew");
     if (error.value() == EBUSY) fail(path, "in use", "another program has the port open: close it");

@@ -30,10 +30,12 @@ Replayed replay_session(const std::filesystem::path& folder) {
     ticks = json.at("ticks");
     stopped = json.at("status") == "stopped";
     for (const auto& [name, hash] : json.at("sha256").items()) {
-      if (name.find('/') != std::string::npos) throw sim::InputError({.file = json_file.string(), .key = name, .advice = "names a file elsewhere"});
+      if (name.find('/') != std::string::npos)
+        throw sim::InputError({.file = json_file.string(), .key = name, .advice = "names a file elsewhere"});
       replayed.stored[name] = sim::read_file(folder / name);
       if (sim::sha256(replayed.stored[name]) != hash.get<std::string>())
-        throw sim::InputError({.file = (folder / name).string(), .advice = "is not as the session wrote it: its hash in session.json is another"});
+        throw sim::InputError(
+            {.file = (folder / name).string(), .advice = "is not as the session wrote it: its hash in session.json is another"});
     }
     if (!replayed.stored.contains("wire.bin") || !replayed.stored.contains("scenario.yaml") || !replayed.stored.contains("recording.csv"))
       throw sim::InputError({.file = json_file.string(), .key = "sha256", .advice = "must name wire.bin, scenario.yaml and recording.csv"});

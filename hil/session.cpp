@@ -115,8 +115,10 @@ class Session {
                       "\n  flash the firmware that belongs to this program: docs/hardware.md");
       const auto& refused = device_.counters().refused;
       const bool noise = std::any_of(refused.begin(), refused.end(), [](std::int64_t n) { return n > 0; });
-      throw Refused(noise ? "what answers is no limb's board: bytes come, and no frame among them is valid\n  is it another device, or other firmware?"
-                          : "no answer to the hello\n  is the board powered, and is this its port? `sinew doctor --port ...` looks further");
+      throw Refused(
+          noise
+              ? "what answers is no limb's board: bytes come, and no frame among them is valid\n  is it another device, or other firmware?"
+              : "no answer to the hello\n  is the board powered, and is this its port? `sinew doctor --port ...` looks further");
     }
     hello_ = *hello;
     if (const std::string misfit = misfit_of(hello_.parts); !misfit.empty())
@@ -124,7 +126,8 @@ class Session {
     std::string others;
     const auto same = [&](const char* what, std::size_t of_plant, std::size_t of_board) {
       if (of_plant != of_board)
-        others += (others.empty() ? "the plant has " : "; the plant has ") + std::to_string(of_plant) + " " + what + ", the board " + std::to_string(of_board);
+        others += (others.empty() ? "the plant has " : "; the plant has ") + std::to_string(of_plant) + " " + what + ", the board " +
+                  std::to_string(of_board);
     };
     same("coils", parts_.coils.size(), hello_.parts.coils);
     same("thermocouples", parts_.thermocouples.size(), hello_.parts.thermocouples);
@@ -135,8 +138,8 @@ class Session {
                     hexadecimal(SINEW_FIRMWARE_HASH) + "\n  flash the firmware that belongs to this program: docs/hardware.md");
     const std::uint32_t limits = limits_hash(hello_.parts.coils);
     if (hello_.limits_hash != limits)
-      throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" +
-                    hexadecimal(limits) + ")\n  build and flash both from the same hil/limits.h");
+      throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" + hexadecimal(limits) +
+                    ")\n  build and flash both from the same hil/limits.h");
     if (hello_.reset_cause == RESET_WATCHDOG || hello_.reset_cause == RESET_BROWN_OUT)
       say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
   }
@@ -146,7 +149,8 @@ class Session {
     // Thermocouples are believed from their second conversion on.
     const auto believed = [&] {
       const auto& t = device_.telemetry();
-      return t && std::all_of(t->said.sensor, t->said.sensor + parts_.thermocouples.size(), [](std::uint8_t why) { return why == TRIP_NONE; });
+      return t &&
+             std::all_of(t->said.sensor, t->said.sensor + parts_.thermocouples.size(), [](std::uint8_t why) { return why == TRIP_NONE; });
     };
     const std::int64_t give_up_us = device_.now_us() + 1'000'000;
     while (!believed() && device_.now_us() < give_up_us) device_.listen_until(give_up_us, FRAME_TELEMETRY);
@@ -154,8 +158,8 @@ class Session {
     if (hello_.state == DEVICE_TRIPPED) {
       const std::string cause{words(static_cast<trip_cause>(hello_.trip_cause))};
       if (!settings_.clear_trip)
-        throw Refused("the device is tripped: " + cause +
-                      "\n  find out why; then give --clear-trip, with all coils below " + degrees(LIMIT_COOL_cdegC / 100.0));
+        throw Refused("the device is tripped: " + cause + "\n  find out why; then give --clear-trip, with all coils below " +
+                      degrees(LIMIT_COOL_cdegC / 100.0));
       must(device_.clear_trip(hello_.trip_cause), "clearing the trip (" + cause + ")");
       say("trip cleared: " + cause);
     }
@@ -239,8 +243,7 @@ class Session {
         const Telemetry& now = *backend_.telemetry();
         // The pins' own word; where it did not come, what was sent.
         if (backend_.heard())
-          for (std::size_t j = 0; j < parts_.coils.size(); ++j)
-            view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
+          for (std::size_t j = 0; j < parts_.coils.size(); ++j) view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
         supervisor_->applied(view.duty_fraction);
         if (twin_) twin_->applied(view.duty_fraction);
         const std::int64_t late_us = device_.now_us() - backend_.deadline_us(tick + 1);
@@ -253,8 +256,7 @@ class Session {
                                             " ms late, a period or more\n  is the machine busy? --allow-overruns goes on");
         }
         if (device_.now_us() - device_.last_heard_us() > std::max<std::int64_t>(500'000, 3 * period_us_))
-          end(SessionStatus::link_lost, "nothing heard for " +
-                                            std::to_string((device_.now_us() - device_.last_heard_us()) / 1000) + " ms");
+          end(SessionStatus::link_lost, "nothing heard for " + std::to_string((device_.now_us() - device_.last_heard_us()) / 1000) + " ms");
       }
       view.state = backend_.telemetry()->said.state;
       row(view);
@@ -344,7 +346,8 @@ class Session {
     json["round_trip"] = histogram(std::move(round_trips));
     json["age_of_data"] = histogram(ages_us_);
     for (const Departure& one : departures_)
-      json["departures_from_twin"].push_back({{"channel", scenario_.plant.system().channels()[one.channel].short_name}, {"onset_s", one.onset_s}, {"said_s", one.said_s}});
+      json["departures_from_twin"].push_back(
+          {{"channel", scenario_.plant.system().channels()[one.channel].short_name}, {"onset_s", one.onset_s}, {"said_s", one.said_s}});
     return json;
   }
 

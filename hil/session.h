@@ -26,9 +26,9 @@ class Refused : public std::runtime_error {
 struct SessionView {
   double time_s = 0.0;
   sim::Measurement measured;
-  std::vector<double> duty_fraction;           // at the pins, one a coil
-  std::vector<double> predicted_degC;          // of each coil, by the host's supervisor, hottest over its horizon
-  bool lowered = false;                        // it lowered this command
+  std::vector<double> duty_fraction;   // at the pins, one a coil
+  std::vector<double> predicted_degC;  // of each coil, by the host's supervisor, hottest over its horizon
+  bool lowered = false;                // it lowered this command
   std::uint8_t state = DEVICE_DISARMED;
   std::optional<std::vector<double>> residual;  // against the twin, one a channel
   std::vector<Departure> departures;            // said now
@@ -38,7 +38,7 @@ struct SessionSettings {
   std::uint16_t session = 1;
   bool clear_trip = false;
   bool allow_overruns = false;
-  bool real_time_priority = false;  // of the host's loop; for the report
+  bool real_time_priority = false;   // of the host's loop; for the report
   std::optional<plant::Plant> twin;  // with the inputs and channels of the scenario's plant
   std::function<bool(std::int64_t tick)> should_stop;
   std::function<void(const SessionView&)> show;
@@ -47,10 +47,10 @@ struct SessionSettings {
 
 enum class SessionStatus {
   finished,
-  stopped,    // by who runs it
-  tripped,    // by the device
-  objected,   // by the host's supervisor
-  overrun,    // a deadline was missed by a whole period
+  stopped,   // by who runs it
+  tripped,   // by the device
+  objected,  // by the host's supervisor
+  overrun,   // a deadline was missed by a whole period
   link_lost,
 };
 std::string_view words(SessionStatus status);

@@ -15,7 +15,7 @@ constexpr double limit_degC = LIMIT_HOST_cdegC / 100.0, highest_duty = LIMIT_HIG
 constexpr double horizon_s = 2.0, horizon_steps = 8;
 // Below the device's own budget, which has buckets of a whole second.
 constexpr double on_budget_s = LIMIT_ON_TIME_ms / 1000.0 - 0.4, on_window_s = LIMIT_ON_TIME_WINDOW_s + 1.0;
-constexpr double forget_s = 5.0;          // correction downwards
+constexpr double forget_s = 5.0;              // correction downwards
 constexpr double least_correction_K = -10.0;  // a sensor that drifts cold must not talk the prediction down without end
 constexpr double most_off_K = 30.0, most_off_s = 1.0;
 constexpr double longest_missing_s = 0.5;
@@ -59,9 +59,8 @@ std::vector<double> HostSupervisor::lower(const std::vector<double>& wanted, con
     double& correction_K = watch_[j].correction_K;
     if (std::isnan(measured.channels[shown])) continue;
     const double difference_K = measured.channels[shown] - observed[shown];
-    correction_K = difference_K > correction_K
-                       ? difference_K
-                       : correction_K + (difference_K - correction_K) * std::min(1.0, period_s_ / forget_s);
+    correction_K =
+        difference_K > correction_K ? difference_K : correction_K + (difference_K - correction_K) * std::min(1.0, period_s_ / forget_s);
     correction_K = std::max(correction_K, least_correction_K);
   }
   std::vector<double> duty(parts_.coils.size(), 0.0);
@@ -128,10 +127,12 @@ void HostSupervisor::look(const sim::Measurement& measured, std::span<const std:
     const double decoded_degC = (static_cast<std::int32_t>(raw) >> 18) * 0.25;
     if (std::abs(decoded_degC - shown_degC) > 0.01) object("number and bits differ");
     if (shown_degC > LIMIT_COIL_cdegC / 100.0) object(sim::shortest(shown_degC) + " degC, beyond the limit");
-    if (watch.last_degC && std::abs(shown_degC - *watch.last_degC) > 10.0 + 60.0 * period_s_) object("jumped to " + sim::shortest(shown_degC) + " degC");
+    if (watch.last_degC && std::abs(shown_degC - *watch.last_degC) > 10.0 + 60.0 * period_s_)
+      object("jumped to " + sim::shortest(shown_degC) + " degC");
     watch.last_degC = shown_degC;
     watch.off_for_s = std::abs(shown_degC - observed[coil.shown.index]) > most_off_K ? watch.off_for_s + period_s_ : 0.0;
-    if (watch.off_for_s > most_off_s) object(sim::shortest(shown_degC) + " degC, where the plant has " + sim::shortest(std::round(observed[coil.shown.index])));
+    if (watch.off_for_s > most_off_s)
+      object(sim::shortest(shown_degC) + " degC, where the plant has " + sim::shortest(std::round(observed[coil.shown.index])));
   }
 }
 

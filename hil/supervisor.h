@@ -34,11 +34,11 @@ class HostSupervisor {
   void look(const sim::Measurement& measured, std::span<const std::uint32_t> raw);
 
   const std::optional<std::string>& objection() const { return objection_; }
-  std::int64_t lowered() const { return lowered_; }  // commands
+  std::int64_t lowered() const { return lowered_; }                              // commands
   const std::vector<double>& predicted_degC() const { return predicted_degC_; }  // of each coil, hottest over the horizon
 
  private:
-  struct Watch {  // of one coil
+  struct Watch {                // of one coil
     double correction_K = 0.0;  // measured less observed; up at once, down slowly
     std::deque<double> on_s;
     double on_sum_s = 0.0, off_for_s = 0.0, missing_s = 0.0;

@@ -123,7 +123,8 @@ Domain read_domain(const sim::YamlValue& root, const plant::System& system) {
     const auto found = std::find(known.begin(), known.end(), name);
     if (found == known.end()) {
       const std::string near = sim::nearest(name, known);
-      value.complain("no such effect" + (near.empty() ? std::string() : "; did you mean " + near + "?") + " `sinew effects` lists all of them");
+      value.complain("no such effect" + (near.empty() ? std::string() : "; did you mean " + near + "?") +
+                     " `sinew effects` lists all of them");
     }
     effect.effect = plant::EffectId{static_cast<std::size_t>(found - known.begin())};
     each(&value, [&](const std::string& key, const sim::YamlValue& one) {
@@ -137,12 +138,16 @@ Domain read_domain(const sim::YamlValue& root, const plant::System& system) {
     domain.effects.push_back(effect);
   });
   each(sensors, [&](const std::string& name, const sim::YamlValue& value) {
-    const auto found = std::find_if(system.channels().begin(), system.channels().end(), [&](const auto& one) { return one.short_name == name; });
+    const auto found =
+        std::find_if(system.channels().begin(), system.channels().end(), [&](const auto& one) { return one.short_name == name; });
     if (found == system.channels().end()) value.complain("no such sensor; there are " + names_of_sensors(system));
     const plant::ChannelId channel{static_cast<std::size_t>(found - system.channels().begin())};
     each(&value, [&](const std::string& key, const sim::YamlValue& one) {
       const SensorKey* known = sensor_key(*found, key);
-      if (!known) one.complain("no such number of this sensor; there are noise, step and bias, each with its unit, dropout_fraction, stuck_from_s and stuck_until_s");
+      if (!known)
+        one.complain(
+            "no such number of this sensor; there are noise, step and bias, each with its unit, dropout_fraction, stuck_from_s and "
+            "stuck_until_s");
       domain.sensors.push_back({channel, key, read_draw(one, known->range)});
     });
   });

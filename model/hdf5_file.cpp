@@ -173,8 +173,8 @@ std::string to_bytes(const Hdf5File& file) {
     make_groups(path, false);
     std::vector<hsize_t> extents(array.extents.begin(), array.extents.end());
     const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
-    const Handle data(H5Dcreate2(whole, path.c_str(), array.single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
-                                 array_creation, H5P_DEFAULT),
+    const Handle data(H5Dcreate2(whole, path.c_str(), array.single ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, space, H5P_DEFAULT, array_creation,
+                                 H5P_DEFAULT),
                       H5Dclose);
     expect(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.values.data()));
   }

@@ -19,8 +19,8 @@ struct Hdf5Array {
 };
 
 struct Hdf5File {
-  std::map<std::string, Hdf5Array> arrays;                                       // by absolute path
-  std::map<std::string, std::map<std::string, std::string>> text_attributes;     // by path of group or array, "/" the root
+  std::map<std::string, Hdf5Array> arrays;                                                 // by absolute path
+  std::map<std::string, std::map<std::string, std::string>> text_attributes;               // by path of group or array, "/" the root
   std::map<std::string, std::map<std::string, std::vector<std::string>>> list_attributes;  // of text
 };
 

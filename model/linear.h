@@ -13,7 +13,7 @@
 namespace sinew::model {
 
 struct LinearModel {
-  Index order = 0;  // 0: static
+  Index order = 0;              // 0: static
   Vector<double> coefficients;  // [p_1 ... p_n, v(t), v(t-1) ... v(t-n), b]
 };
 

@@ -81,16 +81,14 @@ void Unrolled<S>::forward(const Weights<S>& weights, const Stretch<S>& stretch, 
   for (Index t = 0; t < steps_; ++t) {
     const auto free = stretch.free.col(t).array();
     const Eigen::Map<const Vector<S>> own(t > 0 ? y_.col(t - 1).data() : state.last_output.data(), B);
-    inputs_.row(last).segment(t * B, B) =
-        (free * own.array() + (S(1) - free) * stretch.y_before.col(t).array()).matrix().transpose();
+    inputs_.row(last).segment(t * B, B) = (free * own.array() + (S(1) - free) * stretch.y_before.col(t).array()).matrix().transpose();
     auto z = gates_.middleCols(t * B, B);
     z.noalias() += W.col(last) * inputs_.row(last).segment(t * B, B);
     if (!memoryless_) z.noalias() += U * h_.middleCols(t * B, B);
     z.topRows(2 * H) = z.topRows(2 * H).array().logistic();
     z.middleRows(2 * H, H) = z.middleRows(2 * H, H).array().tanh();
     z.bottomRows(H) = z.bottomRows(H).array().logistic();
-    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(),
-               o = z.bottomRows(H).array();
+    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array();
     auto c = c_.middleCols((t + 1) * B, B).array();
     if (memoryless_)
       c = i * g;
@@ -122,8 +120,7 @@ S Unrolled<S>::backward(const Weights<S>& weights, const Stretch<S>& stretch, We
   dc_next_.setZero();
   for (Index t = steps_ - 1; t >= 0; --t) {
     // What the step after fed back of this one's output. dz_ is still that step's.
-    if (t + 1 < steps_)
-      dy_.col(t).array() += stretch.free.col(t + 1).array() * (dz_.transpose() * weights.input().col(last)).array();
+    if (t + 1 < steps_) dy_.col(t).array() += stretch.free.col(t + 1).array() * (dz_.transpose() * weights.input().col(last)).array();
     if (shape_.output_relu) dy_.col(t).array() *= (y_.col(t).array() > S(0)).template cast<S>();
     auto dr = dr_.middleCols(t * B, B);
     dr.noalias() = weights.output().transpose() * dy_.col(t).transpose();
@@ -132,8 +129,8 @@ S Unrolled<S>::backward(const Weights<S>& weights, const Stretch<S>& stretch, We
     if (!memoryless_ && t + 1 < steps_) dh_.noalias() += U.transpose() * dz_;
 
     auto z = gates_.middleCols(t * B, B);
-    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(),
-               o = z.bottomRows(H).array(), tc = tanh_c_.middleCols(t * B, B).array();
+    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array(),
+               tc = tanh_c_.middleCols(t * B, B).array();
     dc_.array() = dc_next_.array() + dh_.array() * o * (S(1) - tc.square());
     dz_.topRows(H) = dc_.array() * g * i * (S(1) - i);
     if (memoryless_)
@@ -149,8 +146,7 @@ S Unrolled<S>::backward(const Weights<S>& weights, const Stretch<S>& stretch, We
   gradient.bias() += gates_.rowwise().sum();
   gradient.dense().noalias() += dr_ * h_.rightCols(steps_ * B).transpose();
   gradient.dense_bias() += dr_.rowwise().sum();
-  for (Index t = 0; t < steps_; ++t)
-    gradient.output().noalias() += (r_.middleCols(t * B, B) * dy_.col(t)).transpose();
+  for (Index t = 0; t < steps_; ++t) gradient.output().noalias() += (r_.middleCols(t * B, B) * dy_.col(t)).transpose();
   gradient.output_bias()(0, 0) += dy_.sum();
   if (!memoryless_) gradient.recurrent().noalias() += gates_ * h_.leftCols(steps_ * B).transpose();
   return stretch.weight.cwiseProduct(error).cwiseProduct(error).sum();
@@ -165,8 +161,7 @@ void Adam<S>::update(Vector<S>& weights, const Vector<S>& gradient, const AdamSe
   const auto n = static_cast<double>(updates_);
   const auto b1 = static_cast<S>(settings.beta1), b2 = static_cast<S>(settings.beta2);
   const auto rate = static_cast<S>(rate_factor * settings.rate / (1.0 + settings.decay * n) *
-                                   std::sqrt(1.0 - std::pow(settings.beta2, n + 1.0)) /
-                                   (1.0 - std::pow(settings.beta1, n + 1.0)));
+                                   std::sqrt(1.0 - std::pow(settings.beta2, n + 1.0)) / (1.0 - std::pow(settings.beta1, n + 1.0)));
   const auto g = gradient.head(size).array();
   m_.array() = b1 * m_.array() + (S(1) - b1) * g;
   v_.array() = b2 * v_.array() + (S(1) - b2) * g.square();

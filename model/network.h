@@ -44,17 +44,17 @@ struct Weights {
   Weights() = default;
   explicit Weights(const Shape& of) : shape(of), all(Vector<S>::Zero(of.size())) {}
 
-  auto input() { return matrix(*this, 0, 4 * shape.hidden, shape.inputs); }          // W [4H x I]
+  auto input() { return matrix(*this, 0, 4 * shape.hidden, shape.inputs); }  // W [4H x I]
   auto input() const { return matrix(*this, 0, 4 * shape.hidden, shape.inputs); }
-  auto bias() { return matrix(*this, at_bias(), 4 * shape.hidden, 1); }              // b [4H x 1]
+  auto bias() { return matrix(*this, at_bias(), 4 * shape.hidden, 1); }  // b [4H x 1]
   auto bias() const { return matrix(*this, at_bias(), 4 * shape.hidden, 1); }
-  auto dense() { return matrix(*this, at_dense(), shape.dense, shape.hidden); }      // D [D x H]
+  auto dense() { return matrix(*this, at_dense(), shape.dense, shape.hidden); }  // D [D x H]
   auto dense() const { return matrix(*this, at_dense(), shape.dense, shape.hidden); }
-  auto dense_bias() { return matrix(*this, at_dense_bias(), shape.dense, 1); }       // d [D x 1]
+  auto dense_bias() { return matrix(*this, at_dense_bias(), shape.dense, 1); }  // d [D x 1]
   auto dense_bias() const { return matrix(*this, at_dense_bias(), shape.dense, 1); }
-  auto output() { return matrix(*this, at_output(), 1, shape.dense); }               // e [1 x D]
+  auto output() { return matrix(*this, at_output(), 1, shape.dense); }  // e [1 x D]
   auto output() const { return matrix(*this, at_output(), 1, shape.dense); }
-  auto output_bias() { return matrix(*this, at_output() + shape.dense, 1, 1); }      // e_0 [1 x 1]
+  auto output_bias() { return matrix(*this, at_output() + shape.dense, 1, 1); }  // e_0 [1 x 1]
   auto output_bias() const { return matrix(*this, at_output() + shape.dense, 1, 1); }
   auto recurrent() { return matrix(*this, shape.rest(), 4 * shape.hidden, shape.hidden); }  // U [4H x H]
   auto recurrent() const { return matrix(*this, shape.rest(), 4 * shape.hidden, shape.hidden); }
@@ -82,17 +82,16 @@ struct State {
   Matrix<S> c, h;         // [H x streams]
   Vector<S> last_output;  // [streams], what would be fed back next
   State() = default;
-  State(const Shape& shape, Index streams)
-      : c(Matrix<S>::Zero(shape.hidden, streams)), h(c), last_output(Vector<S>::Zero(streams)) {}
+  State(const Shape& shape, Index streams) : c(Matrix<S>::Zero(shape.hidden, streams)), h(c), last_output(Vector<S>::Zero(streams)) {}
 };
 
 // What enters a stretch of `steps` steps of several streams. Column t * streams + s is step t of stream s.
 template <class S>
 struct Stretch {
-  Matrix<S> exogenous;           // [I - 1 x steps * streams]
+  Matrix<S> exogenous;       // [I - 1 x steps * streams]
   Matrix<S> y_before;        // [streams x steps], measured
-  Matrix<S> free;                // [streams x steps], 1: the own output is fed back in its stead; 0: it is used
-  Matrix<S> target, weight;      // [streams x steps]; the loss is sum of weight * (y - target)^2
+  Matrix<S> free;            // [streams x steps], 1: the own output is fed back in its stead; 0: it is used
+  Matrix<S> target, weight;  // [streams x steps]; the loss is sum of weight * (y - target)^2
 };
 
 // The network over a stretch, forwards, and backwards through time and through the fed-back y (Werbos 1990). Keeps what
@@ -113,12 +112,12 @@ class Unrolled {
   Shape shape_;
   Index steps_, streams_;
   bool memoryless_;
-  Matrix<S> inputs_;             // [I x steps * streams]
-  Matrix<S> gates_;              // [4H x steps * streams], after their functions; on the way back dL/dz
-  Matrix<S> c_, h_;              // [H x (steps + 1) * streams], the first block is what was before
-  Matrix<S> tanh_c_;             // [H x steps * streams]
-  Matrix<S> r_, dr_;             // [D x steps * streams]
-  Matrix<S> y_, dy_;             // [streams x steps]
+  Matrix<S> inputs_;  // [I x steps * streams]
+  Matrix<S> gates_;   // [4H x steps * streams], after their functions; on the way back dL/dz
+  Matrix<S> c_, h_;   // [H x (steps + 1) * streams], the first block is what was before
+  Matrix<S> tanh_c_;  // [H x steps * streams]
+  Matrix<S> r_, dr_;  // [D x steps * streams]
+  Matrix<S> y_, dy_;  // [streams x steps]
   Matrix<S> dz_, dh_, dc_, dc_next_;
 };
 

@@ -15,7 +15,8 @@ namespace {
                                  std::size_t first, std::size_t count, int paper_case) {
   const bool all = count == samples.size();
   throw sim::InputError(
-      {.file = name, .key = column,
+      {.file = name,
+       .key = column,
        .value = all ? "nothing" : "not a number at " + sim::shortest(samples[first].time_s) + " s",
        .advice = all ? "case " + std::to_string(paper_case) + " needs it, and the recording has none"
                      : std::to_string(count) + " samples are missing; with --hold-missing the value before each is taken"});
@@ -67,7 +68,9 @@ Places places_in(const sim::Columns& columns, const Task& task, const std::strin
     const auto& among = measured ? columns.channels : columns.inputs;
     const auto found = std::find(among.begin(), among.end(), column);
     if (found == among.end())
-      throw sim::InputError({.file = recording, .key = column.name, .value = "nothing",
+      throw sim::InputError({.file = recording,
+                             .key = column.name,
+                             .value = "nothing",
                              .advice = "the predictor needs it, and this plant has no such column"});
     return static_cast<std::size_t>(found - among.begin());
   };
@@ -81,7 +84,9 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
   const Places places = places_in(recording.columns, task, recording.name);
   const double median_s = recording.median_period_s();
   if (!(std::abs(median_s - period_s) <= 0.02 * period_s))
-    throw sim::InputError({.file = recording.name, .key = "time_s", .value = "a sample every " + sim::shortest(std::round(1e6 * median_s) / 1e6) + " s",
+    throw sim::InputError({.file = recording.name,
+                           .key = "time_s",
+                           .value = "a sample every " + sim::shortest(std::round(1e6 * median_s) / 1e6) + " s",
                            .advice = "the predictor works at 10 Hz, a sample every 0.1 s"});
   std::vector<sim::Sample> samples;
   for (const sim::Sample& sample : recording.samples) {
@@ -89,7 +94,9 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
       const double step_s = sample.time_s - samples.back().time_s, lost = std::round(step_s / period_s) - 1.0;
       const bool held = missing == Missing::held && lost >= 1.0 && step_s <= longest_held_s;
       if (!held && std::abs(step_s - period_s) > 0.2 * period_s)
-        throw sim::InputError({.file = recording.name, .key = "time_s", .value = sim::shortest(sample.time_s),
+        throw sim::InputError({.file = recording.name,
+                               .key = "time_s",
+                               .value = sim::shortest(sample.time_s),
                                .advice = "comes " + sim::shortest(std::round(1e6 * step_s) / 1e6) +
                                          " s after the sample before; the predictor needs one every 0.1 s"});
       const sim::Sample before = samples.back();
@@ -122,12 +129,13 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
   };
   for (std::size_t f = 0; f < task.features.size(); ++f) {
     const auto [measured, index] = places.features[f];
-    fill(task.features[f].column.name,
-         [&](const sim::Sample& sample) { return measured ? sample.channels[index] : sample.inputs[index]; },
-         [&](Index k) -> double& { return series.v(static_cast<Index>(f), k); });
+    fill(
+        task.features[f].column.name, [&](const sim::Sample& sample) { return measured ? sample.channels[index] : sample.inputs[index]; },
+        [&](Index k) -> double& { return series.v(static_cast<Index>(f), k); });
   }
-  fill(task.predicted.name, [&](const sim::Sample& sample) { return sample.channels[places.predicted]; },
-       [&](Index k) -> double& { return series.y(k); });
+  fill(
+      task.predicted.name, [&](const sim::Sample& sample) { return sample.channels[places.predicted]; },
+      [&](Index k) -> double& { return series.y(k); });
   return series;
 }
 
@@ -159,8 +167,7 @@ Scaling scaling_of(const std::vector<Series>& training, const Task& task) {
 ScaledSeries scaled(const Series& series, const Scaling& scaling) {
   const Index n = series.samples(), K = series.v.rows();
   const Matrix<float> v = ((series.v.colwise() - scaling.v_offset).array().colwise() / scaling.v_span.array()).cast<float>();
-  ScaledSeries result{Matrix<float>(2 * K, n - 1),
-                      ((series.y.array() - scaling.y_offset) / scaling.y_span).cast<float>()};
+  ScaledSeries result{Matrix<float>(2 * K, n - 1), ((series.y.array() - scaling.y_offset) / scaling.y_span).cast<float>()};
   result.exogenous << v.rightCols(n - 1), v.leftCols(n - 1);
   return result;
 }

@@ -29,7 +29,7 @@ struct Feature {
 };
 
 struct Task {
-  int paper_case = 3;  // 1 to 4
+  int paper_case = 3;             // 1 to 4
   std::vector<Feature> features;  // v, in order
   sim::Column predicted;          // y; its unit is that of all errors
 };

@@ -44,7 +44,8 @@ std::vector<std::string> column_names(const SetPlan& plan) {
 fs::path manifest_in(const fs::path& folder) {
   const fs::path manifest = folder / "manifest.json";
   if (!fs::exists(manifest))
-    throw sim::InputError({.file = folder.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
+    throw sim::InputError(
+        {.file = folder.string(), .advice = "has no manifest.json: no set by `sinew dataset`, or one that is not finished"});
   return manifest;
 }
 [[noreturn]] void complain_of_manifest(const fs::path& manifest, const Json::exception& e) {
@@ -79,9 +80,12 @@ bool is_there(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
 void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
   const DrawnRun one = drawn_run(plan.scenario, plan.domain, run);
   const sim::RunResult result = sim::run(one.scenario);
-  Json json{{"mark", plan.mark()}, {"run", run}, {"seed", one.scenario.seed},
+  Json json{{"mark", plan.mark()},
+            {"run", run},
+            {"seed", one.scenario.seed},
             {"status", result.status == sim::RunStatus::finished ? "finished" : "failed"},
-            {"sha256", sim::sha256(result.recording_csv)}, {"drawn", Json::object()}};
+            {"sha256", sim::sha256(result.recording_csv)},
+            {"drawn", Json::object()}};
   for (const auto& [name, value] : one.drawn) json["drawn"][name] = value;
   json["effects"] = Json::array();
   const plant::Plant& plant = one.scenario.plant;
@@ -95,10 +99,15 @@ void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
 std::string manifest_of(const SetPlan& plan, const fs::path& folder) {
   std::string column_list;
   for (const std::string& name : column_names(plan)) column_list += (column_list.empty() ? "" : ", ") + name;
-  Json json{{"what", "a set of runs by `sinew dataset`"}, {"version", sim::this_build().version}, {"mark", plan.mark()},
-            {"sample_period_s", plan.scenario.sample_period_s}, {"duration_s", plan.scenario.duration_s},
+  Json json{{"what", "a set of runs by `sinew dataset`"},
+            {"version", sim::this_build().version},
+            {"mark", plan.mark()},
+            {"sample_period_s", plan.scenario.sample_period_s},
+            {"duration_s", plan.scenario.duration_s},
             {"columns", column_list},
-            {"scenario", plan.scenario_yaml}, {"domain", plan.domain_text}, {"runs", Json::array()}};
+            {"scenario", plan.scenario_yaml},
+            {"domain", plan.domain_text},
+            {"runs", Json::array()}};
   for (std::int64_t run = 0; run < plan.runs; ++run) {
     Json one = json_of(stem_of(folder, run).string() + ".json");
     one.erase("mark");

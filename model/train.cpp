@@ -43,8 +43,7 @@ struct Part {
 
 std::vector<Part> parts_of(const Shape& shape, Index steps, Index streams, bool memoryless) {
   std::vector<Part> parts;
-  for (Index from = 0; from < streams; from += part_size)
-    parts.emplace_back(shape, steps, std::min(part_size, streams - from), memoryless);
+  for (Index from = 0; from < streams; from += part_size) parts.emplace_back(shape, steps, std::min(part_size, streams - from), memoryless);
   return parts;
 }
 
@@ -115,9 +114,9 @@ std::vector<Index> shuffled(Index count, const sim::RandomStream& chance, std::u
 // A walk through the recordings: where it is, and when it begins anew.
 struct Walk {
   std::size_t recording = 0;
-  Index at = 1;          // the next sample to be predicted
-  Index age = 0;         // steps since it began
-  Index left = 0;        // steps before it begins anew
+  Index at = 1;    // the next sample to be predicted
+  Index age = 0;   // steps since it began
+  Index left = 0;  // steps before it begins anew
   bool teacher = false;
 };
 
@@ -185,7 +184,8 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
       adam.update(weights.all, parts.front().gradient.all, rates);
     }
     trained.curve.push_back({static_cast<Index>(adam.updates()), span * std::sqrt(sum / static_cast<double>(count)),
-                             root_mean_square(rest, std::vector<Index>(rest.size(), 1), run.threads, [&](const Series& one) { return one_step_ahead(trained.model, one); })});
+                             root_mean_square(rest, std::vector<Index>(rest.size(), 1), run.threads,
+                                              [&](const Series& one) { return one_step_ahead(trained.model, one); })});
     if (run.progress) run.progress(static_cast<double>(epoch + 1) / static_cast<double>(settings.epochs), trained.curve.back());
   }
   trained.best_update = static_cast<Index>(adam.updates());
@@ -213,14 +213,16 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   Index judged = 0;
   for (std::size_t i = 0; i < validation.size(); ++i) judged += counted_of(validation[i], lead_ins[i]);
   if (static_cast<double>(judged) * period_s < least_judged_s)
-    throw std::invalid_argument("of what is set aside, " + sim::shortest(static_cast<double>(judged) * period_s) + " s are left to judge by after settling_s = " +
-                                sim::shortest(settings.settling_s) + " in each recording, at least " + sim::shortest(least_judged_s) +
+    throw std::invalid_argument("of what is set aside, " + sim::shortest(static_cast<double>(judged) * period_s) +
+                                " s are left to judge by after settling_s = " + sim::shortest(settings.settling_s) +
+                                " in each recording, at least " + sim::shortest(least_judged_s) +
                                 " are needed; longer recordings, a larger validation_fraction or a smaller settling_s would do");
   for (const Series& one : training)
     if (one.samples() <= settings.steps)
       throw std::invalid_argument(one.name + " is too short: " + std::to_string(one.samples()) +
                                   " samples for training, and a stretch has " + std::to_string(settings.steps) + " steps");
-  Trained trained{model_of(run, training, StatefulSettings::name, settings.hidden, settings.dense, false, settings.longest_memory_s / period_s), {}, 0};
+  Trained trained{
+      model_of(run, training, StatefulSettings::name, settings.hidden, settings.dense, false, settings.longest_memory_s / period_s), {}, 0};
   Weights<float> weights = trained.model.weights;  // what is trained; the model keeps the best
 
   std::vector<ScaledSeries> data;
@@ -244,7 +246,8 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     const double before = walk.recording > 0 ? until[walk.recording - 1] : 0.0;
     walk.at = first.uniform(begun) < settings.from_first_fraction ? 1 : 1 + static_cast<Index>(u - before);
     walk.age = 0;
-    walk.left = static_cast<Index>((settings.shortest_life_s + (settings.longest_life_s - settings.shortest_life_s) * life.uniform(begun)) / period_s);
+    walk.left = static_cast<Index>((settings.shortest_life_s + (settings.longest_life_s - settings.shortest_life_s) * life.uniform(begun)) /
+                                   period_s);
     walk.teacher = kind.uniform(begun) < settings.teacher_fraction;
     ++begun;
     part.state.c.col(s).setZero();
@@ -253,7 +256,9 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   };
   // A tenth at first, rising to 1. A recording's own beginning, at rest, is known; its y and nothing before says enough.
   const auto weight_at = [&](const Walk& walk, Index age) {
-    const double known = walk.teacher ? 1.0 : std::min(1.0, 0.1 + 0.9 * static_cast<double>(age) / std::max<double>(1.0, static_cast<double>(settled_after)));
+    const double known =
+        walk.teacher ? 1.0
+                     : std::min(1.0, 0.1 + 0.9 * static_cast<double>(age) / std::max<double>(1.0, static_cast<double>(settled_after)));
     return static_cast<float>(known / static_cast<double>(settings.streams * T));
   };
   const auto fill = [&](Part& part, std::vector<Walk>& streams) {
@@ -297,7 +302,8 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     ++since_point;
     Vector<float>& gradient = parts.front().gradient.all;
     const double norm = gradient.cast<double>().norm();
-    if (!std::isfinite(norm)) throw std::runtime_error("training diverged at update " + std::to_string(update) + "; a smaller rate may help");
+    if (!std::isfinite(norm))
+      throw std::runtime_error("training diverged at update " + std::to_string(update) + "; a smaller rate may help");
     if (norm > settings.clip_norm) gradient *= static_cast<float>(settings.clip_norm / norm);
     const double done = static_cast<double>(update) / static_cast<double>(settings.updates);
     adam.update(weights.all, gradient, rates, 0.01 + 0.99 * 0.5 * (1.0 + std::cos(std::numbers::pi * done)));
@@ -317,7 +323,8 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     if (run.progress) run.progress(static_cast<double>(update + 1) / static_cast<double>(settings.updates), trained.curve.back());
     if (since_best >= settings.patience) break;
   }
-  if (!std::isfinite(best)) throw std::runtime_error("training diverged: no rollout over what was set aside had a finite error; a smaller rate may help");
+  if (!std::isfinite(best))
+    throw std::runtime_error("training diverged: no rollout over what was set aside had a finite error; a smaller rate may help");
   return trained;
 }
 

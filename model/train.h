@@ -67,7 +67,8 @@ struct StatefulSettings {
     visit(self.settling_s, sim::Key{"settling_s", {0.0, 1e6}, "while this long, what a new stream cannot know counts less"});
     visit(self.from_first_fraction, sim::Key{"from_first_fraction", sim::fraction, "of streams that begin where a recording does"});
     visit(self.training_fraction, sim::Key{"training_fraction", {0.05, 1.0}, "of each recording, from its beginning"});
-    visit(self.validation_fraction, sim::Key{"validation_fraction", {0.01, 0.9}, "of that, set aside: whole recordings where there are five or more"});
+    visit(self.validation_fraction,
+          sim::Key{"validation_fraction", {0.01, 0.9}, "of that, set aside: whole recordings where there are five or more"});
     visit(self.validation_every, sim::Key{"validation_every", {1, 1000000}, "updates between two validations"});
     visit(self.patience, sim::Key{"patience", {1, 1000000}, "validations without a better one before training ends"});
   }
@@ -97,8 +98,8 @@ struct TrainingRun {
   Task task;
   std::uint64_t seed = 1;
   int threads = 1;
-  const Model* from = nullptr;  // goes on from its weights and scaling, with an Adam that is new
-  std::function<bool()> should_stop;                                             // asked at every update; throws Stopped
+  const Model* from = nullptr;        // goes on from its weights and scaling, with an Adam that is new
+  std::function<bool()> should_stop;  // asked at every update; throws Stopped
   std::function<void(double done_share, const CurvePoint& last_point)> progress;
 };
 struct Stopped {};

@@ -60,7 +60,10 @@ sim::Column column_of(const std::string& name, const std::string& unit) {
 }
 
 Json said(const Model& model) {
-  Json json{{"format", 1}, {"case", model.task.paper_case}, {"method", model.method}, {"sample_period_s", period_s},
+  Json json{{"format", 1},
+            {"case", model.task.paper_case},
+            {"method", model.method},
+            {"sample_period_s", period_s},
             {"output_relu", model.weights.shape.output_relu}};
   for (std::size_t f = 0; f < model.task.features.size(); ++f) {
     const auto& [column, measured] = model.task.features[f];
@@ -72,8 +75,12 @@ Json said(const Model& model) {
     json["inputs"].push_back(std::move(input));
   }
   const sim::Column& predicted = model.task.predicted;
-  json["input_order"] = "v(t), v(t-1), " + column_of(predicted.name, predicted.unit).words + "(t-1); a number of the network is (value - offset) / span";
-  json["output"] = {{"name", predicted.name}, {"unit", unit_of(predicted)}, {"offset", model.scaling.y_offset}, {"span", model.scaling.y_span}};
+  json["input_order"] =
+      "v(t), v(t-1), " + column_of(predicted.name, predicted.unit).words + "(t-1); a number of the network is (value - offset) / span";
+  json["output"] = {{"name", predicted.name},
+                    {"unit", unit_of(predicted)},
+                    {"offset", model.scaling.y_offset},
+                    {"span", model.scaling.y_span}};
   json["trained_on"] = model.trained_on;
   json["made_by"] = "sinew " + sim::this_build().version;
   json["sha256"] = checksum(model.weights, json);
@@ -85,19 +92,36 @@ std::string keras_config(const Model& model) {
   const Shape& shape = model.weights.shape;
   const Json input_shape = model.memoryless() ? Json{nullptr, 1, shape.inputs} : Json{1, nullptr, shape.inputs};
   const auto dense = [](const char* name, Index units, const char* activation) {
-    return Json{{"class_name", "Dense"},
-                {"config", {{"name", name}, {"trainable", true}, {"dtype", "float32"}, {"units", units}, {"activation", activation}, {"use_bias", true}}}};
+    return Json{
+        {"class_name", "Dense"},
+        {"config",
+         {{"name", name}, {"trainable", true}, {"dtype", "float32"}, {"units", units}, {"activation", activation}, {"use_bias", true}}}};
   };
   Json layers = Json::array();
-  layers.push_back({{"class_name", "InputLayer"},
-                    {"config", {{"batch_input_shape", input_shape}, {"dtype", "float32"}, {"sparse", false}, {"ragged", false}, {"name", "lstm_input"}}}});
+  layers.push_back(
+      {{"class_name", "InputLayer"},
+       {"config",
+        {{"batch_input_shape", input_shape}, {"dtype", "float32"}, {"sparse", false}, {"ragged", false}, {"name", "lstm_input"}}}});
   layers.push_back({{"class_name", "LSTM"},
                     {"config",
-                     {{"name", "lstm"}, {"trainable", true}, {"batch_input_shape", input_shape}, {"dtype", "float32"},
-                      {"return_sequences", false}, {"return_state", false}, {"go_backwards", false},
-                      {"stateful", !model.memoryless()}, {"unroll", false}, {"time_major", false}, {"units", shape.hidden},
-                      {"activation", "tanh"}, {"recurrent_activation", "sigmoid"}, {"use_bias", true}, {"unit_forget_bias", true},
-                      {"dropout", 0.0}, {"recurrent_dropout", 0.0}, {"implementation", 2}}}});
+                     {{"name", "lstm"},
+                      {"trainable", true},
+                      {"batch_input_shape", input_shape},
+                      {"dtype", "float32"},
+                      {"return_sequences", false},
+                      {"return_state", false},
+                      {"go_backwards", false},
+                      {"stateful", !model.memoryless()},
+                      {"unroll", false},
+                      {"time_major", false},
+                      {"units", shape.hidden},
+                      {"activation", "tanh"},
+                      {"recurrent_activation", "sigmoid"},
+                      {"use_bias", true},
+                      {"unit_forget_bias", true},
+                      {"dropout", 0.0},
+                      {"recurrent_dropout", 0.0},
+                      {"implementation", 2}}}});
   layers.push_back(dense("dense", shape.dense, "relu"));
   layers.push_back(dense("dense_1", 1, shape.output_relu ? "relu" : "linear"));
   return Json{{"class_name", "Sequential"}, {"config", {{"name", "sequential"}, {"layers", layers}}}}.dump();
@@ -131,7 +155,8 @@ std::vector<std::string> paths_in(const Hdf5File& file, const std::string& name)
   }
   if (paths.empty()) {
     for (const auto& [path, array] : file.arrays)
-      if (path.find("/vars/") != std::string::npos && path.rfind("/layers/", 0) == 0) paths.push_back(path);  // sorted: dense, dense_1, lstm
+      if (path.find("/vars/") != std::string::npos && path.rfind("/layers/", 0) == 0)
+        paths.push_back(path);  // sorted: dense, dense_1, lstm
     if (paths.size() == 7) paths = {paths[4], paths[5], paths[6], paths[0], paths[1], paths[2], paths[3]};
   }
   if (paths.size() != 7)
@@ -152,7 +177,8 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
       if (kind == "LSTM") {
         const Json& c = layer.at("config");
         if (c.value("activation", "tanh") != "tanh" || c.value("recurrent_activation", "sigmoid") != "sigmoid")
-          complain(name, "model_config", c.value("recurrent_activation", ""), "the LSTM must have Keras's own activations, tanh and sigmoid");
+          complain(name, "model_config", c.value("recurrent_activation", ""),
+                   "the LSTM must have Keras's own activations, tanh and sigmoid");
       } else if (kind == "Dense") {
         if (!last.empty() && last != "relu") complain(name, "model_config", last, "the activation of the dense layer must be relu");
         last = layer.at("config").value("activation", "linear");
@@ -169,9 +195,11 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
 
 void complain_unless_same(const std::string& file, const Task& task, const Task& asked_for) {
   if (task.paper_case != asked_for.paper_case)
-    complain(file, "case", std::to_string(task.paper_case), "these are weights of another case than " + std::to_string(asked_for.paper_case));
+    complain(file, "case", std::to_string(task.paper_case),
+             "these are weights of another case than " + std::to_string(asked_for.paper_case));
   if (task.features.size() != asked_for.features.size())
-    complain(file, "inputs", std::to_string(task.features.size()), "this plant has " + std::to_string(asked_for.features.size()) + " in case " + std::to_string(task.paper_case));
+    complain(file, "inputs", std::to_string(task.features.size()),
+             "this plant has " + std::to_string(asked_for.features.size()) + " in case " + std::to_string(task.paper_case));
   const auto compare = [&](const char* key, const sim::Column& column, const sim::Column& wanted) {
     if (column.name != wanted.name || column.unit != wanted.unit)
       complain(file, key, column.name + " in " + unit_of(column), "must be " + wanted.name + " in " + unit_of(wanted));
@@ -215,8 +243,8 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
   if (array(0).extents.size() != 2 || array(0).extents[1] % 4 != 0 || array(0).extents[1] == 0)
     complain(name, paths[0], text_of(array(0).extents), "must be [inputs, 4 hidden]");
   if (array(3).extents.size() != 2) complain(name, paths[3], text_of(array(3).extents), "must be [hidden, dense]");
-  Shape shape{static_cast<Index>(array(0).extents[0]), static_cast<Index>(array(0).extents[1] / 4),
-              static_cast<Index>(array(3).extents[1]), output_relu_of(file, name, unsaid.method)};
+  Shape shape{static_cast<Index>(array(0).extents[0]), static_cast<Index>(array(0).extents[1] / 4), static_cast<Index>(array(3).extents[1]),
+              output_relu_of(file, name, unsaid.method)};
   Model model;
   model.weights = Weights<float>(shape);
   const auto tensors = tensors_of(shape);
@@ -237,7 +265,8 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
       if (model.task.paper_case < 1 || model.task.paper_case > 4)
         complain(name, "case", std::to_string(model.task.paper_case), "the paper's cases are 1 to 4");
       model.method = json.at("method");
-      if (model.method != "published" && model.method != "stateful") complain(name, "sinew", model.method, "the method must be published or stateful");
+      if (model.method != "published" && model.method != "stateful")
+        complain(name, "sinew", model.method, "the method must be published or stateful");
       model.weights.shape.output_relu = json.value("output_relu", shape.output_relu);
       const Json &inputs = json.at("inputs"), &output = json.at("output");
       model.scaling.v_offset.resize(static_cast<Index>(inputs.size()));
@@ -268,7 +297,8 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
   } else {
     if (!unsaid.task || unsaid.method.empty() || !unsaid.lowest || !unsaid.highest)
       complain(name, "sinew", "nothing",
-               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are 0 and 1");
+               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are "
+               "0 and 1");
     model.task = *unsaid.task;
     model.method = unsaid.method;
     const auto features = static_cast<Index>(model.task.features.size());

@@ -26,7 +26,7 @@ std::string to_hdf5(const Model& model, Layout layout = Layout::keras2);
 // For a file that Keras wrote, which says neither task nor scaling.
 struct Unsaid {
   std::optional<Task> task;
-  std::string method;  // empty: not given
+  std::string method;                     // empty: not given
   std::optional<double> lowest, highest;  // what is 0 and 1 of the network's numbers, in the unit of the channel predicted
 };
 

@@ -25,7 +25,9 @@ struct StateDeclaration {
 std::string name_in_part(std::string_view pattern, std::string_view part);
 
 template <class Effect>
-concept HasStates = requires { Effect::states.size(); };
+concept HasStates = requires {
+  Effect::states.size();
+};
 
 template <class Effect>
 constexpr std::size_t states_per_part() {
@@ -71,15 +73,13 @@ struct ValueSet {
   // visit(integral constant, Instances<Effect>&), in the order of the list.
   template <class Visitor>
   void each_effect(Visitor&& visit) {
-    [&]<std::size_t... i>(std::index_sequence<i...>) {
-      (visit(std::integral_constant<std::size_t, i>{}, std::get<i>(effects)), ...);
-    }(std::make_index_sequence<std::tuple_size_v<Effects>>{});
+    [&]<std::size_t... i>(std::index_sequence<i...>) { (visit(std::integral_constant<std::size_t, i>{}, std::get<i>(effects)), ...); }
+    (std::make_index_sequence<std::tuple_size_v<Effects>>{});
   }
   template <class Visitor>
   void each_effect(Visitor&& visit) const {
-    [&]<std::size_t... i>(std::index_sequence<i...>) {
-      (visit(std::integral_constant<std::size_t, i>{}, std::get<i>(effects)), ...);
-    }(std::make_index_sequence<std::tuple_size_v<Effects>>{});
+    [&]<std::size_t... i>(std::index_sequence<i...>) { (visit(std::integral_constant<std::size_t, i>{}, std::get<i>(effects)), ...); }
+    (std::make_index_sequence<std::tuple_size_v<Effects>>{});
   }
 
   // visit(field, declaration), in the order of System::parameters().
@@ -105,9 +105,7 @@ template <class Values, class PartNames>
 void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<ParameterId, ParameterInfo>& parameters,
                                  ListOf<EffectId, EffectInfo>& effects) {
   using Core = std::remove_cvref_t<decltype(values.core)>;
-  Core::parameters(values.core, [&](const auto&, const Declaration& declared) {
-    parameters.push_back({std::nullopt, "", declared});
-  });
+  Core::parameters(values.core, [&](const auto&, const Declaration& declared) { parameters.push_back({std::nullopt, "", declared}); });
   values.each_effect([&](auto index, auto& instances) {
     using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
     EffectInfo info;
@@ -150,7 +148,8 @@ OwnParts own_parts_of(const std::vector<OwnValues>& own, const Values& values, P
         if (names[p] == one.part) return result[index].push_back(p);
         all += (p ? ", " : "") + (names[p].empty() ? "(the only one)" : names[p]);
       }
-      throw DescriptionError(one.path, "no such parameter, and no part that this effect acts on; " + (all.empty() ? "there is none here" : "these are " + all));
+      throw DescriptionError(one.path, "no such parameter, and no part that this effect acts on; " +
+                                           (all.empty() ? "there is none here" : "these are " + all));
     });
     if (!found) throw DescriptionError(one.path, "no such effect");
   }

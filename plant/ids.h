@@ -20,7 +20,7 @@ using InputId = Id<struct InputTag>;
 using ChannelId = Id<struct ChannelTag>;
 using ParameterId = Id<struct ParameterTag>;
 using EffectId = Id<struct EffectTag>;
-using EntryId = Id<struct EntryTag>;          // of entries: one equation or reading of one part
+using EntryId = Id<struct EntryTag>;            // of entries: one equation or reading of one part
 using EntryGroupId = Id<struct EntryGroupTag>;  // of groups of entries: the same equation in all parts
 using VariableId = Id<struct VariableTag>;
 

@@ -113,8 +113,13 @@ Vector make_vector(std::size_t length, SUNContext context) {
 class Problem {
  public:
   Problem(const Plant& of, const SensitivityRequest& request)
-      : plant(of), states_info(of.states()), equations(of.equations()), request_(request), rate_(states_info.size()),
-        jet_state_(states_info.size()), jet_rate_(states_info.size()) {
+      : plant(of),
+        states_info(of.states()),
+        equations(of.equations()),
+        request_(request),
+        rate_(states_info.size()),
+        jet_state_(states_info.size()),
+        jet_rate_(states_info.size()) {
     const std::size_t chunks = (request.columns() + width - 1) / width;
     for (std::size_t c = 0; c < chunks; ++c) {
       std::vector<std::pair<ParameterId, int>> seeds;
@@ -145,8 +150,7 @@ class Problem {
   }
 
   // sensitivity and its rate: [states x padded columns], row by row.
-  bool rates_with_sensitivity(double time_s, const double* y, const double* sensitivity, double* rate,
-                              double* sensitivity_rate) {
+  bool rates_with_sensitivity(double time_s, const double* y, const double* sensitivity, double* rate, double* sensitivity_rate) {
     ++rhs_evaluations;
     const std::size_t n = states();
     for (std::size_t c = 0; c < chunk_equations.size(); ++c) {
@@ -175,8 +179,7 @@ class Problem {
   void load(std::size_t chunk, const double* y, const double* sensitivity, Jet* state) const {
     for (std::size_t i = 0; i < states(); ++i) {
       state[i].a = y[i];
-      state[i].v =
-          Eigen::Map<const Eigen::Matrix<double, jet_width, 1>>(sensitivity + i * padded_columns() + chunk * width);
+      state[i].v = Eigen::Map<const Eigen::Matrix<double, jet_width, 1>>(sensitivity + i * padded_columns() + chunk * width);
     }
   }
 
@@ -232,7 +235,7 @@ class Problem {
   std::int64_t rhs_evaluations = 0;
   std::int64_t jacobian_evaluations = 0;
   std::vector<double> rate_again;  // scratch for the rates themselves
-  std::vector<double> scratch;  // rows of the sensitivities and of their rates, for a solver that keeps columns
+  std::vector<double> scratch;     // rows of the sensitivities and of their rates, for a solver that keeps columns
 
  private:
   SensitivityRequest request_;
@@ -254,9 +257,7 @@ class Solver {
   std::string message;  // SUNDIALS' last words
 };
 
-void keep_message(int, const char*, const char*, char* words, void* solver) {
-  static_cast<Solver*>(solver)->message = words;
-}
+void keep_message(int, const char*, const char*, char* words, void* solver) { static_cast<Solver*>(solver)->message = words; }
 
 void require(int flag, const char* call) {
   if (flag < 0) throw std::runtime_error(std::string(call) + " failed with code " + std::to_string(flag));
@@ -288,8 +289,7 @@ std::string worst_of(const States& states, const double* error, const double* we
   for (std::size_t i = 0; i < states.size(); ++i) all.emplace_back(std::abs(error[i] * weight[i]), i);
   std::sort(all.rbegin(), all.rend());
   std::string text;
-  for (std::size_t k = 0; k < std::min<std::size_t>(3, all.size()); ++k)
-    text += (k ? ", " : "") + states.values()[all[k].second].key;
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, all.size()); ++k) text += (k ? ", " : "") + states.values()[all[k].second].key;
   return text;
 }
 
@@ -302,8 +302,7 @@ class CvodeSolver : public Solver {
     tolerance_ = make_vector(problem.states(), context_.get());
     for (sunindextype i = 0; i < n; ++i)
       N_VGetArrayPointer(tolerance_.get())[i] =
-          settings.relative_tolerance *
-          problem.states_info.values()[static_cast<std::size_t>(i)].scale;
+          settings.relative_tolerance * problem.states_info.values()[static_cast<std::size_t>(i)].scale;
     matrix_.reset(SUNDenseMatrix(n, n, context_.get()));
     linear_.reset(SUNLinSol_Dense(y_.get(), matrix_.get(), context_.get()));
     memory_ = CVodeCreate(CV_BDF, context_.get());
@@ -320,8 +319,7 @@ class CvodeSolver : public Solver {
         sensitivity_.push_back(make_vector(problem.states(), context_.get()));
         sensitivity_pointers_.push_back(sensitivity_.back().get());
       }
-      require(CVodeSensInit(memory_, static_cast<int>(columns_), CV_STAGGERED, sensitivity_rates,
-                            sensitivity_pointers_.data()),
+      require(CVodeSensInit(memory_, static_cast<int>(columns_), CV_STAGGERED, sensitivity_rates, sensitivity_pointers_.data()),
               "CVodeSensInit");
       require(CVodeSetSensErrCon(memory_, SUNFALSE), "CVodeSetSensErrCon");
       // CVODES makes tolerances of the sensitivities, for its corrector, from those of the state and these sizes.
@@ -397,8 +395,7 @@ class CvodeSolver : public Solver {
     static_cast<Problem*>(problem)->jacobian(t, N_VGetArrayPointer(y), SUNDenseMatrix_Data(matrix));
     return 0;
   }
-  static int sensitivity_rates(int, double t, N_Vector y, N_Vector, N_Vector* s, N_Vector* s_rate, void* problem_data,
-                               N_Vector, N_Vector) {
+  static int sensitivity_rates(int, double t, N_Vector y, N_Vector, N_Vector* s, N_Vector* s_rate, void* problem_data, N_Vector, N_Vector) {
     auto& problem = *static_cast<Problem*>(problem_data);
     const std::size_t n = problem.states(), padded = problem.padded_columns(), columns = problem.request().columns();
     double* rows = problem.scratch.data();
@@ -406,8 +403,7 @@ class CvodeSolver : public Solver {
       for (std::size_t i = 0; i < n; ++i) rows[i * padded + k] = N_VGetArrayPointer(s[k])[i];
     std::vector<double>& rate = problem.rate_again;
     double* rows_rate = rows + n * padded;
-    const bool finite =
-        problem.rates_with_sensitivity(t, N_VGetArrayPointer(y), rows, rate.data(), rows_rate);
+    const bool finite = problem.rates_with_sensitivity(t, N_VGetArrayPointer(y), rows, rate.data(), rows_rate);
     for (std::size_t k = 0; k < columns; ++k)
       for (std::size_t i = 0; i < n; ++i) N_VGetArrayPointer(s_rate[k])[i] = rows_rate[i * padded + k];
     return finite ? 0 : 1;
@@ -430,8 +426,7 @@ class ArkodeSolver : public Solver {
     const std::size_t n = problem.states();
     const std::size_t length = n * (1 + problem.padded_columns());
     y_ = make_vector(length, context_.get());
-    for (const StateInfo& state : problem.states_info)
-      absolute_tolerance_.push_back(settings.relative_tolerance * state.scale);
+    for (const StateInfo& state : problem.states_info) absolute_tolerance_.push_back(settings.relative_tolerance * state.scale);
     relative_tolerance_ = settings.relative_tolerance;
     const std::vector<double> sizes = problem.typical_sizes();
     sensitivity_weights_.assign(n * problem.padded_columns(), 0.0);
@@ -498,8 +493,8 @@ class ArkodeSolver : public Solver {
     const double* from = N_VGetArrayPointer(y);
     double* to = N_VGetArrayPointer(rate);
     const std::size_t n = problem.states();
-    const bool finite = problem.padded_columns() == 0 ? problem.rates(t, from, to)
-                                                      : problem.rates_with_sensitivity(t, from, from + n, to, to + n);
+    const bool finite =
+        problem.padded_columns() == 0 ? problem.rates(t, from, to) : problem.rates_with_sensitivity(t, from, from + n, to, to + n);
     return finite ? 0 : 1;
   }
   // The norm is that of the states' errors, plus that of the sensitivities' with tolerances that are wider. They must not be
@@ -511,8 +506,7 @@ class ArkodeSolver : public Solver {
     double* to = N_VGetArrayPointer(weight);
     const std::size_t n = self.absolute_tolerance_.size();
     const double share = std::sqrt(static_cast<double>(1 + self.problem_.padded_columns()));
-    for (std::size_t i = 0; i < n; ++i)
-      to[i] = share / (self.relative_tolerance_ * std::abs(from[i]) + self.absolute_tolerance_[i]);
+    for (std::size_t i = 0; i < n; ++i) to[i] = share / (self.relative_tolerance_ * std::abs(from[i]) + self.absolute_tolerance_[i]);
     std::copy(self.sensitivity_weights_.begin(), self.sensitivity_weights_.end(), to + n);
     return 0;
   }
@@ -591,8 +585,7 @@ class Integrator::Implementation {
       }
       const int flag = solver_->advance(stop_s, y_, s_);
       if (flag != 0)
-        return IntegrationFailure{time_s_, solver_->message + "; largest errors: " +
-                                               solver_->worst_states(problem_.states_info)};
+        return IntegrationFailure{time_s_, solver_->message + "; largest errors: " + solver_->worst_states(problem_.states_info)};
       time_s_ = stop_s;
       apply_events();
     }
@@ -668,8 +661,7 @@ class Integrator::Implementation {
       for (std::size_t k = 0; k < width; ++k) {
         const auto lane = static_cast<Eigen::Index>(k);
         delay_gradient_[c * width + k] = delay.v[lane];
-        for (std::size_t e = 0; e < switches.size(); ++e)
-          switch_gradients_[e][c * width + k] = switches[e].v[lane];
+        for (std::size_t e = 0; e < switches.size(); ++e) switch_gradients_[e][c * width + k] = switches[e].v[lane];
       }
     }
     method_ = settings.method;
@@ -733,8 +725,7 @@ class Integrator::Implementation {
   SolverCounters counters_;
 };
 
-Integrator::Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings,
-                       const SensitivityRequest& request)
+Integrator::Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings, const SensitivityRequest& request)
     : implementation_(std::make_unique<Implementation>(plant, start, settings, request)) {}
 Integrator::Integrator(const Plant& plant, const Checkpoint& from, const NumericalSettings& settings)
     : implementation_(std::make_unique<Implementation>(plant, from, settings)) {}

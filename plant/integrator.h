@@ -76,8 +76,7 @@ struct Checkpoint {
 class Integrator {
  public:
   // Throws std::invalid_argument where start or request do not fit the plant.
-  Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings,
-             const SensitivityRequest& request = {});
+  Integrator(const Plant& plant, const Start& start, const NumericalSettings& settings, const SensitivityRequest& request = {});
   Integrator(const Plant& plant, const Checkpoint& from, const NumericalSettings& settings);
   ~Integrator();
   Integrator(Integrator&&) noexcept;
@@ -97,9 +96,9 @@ class Integrator {
   double time_s() const;
   const std::vector<double>& state() const;
   const States& states() const;
-  const Situation& situation() const;      // here and now
-  std::vector<double> readings() const;    // [channels], internal units
-  std::vector<double> variables() const;   // [variables], in the units of their list
+  const Situation& situation() const;     // here and now
+  std::vector<double> readings() const;   // [channels], internal units
+  std::vector<double> variables() const;  // [variables], in the units of their list
 
   // [states x columns] and [channels x columns]: d/dp of the state, and of the readings. Internal units.
   Eigen::MatrixXd state_sensitivity() const;

@@ -42,8 +42,14 @@ struct WholePlant {
 // The parameter that carries an effect's strength, where 0 is its null.
 inline Declaration strength(const char* name, const char* symbol, Unit unit, double typical, double deviation, Range range,
                             std::string_view meaning) {
-  return {.name = name, .symbol = symbol, .unit = unit, .range = range, .typical = typical, .null_value = 0.0,
-          .prior_deviation = deviation, .meaning = meaning};
+  return {.name = name,
+          .symbol = symbol,
+          .unit = unit,
+          .range = range,
+          .typical = typical,
+          .null_value = 0.0,
+          .prior_deviation = deviation,
+          .meaning = meaning};
 }
 
 template <class S>
@@ -71,7 +77,7 @@ S lagged_reading(const S& x, const S& x_rate, const S& m, const S& time_constant
 struct SmallState {
   std::string_view key;  // ends in its unit
   Unit unit;
-  double scale;  // see StateInfo
+  double scale;               // see StateInfo
   Range range = {-1e6, 1e6};  // of first values
 };
 
@@ -116,12 +122,12 @@ class SmallEquations final : public Equations<S> {
   SmallEquations(const SmallEquations&) = delete;
 
 // Calls the member function of that name on every effect that is on and has it, with its own states where it wants them.
-#define SINEW_STAGE(stage)                                                           \
-  each_on([&](const auto& effect, [[maybe_unused]] std::size_t first) {              \
-    if constexpr (requires { effect.stage(now_); })                                  \
-      effect.stage(now_);                                                            \
-    else if constexpr (requires { effect.stage(now_, y); })                          \
-      effect.stage(now_, y + first);                                                 \
+#define SINEW_STAGE(stage)                                              \
+  each_on([&](const auto& effect, [[maybe_unused]] std::size_t first) { \
+    if constexpr (requires { effect.stage(now_); })                     \
+      effect.stage(now_);                                               \
+    else if constexpr (requires { effect.stage(now_, y); })             \
+      effect.stage(now_, y + first);                                    \
   })
 
   void rates(const Situation& given, const S* y, S* rates) override {
@@ -253,8 +259,8 @@ class SmallSystem final : public System {
       if constexpr (HasStates<Effect>)
         if (on[index])
           for (const StateDeclaration& declared : Effect::states)
-            list.push_back({std::string(Effect::name) + "." + std::string(declared.name), declared.unit, declared.scale,
-                            declared.free_at_start});
+            list.push_back(
+                {std::string(Effect::name) + "." + std::string(declared.name), declared.unit, declared.scale, declared.free_at_start});
     });
     return list;
   }
@@ -315,8 +321,7 @@ class SmallSystem final : public System {
   }
 
   void list_variables_and_entries() {
-    for (const SmallState& state : lists_.states)
-      variables_.push_back({words_of_key(state.key, state.unit), std::string(state.unit.text)});
+    for (const SmallState& state : lists_.states) variables_.push_back({words_of_key(state.key, state.unit), std::string(state.unit.text)});
     for (const InputInfo& input : lists_.inputs) variables_.push_back({input.words, std::string(input.unit.text)});
     variables_.push_back({"time", "s"});
     for (const SmallEntry& declared : lists_.entries) {

@@ -61,8 +61,7 @@ std::vector<StartBelief> System::start_beliefs(const Plant& plant, std::span<con
   return beliefs;
 }
 
-std::vector<std::vector<std::pair<StateId, double>>> System::other_starts(const Plant&,
-                                                                          const std::vector<std::optional<double>>&) const {
+std::vector<std::vector<std::pair<StateId, double>>> System::other_starts(const Plant&, const std::vector<std::optional<double>>&) const {
   return {};
 }
 
@@ -74,26 +73,19 @@ Plant::Plant(std::shared_ptr<const System> system) : system_(std::move(system)) 
   on_.assign(system_->effects().size(), false);
 }
 
-double Plant::get_in_file_units(ParameterId p) const {
-  return get(p) / system_->parameters()[p].declaration.unit.internal_per_unit;
-}
-void Plant::set_in_file_units(ParameterId p, double value) {
-  set(p, value * system_->parameters()[p].declaration.unit.internal_per_unit);
-}
+double Plant::get_in_file_units(ParameterId p) const { return get(p) / system_->parameters()[p].declaration.unit.internal_per_unit; }
+void Plant::set_in_file_units(ParameterId p, double value) { set(p, value * system_->parameters()[p].declaration.unit.internal_per_unit); }
 
 void Plant::turn_on_by_strength() {
   for (const EffectId e : system_->effects().ids()) {
     const EffectInfo& info = system_->effects()[e];
-    const auto is_not_null = [&](ParameterId p) {
-      return get_in_file_units(p) != *system_->parameters()[p].declaration.null_value;
-    };
+    const auto is_not_null = [&](ParameterId p) { return get_in_file_units(p) != *system_->parameters()[p].declaration.null_value; };
     on_[e.index] = is_not_null(info.strength);
     for (const ParameterId own : info.own_strengths) on_[e.index] = on_[e.index] || is_not_null(own);
   }
 }
 
-std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(
-    const std::vector<std::pair<ParameterId, int>>& seeds) const {
+std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(const std::vector<std::pair<ParameterId, int>>& seeds) const {
   std::vector<Jet> lifted(values_.begin(), values_.end());
   for (const auto& [parameter, lane] : seeds) {
     if (parameter.index >= lifted.size()) throw std::invalid_argument("sensitivity to a parameter that is not there");

@@ -32,15 +32,13 @@ struct Situation {
   std::vector<double> inputs = {};      // at inputs_from_s
   std::vector<double> slopes_1_s = {};  // of each input since then; empty: all are held
   double inputs_from_s = 0.0;
-  double input(std::size_t i) const {
-    return slopes_1_s.empty() ? inputs[i] : inputs[i] + slopes_1_s[i] * (time_s - inputs_from_s);
-  }
+  double input(std::size_t i) const { return slopes_1_s.empty() ? inputs[i] : inputs[i] + slopes_1_s[i] * (time_s - inputs_from_s); }
 };
 
 struct StateInfo {
   std::string key;  // "temperature_A_degC", "viscoelastic_creep.angle_rad"; ends in its unit
   Unit unit;
-  double scale;  // a change of this size is large: sets the absolute tolerance and the prior of an unknown start
+  double scale;               // a change of this size is large: sets the absolute tolerance and the prior of an unknown start
   bool free_at_start = true;  // whether a recording that begins in mid-motion leaves its first value open
   double safe_until = std::numeric_limits<double>::infinity();  // an experiment that is designed stays below it
 };
@@ -59,8 +57,8 @@ struct InputInfo {
 };
 
 struct ChannelInfo {
-  std::string column;  // "temperature_A_degC"
-  std::string words;   // "temperature A"
+  std::string column;      // "temperature_A_degC"
+  std::string words;       // "temperature A"
   std::string unit_words;  // "°C", as people read it
   Unit unit;
   Range range;
@@ -73,7 +71,7 @@ struct ChannelInfo {
   double ordinary_disturbance = 0.0;
   // For words about a stretch of time: the input that drives the part whose sensor this is.
   std::optional<InputId> driven_by = std::nullopt;
-  std::string part = "";         // "coil A"
+  std::string part = "";          // "coil A"
   std::string driven_words = "";  // "is heated"
   std::string idle_words = "";    // "cools"
 };
@@ -87,7 +85,7 @@ struct Drive {
 
 // A file that a logger of such a plant writes, and which of its columns are which of a recording's.
 struct LoggerFormat {
-  std::string_view clock_column;  // milliseconds since midnight; the header line begins with it
+  std::string_view clock_column;                                  // milliseconds since midnight; the header line begins with it
   std::vector<std::pair<std::string_view, std::string>> columns;  // of the file, of the recording
   std::vector<std::string_view> unused;                           // expected, and passed over in silence
 };
@@ -102,7 +100,7 @@ struct ParameterInfo {
 
 struct EffectInfo {
   std::string_view name;
-  std::string_view place;     // "thermal", "sensor.angle"
+  std::string_view place;  // "thermal", "sensor.angle"
   std::string_view equation;
   std::string_view words;
   std::vector<ParameterId> parameters;  // shared by all parts
@@ -119,11 +117,11 @@ struct EntryGroup {
   std::string_view name;   // for programs: "heat"
   std::string_view words;  // "the wires' heat balances"
   std::string_view unit;   // of the forcing
-  double typical;               // a size that matters, in internal units
+  double typical;          // a size that matters, in internal units
   double correlation_time_s;
   std::vector<std::string_view> places = {};  // of the effects that enter here; where there are two, the second is the inputs' side
-  std::string_view input_words = "";  // of the second: "the heating of the wires by their current"
-  double begin = 0.0;  // the size that a fit begins with
+  std::string_view input_words = "";          // of the second: "the heating of the wires by their current"
+  double begin = 0.0;                         // the size that a fit begins with
   // The surroundings: what moves around every plant, and is no sign of missing physics, up to `most`.
   bool is_nuisance = false;
   double least = 0.0, most = 0.0;
@@ -154,10 +152,10 @@ struct VariableInfo {
 struct Constant {
   std::string words;  // "the beam's stiffness"
   std::string_view place;
-  std::vector<ParameterId> parameters = {};  // that change together, ...
-  std::vector<ChannelId> channels = {};      // ... or readings, by a gain about ...
+  std::vector<ParameterId> parameters = {};         // that change together, ...
+  std::vector<ChannelId> channels = {};             // ... or readings, by a gain about ...
   std::optional<ParameterId> about = std::nullopt;  // ... this value; none: 0
-  double scale = 10.0;  // a change that matters, in `unit`
+  double scale = 10.0;                              // a change that matters, in `unit`
   std::string unit = "%";
 };
 
@@ -234,8 +232,8 @@ class System : public std::enable_shared_from_this<System> {
   // units, NaN where a channel was never measured. One a state.
   virtual std::vector<StartBelief> start_beliefs(const Plant& plant, std::span<const double> first_measured) const;
   // Other first values that a fit which began at `start` does not feel: each a list of states and values.
-  virtual std::vector<std::vector<std::pair<StateId, double>>> other_starts(
-      const Plant& plant, const std::vector<std::optional<double>>& start) const;
+  virtual std::vector<std::vector<std::pair<StateId, double>>> other_starts(const Plant& plant,
+                                                                            const std::vector<std::optional<double>>& start) const;
   // The structure, as it stands in a plant file above `parameters:`; empty where the name says all. Whole lines.
   virtual std::string structure_yaml() const { return ""; }
 
@@ -269,7 +267,7 @@ class Plant {
 
   const System& system() const { return *system_; }
   const std::shared_ptr<const System>& shared_system() const { return system_; }
-  double get(ParameterId p) const { return values_[p.index]; }                 // internal units
+  double get(ParameterId p) const { return values_[p.index]; }                           // internal units
   void set(ParameterId p, double internal_value) { values_[p.index] = internal_value; }  // does not check the range
   double get_in_file_units(ParameterId p) const;
   void set_in_file_units(ParameterId p, double value);

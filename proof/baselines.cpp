@@ -15,7 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using diagnose::Prediction;
 
-
 // What the core says at every sample, and what it leaves: [samples x 5] features in units of their spread, [samples]
 // residuals.
 struct Residual {
@@ -85,14 +84,13 @@ Sparse sparse_fit(const Eigen::MatrixXd& terms, const Eigen::VectorXd& left) {
       coefficients = terms(Eigen::all, kept).colPivHouseholderQr().solve(left);
       std::vector<Eigen::Index> next;
       for (std::size_t i = 0; i < kept.size(); ++i)  // a term counts by what it contributes, whatever its unit
-        if (std::abs(coefficients(static_cast<Eigen::Index>(i))) * terms.col(kept[i]).norm() >= threshold * whole)
-          next.push_back(kept[i]);
+        if (std::abs(coefficients(static_cast<Eigen::Index>(i))) * terms.col(kept[i]).norm() >= threshold * whole) next.push_back(kept[i]);
       changed = next.size() < kept.size();
       kept = next;
     }
     if (kept.empty()) continue;
-    const double bic = n * std::log((left - terms(Eigen::all, kept) * coefficients).squaredNorm() / n) +
-                       static_cast<double>(kept.size()) * std::log(n);
+    const double bic =
+        n * std::log((left - terms(Eigen::all, kept) * coefficients).squaredNorm() / n) + static_cast<double>(kept.size()) * std::log(n);
     if (bic >= best_bic) continue;
     best_bic = bic;
     best.coefficients.setZero();
@@ -136,11 +134,11 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
   least_squares.iterations_per_round = 8;
   const std::vector<diagnose::FitData>& data = diagnosis.search.core.problem->data();
   const auto bic = [](const diagnose::Explanation& explanation) {
-    return -2.0 * explanation.log_likelihood + static_cast<double>(explanation.problem->parameters().size()) *
-                                                   std::log(static_cast<double>(explanation.blocks->rows().size()));
+    return -2.0 * explanation.log_likelihood +
+           static_cast<double>(explanation.problem->parameters().size()) * std::log(static_cast<double>(explanation.blocks->rows().size()));
   };
-  diagnose::Explanation best = diagnose::explain(diagnosis.search.core.problem->centres(), data,
-                                                 diagnosis.search.core.as_guess(), least_squares);
+  diagnose::Explanation best =
+      diagnose::explain(diagnosis.search.core.problem->centres(), data, diagnosis.search.core.as_guess(), least_squares);
   std::vector<std::string_view> names;
   while (best.usable && names.size() < settings.search.most_effects) {
     std::vector<plant::EffectId> candidates;
@@ -155,8 +153,8 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     for (const std::size_t s : scores.best) {
       const diagnose::Score& score = scores.all[s];
       if (!score.blind && tried++ >= 3) continue;
-      const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect),
-                                                           data, diagnose::guess_with(best, score), least_squares);
+      const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect), data,
+                                                           diagnose::guess_with(best, score), least_squares);
       if (!with.usable || (better.usable && bic(with) >= bic(better))) continue;
       better = with;
       added = score.effect;
@@ -169,9 +167,9 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
   for (const Prediction& prediction : diagnosis.predictions) {
     if (prediction.training || !best.usable) continue;
     const auto& numerics = settings.search.fit.numerics;
-    const diagnose::Series model = diagnose::predict(
-        best.model(), diagnose::start_of(best.model(), *prediction.recording, data.front().deviation, least_squares),
-        *prediction.recording, numerics);
+    const diagnose::Series model =
+        diagnose::predict(best.model(), diagnose::start_of(best.model(), *prediction.recording, data.front().deviation, least_squares),
+                          *prediction.recording, numerics);
     diagnose::PerChannel rmse = diagnose::per_channel(best.system());
     for (const plant::ChannelId c : rmse.ids()) {
       double sum = 0.0, count = 0.0;
@@ -211,8 +209,7 @@ Json baselines(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSe
     by_terms[c] = rms_after(held_out, c, terms_there * found.coefficients);
     std::vector<Eigen::Index> some;
     for (std::size_t i = 0; i < points; ++i) some.push_back(rows[i * rows.size() / points]);
-    by_process[c] = rms_after(
-        held_out, c, process_fit(training.features(some, Eigen::all), training.left[c](some), held_out.features));
+    by_process[c] = rms_after(held_out, c, process_fit(training.features(some, Eigen::all), training.left[c](some), held_out.features));
   }
   result["sindy"]["normalised_after"] = normalised(by_terms, diagnosis.held_out.noise);
   result["gaussian_process"]["normalised_after"] = normalised(by_process, diagnosis.held_out.noise);

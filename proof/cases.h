@@ -15,8 +15,8 @@ struct ProofCase {
   prove::Kind kind;
   std::uint64_t seed = 0;
   prove::Settings settings;
-  std::string variant;   // "plain", or the disturbance that comes on top of moving air
-  bool removed = false;  // the true effect is taken out of the catalogue beforehand
+  std::string variant;          // "plain", or the disturbance that comes on top of moving air
+  bool removed = false;         // the true effect is taken out of the catalogue beforehand
   bool with_baselines = false;  // simpler methods are put to it, too; they take as long as the diagnosis
   std::string family() const;
   std::string id() const;  // unique, fit for a file name

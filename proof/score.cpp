@@ -3,8 +3,8 @@
 #include <cmath>
 #include <map>
 
-#include "proof/cases.h"
 #include "plant/systems.h"
+#include "proof/cases.h"
 #include "report/number.h"
 
 namespace sinew::proof {
@@ -27,8 +27,7 @@ struct Count {
   std::array<double, 2> interval() const {
     if (all == 0) return {std::nan(""), std::nan("")};
     constexpr double z = 1.959964;
-    const double n = all, p = share(), middle = p + z * z / (2 * n),
-                 half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+    const double n = all, p = share(), middle = p + z * z / (2 * n), half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
     return {(middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)};
   }
 };
@@ -86,13 +85,12 @@ double explained_alone(const Json& result, const std::string& effect) {
 
 std::string alone(const Json& result, const std::string& effect) {
   const double share = explained_alone(result, effect);
-  return std::isnan(share) ? effect + " was not among the effects that were fitted"
-                           : effect + " alone explains " + percent(share);
+  return std::isnan(share) ? effect + " was not among the effects that were fitted" : effect + " alone explains " + percent(share);
 }
 
 // What the numbers of a missed case say of why.
-std::string reason_of(const std::string& family, const std::vector<std::string>& truth,
-                      const std::vector<std::string>& named, const std::vector<std::string>& set, const Json& result) {
+std::string reason_of(const std::string& family, const std::vector<std::string>& truth, const std::vector<std::string>& named,
+                      const std::vector<std::string>& set, const Json& result) {
   if (result["verdict"] == "failed") return result["why"];
   const double share = number(result["explained_share"]), left = number(result["unrest"][1]);
   std::string text;
@@ -124,10 +122,9 @@ std::string reason_of(const std::string& family, const std::vector<std::string>&
 }  // namespace
 
 Json score_proof(const Json& answers, const Json& results) {
-  Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place,
-      covered, worse;
+  Count right, form, alarms, unknown, misnamed, removed_unknown, removed_misnamed, both, one_of_two, contained, place, covered, worse;
   std::map<std::string, Count> right_by_effect;
-  std::map<std::string, int> hidden_by_effect;  // cases of the catalogue that show nothing of it
+  std::map<std::string, int> hidden_by_effect;                           // cases of the catalogue that show nothing of it
   std::map<std::string, std::map<std::string, Count>> right_by_variant;  // of a family; clean: no false alarm
   std::vector<double> sizes, errors, reductions;
   std::map<std::string, std::map<std::string, Count>> strata;
@@ -150,8 +147,7 @@ Json score_proof(const Json& answers, const Json& results) {
     const double seen = result["visibility"];
     // Nothing to see, or an effect that calibration absorbs and the answer lists by name as one that this recording
     // cannot show.
-    const bool said_by_name =
-        verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
+    const bool said_by_name = verdict == "consistent" && truth.size() == 1 && contains(result["cannot_be_seen"], truth[0]);
     const bool nothing_to_see = family != "clean" && (seen < invisible_below || said_by_name);
     const std::string first = named.empty() ? (verdict == "consistent" ? "(nothing)" : "(unknown)") : named[0];
     if (!named.empty()) {
@@ -161,12 +157,8 @@ Json score_proof(const Json& answers, const Json& results) {
       right_by_confidence[at].add(family != "removed" && contains(truth, first));
     }
     const bool confidently = !named.empty() && result["effects"][0]["confidence"].get<double>() >= confident;
-    const std::string stratum = seen < invisible_below ? "d' < 5"
-                                : seen < 20            ? "5 to 20"
-                                : seen < 100           ? "20 to 100"
-                                                       : "over 100";
-    const std::string sure =
-        named.empty() ? "" : " (" + report::fixed(result["effects"][0]["confidence"].get<double>(), 2) + ")";
+    const std::string stratum = seen < invisible_below ? "d' < 5" : seen < 20 ? "5 to 20" : seen < 100 ? "20 to 100" : "over 100";
+    const std::string sure = named.empty() ? "" : " (" + report::fixed(result["effects"][0]["confidence"].get<double>(), 2) + ")";
     bool good = true;
     std::string why;
     const auto miss = [&](const std::string& reason) { good = false, why = reason; };
@@ -177,9 +169,7 @@ Json score_proof(const Json& answers, const Json& results) {
       const bool right_place = said_first || contains(group, answer["effects"][0]["place"].get<std::string>());
       place.add(right_place);
       place_said_first += said_first;
-      if (!right_place)
-        misplaced.push_back(
-            {{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
+      if (!right_place) misplaced.push_back({{"id", id}, {"said", result["located"]["place"]}, {"truth", answer["effects"][0]["place"]}});
       return right_place;
     };
     ++programs[result.value("made_by", "")];
@@ -210,8 +200,7 @@ Json score_proof(const Json& answers, const Json& results) {
     }
     if (family == "clean") {
       if (verdict != "failed") {
-        for (const Json& round : result["rounds"])
-          largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
+        for (const Json& round : result["rounds"]) largest_clean_gain = std::max(largest_clean_gain, round["gain"].get<double>());
         largest_clean_unrest = std::max(largest_clean_unrest, number(result["unrest"][0]));
       }
       alarms.add(verdict != "consistent");
@@ -268,18 +257,15 @@ Json score_proof(const Json& answers, const Json& results) {
             if (!effect["parameters"].contains(name) || effect["parameters"][name]["known"].get<bool>()) continue;
             const Json& estimate = effect["parameters"][name];
             const double truth_value = value, estimated = estimate["value"];
-            covered.add(truth_value >= estimate["ci95"][0].get<double>() &&
-                        truth_value <= estimate["ci95"][1].get<double>());
+            covered.add(truth_value >= estimate["ci95"][0].get<double>() && truth_value <= estimate["ci95"][1].get<double>());
             const double null = effect["null"];
-            if (name == strength && truth_value != null)
-              errors.push_back(std::abs(estimated - truth_value) / std::abs(truth_value - null));
+            if (name == strength && truth_value != null) errors.push_back(std::abs(estimated - truth_value) / std::abs(truth_value - null));
           }
         }
     if (!named.empty()) {
       const double was = number(result["normalised_before"]), is = number(result["normalised_after"]);
       worse.add(!std::isnan(was) && !(is <= was));
-      worse_for_all +=
-          !(is <= was) && result.contains("normalised_oracle") && number(result["normalised_oracle"]) > was;
+      worse_for_all += !(is <= was) && result.contains("normalised_oracle") && number(result["normalised_oracle"]) > was;
       if (result.contains("normalised_oracle")) {
         const double before = number(result["normalised_before"]), after = number(result["normalised_after"]),
                      oracle = number(result["normalised_oracle"]);
@@ -309,36 +295,28 @@ Json score_proof(const Json& answers, const Json& results) {
   score["invisible"] = invisible;
   for (const char* part : {"by_effect", "by_disturbance", "strata", "confusion"}) score[part] = Json::object();
   Json& figures = score["figures"];
-  figures.push_back(
-      share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
-  figures.push_back(
-      share_json("the effect of " + std::to_string(right_by_effect.size()) + " that is recognised least: " + least,
-                 worst_effects.empty() ? Count{} : right_by_effect[worst_effects[0]], "at least 80 %", worst_share >= 0.8));
-  figures.push_back(
-      share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
+  figures.push_back(share_json("one concealed effect: right name first", right, "at least 95 %", right.share() >= 0.95));
+  figures.push_back(share_json("the effect of " + std::to_string(right_by_effect.size()) + " that is recognised least: " + least,
+                               worst_effects.empty() ? Count{} : right_by_effect[worst_effects[0]], "at least 80 %", worst_share >= 0.8));
+  figures.push_back(share_json("same physics in another form: right name first", form, "at least 85 %", form.share() >= 0.85));
   figures.push_back(share_json("nothing concealed: false alarms", alarms, "at most 2 %", alarms.share() <= 0.02));
-  figures.push_back(share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %",
-                               unknown.share() >= 0.9));
   figures.push_back(
-      share_json("outside the catalogue: confidently misnamed", misnamed, "at most 5 %", misnamed.share() <= 0.05));
-  figures.push_back(share_json("taken out of the catalogue: said to be unknown, or right equation", removed_unknown,
-                               "at least 90 %", removed_unknown.share() >= 0.9));
-  figures.push_back(share_json("taken out of the catalogue: confidently misnamed", removed_misnamed, "at most 5 %",
-                               removed_misnamed.share() <= 0.05));
+      share_json("outside the catalogue: said to be unknown, or right equation", unknown, "at least 90 %", unknown.share() >= 0.9));
+  figures.push_back(share_json("outside the catalogue: confidently misnamed", misnamed, "at most 5 %", misnamed.share() <= 0.05));
+  figures.push_back(share_json("taken out of the catalogue: said to be unknown, or right equation", removed_unknown, "at least 90 %",
+                               removed_unknown.share() >= 0.9));
+  figures.push_back(
+      share_json("taken out of the catalogue: confidently misnamed", removed_misnamed, "at most 5 %", removed_misnamed.share() <= 0.05));
   figures.push_back(share_json("two effects: both named", both, "at least 80 %", both.share() >= 0.8));
-  figures.push_back(
-      share_json("two effects: one or both named", one_of_two, "at least 97 %", one_of_two.share() >= 0.97));
-  figures.push_back(
-      share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
-  figures.push_back(
-      number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
+  figures.push_back(share_json("two effects: one or both named", one_of_two, "at least 97 %", one_of_two.share() >= 0.97));
+  figures.push_back(share_json("the set that the answer names contains the truth", contained, "95 ± 3 %", contained.share() >= 0.92));
+  figures.push_back(number_json("median size of that set", median(sizes), sizes.size(), "one or two", median(sizes) <= 2.0));
   figures.push_back(share_json("equation right, or among those said to be alike", place, "at least 97 %", place.share() >= 0.97));
-  figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %",
-                                median(errors) < 0.1));
-  figures.push_back(share_json("95 % intervals that cover the truth", covered, "92 to 98 %",
-                               covered.share() >= 0.92 && covered.share() <= 0.98));
-  figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect",
-                                median(reductions), reductions.size(), "at least 95 %", median(reductions) >= 0.95));
+  figures.push_back(number_json("strength: median relative error", median(errors), errors.size(), "under 10 %", median(errors) < 0.1));
+  figures.push_back(
+      share_json("95 % intervals that cover the truth", covered, "92 to 98 %", covered.share() >= 0.92 && covered.share() <= 0.98));
+  figures.push_back(number_json("held-out error: median share of the reduction of one who knows the effect", median(reductions),
+                                reductions.size(), "at least 95 %", median(reductions) >= 0.95));
   figures.push_back(share_json("held-out error worse than before", worse, "at most 1 %", worse.share() <= 0.01));
   for (const auto& [effect, count] : right_by_effect)
     score["by_effect"][effect] = {{"right", count.good}, {"of", count.all}, {"hidden", 0}};
@@ -348,8 +326,7 @@ Json score_proof(const Json& answers, const Json& results) {
     one["hidden"] = count;
   }
   for (const auto& [variant, families] : right_by_variant)
-    for (const auto& [family, count] : families)
-      score["by_disturbance"][variant][family] = {{"right", count.good}, {"of", count.all}};
+    for (const auto& [family, count] : families) score["by_disturbance"][variant][family] = {{"right", count.good}, {"of", count.all}};
   for (const auto& [family, levels] : strata)
     for (const auto& [level, count] : levels) score["strata"][family][level] = {count.good, count.all};
   for (const auto& [truth, given] : confusion)
@@ -365,8 +342,7 @@ Json score_proof(const Json& answers, const Json& results) {
   score["misses"] = misses;
   score["misplaced"] = misplaced;
   score["programs"] = programs;
-  score["clean"] = {
-      {"cases", alarms.all}, {"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
+  score["clean"] = {{"cases", alarms.all}, {"largest_gain", largest_clean_gain}, {"largest_unrest", largest_clean_unrest}};
   score["baselines"] = Json::array();
   if (!others.empty()) {
     const auto row = [&](const std::string& what, auto&& of) {
@@ -392,36 +368,33 @@ std::string seeds_text(const Json& score) {
   std::string text;
   if (score.contains("first_seed")) text += std::to_string(score["first_seed"].get<std::uint64_t>()) + " on";
   if (score.contains("first_clean_seed"))
-    text += (text.empty() ? "" : ", where nothing is missing ") +
-            std::to_string(score["first_clean_seed"].get<std::uint64_t>()) + " on";
+    text += (text.empty() ? "" : ", where nothing is missing ") + std::to_string(score["first_clean_seed"].get<std::uint64_t>()) + " on";
   return text + " (what was taken out of the catalogue: 500 more)";
 }
 
 }  // namespace
 
 std::string proof_markdown(const Json& score, const std::string& command) {
-  std::string text = "# Proof on concealed data\n\nMade by `" + command + "`, " +
-                     std::to_string(score["cases"].get<int>()) + " cases" +
-                     (score["wanted"] == score["cases"]
-                          ? std::string()
-                          : " of " + std::to_string(score["wanted"].get<int>()) + ", those that have been made") +
-                     ". Seeds: " + seeds_text(score) + "; docs/diagnosis.md says which were looked at before. In " +
-                     std::to_string(score["invisible"].get<int>()) +
-                     " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the "
-                     "effect and the answer lists it by "
-                     "name as one that the recording cannot show, and the answer said that nothing is missing.\n\n"
-                     "| figure | measured | 95 % interval | goal | reached |\n|---|---|---|---|---|\n";
+  std::string text =
+      "# Proof on concealed data\n\nMade by `" + command + "`, " + std::to_string(score["cases"].get<int>()) + " cases" +
+      (score["wanted"] == score["cases"] ? std::string()
+                                         : " of " + std::to_string(score["wanted"].get<int>()) + ", those that have been made") +
+      ". Seeds: " + seeds_text(score) + "; docs/diagnosis.md says which were looked at before. In " +
+      std::to_string(score["invisible"].get<int>()) +
+      " of them the calibrated core leaves nothing to be seen (d' below 5), or calibration absorbs the "
+      "effect and the answer lists it by "
+      "name as one that the recording cannot show, and the answer said that nothing is missing.\n\n"
+      "| figure | measured | 95 % interval | goal | reached |\n|---|---|---|---|---|\n";
   for (const Json& figure : score["figures"]) {
     text += "| " + figure["what"].get<std::string>() + " | ";
     if (figure["of"].get<double>() == 0)
       text += "no case | |";
     else if (figure.contains("share"))
       text += percent(figure["share"]) + " (" + std::to_string(figure["good"].get<int>()) + " of " +
-              std::to_string(figure["of"].get<int>()) + ") | " + percent(figure["interval"][0]) + " to " +
-              percent(figure["interval"][1]) + " |";
+              std::to_string(figure["of"].get<int>()) + ") | " + percent(figure["interval"][0]) + " to " + percent(figure["interval"][1]) +
+              " |";
     else
-      text += (figure["goal"].get<std::string>().ends_with("%") ? percent(figure["value"])
-                                                                : report::significant(figure["value"], 3)) +
+      text += (figure["goal"].get<std::string>().ends_with("%") ? percent(figure["value"]) : report::significant(figure["value"], 3)) +
               " (of " + std::to_string(figure["of"].get<int>()) + ") | |";
     text += " " + figure["goal"].get<std::string>() + " | " +
             (figure["of"].get<double>() == 0 ? "–"
@@ -431,19 +404,16 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   }
   text += "\n";
   if (score["clean"]["cases"].get<int>() > 0)
-    text += "Largest gain that an effect had where nothing was concealed: " +
-            report::significant(score["clean"]["largest_gain"], 3) +
+    text += "Largest gain that an effect had where nothing was concealed: " + report::significant(score["clean"]["largest_gain"], 3) +
             "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". ";
   text += "Made by";
   for (const auto& [program, count] : score["programs"].items())
     text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";
-  text += ". Of the cases in which the held-out error is worse than before, " +
-          std::to_string(score["worse_for_all"].get<int>()) +
+  text += ". Of the cases in which the held-out error is worse than before, " + std::to_string(score["worse_for_all"].get<int>()) +
           " are worse, too, for one who knows the effect: air moved otherwise there. The equation that the answer says first was "
           "right in " +
           std::to_string(score["place_said_first"]["right"].get<int>()) + " of " +
-          std::to_string(score["place_said_first"]["of"].get<int>()) +
-          "; the others count where it says that they cannot be told apart.\n";
+          std::to_string(score["place_said_first"]["of"].get<int>()) + "; the others count where it says that they cannot be told apart.\n";
   if (!score["baselines"].empty()) {
     text +=
         "\n## Simpler methods on the same cases\n\nOn the first seed of every case. Misnamed counts for Sinew where the "
@@ -472,9 +442,9 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   for (const auto& [family, levels] : score["strata"].items()) {
     text += "| " + family + " |";
     for (const char* level : {"d' < 5", "5 to 20", "20 to 100", "over 100"})
-      text += levels.contains(level) ? " " + std::to_string(levels[level][0].get<int>()) + " of " +
-                                           std::to_string(levels[level][1].get<int>()) + " |"
-                                     : " – |";
+      text += levels.contains(level)
+                  ? " " + std::to_string(levels[level][0].get<int>()) + " of " + std::to_string(levels[level][1].get<int>()) + " |"
+                  : " – |";
     text += "\n";
   }
   text +=
@@ -482,8 +452,8 @@ std::string proof_markdown(const Json& score, const std::string& command) {
       "name is what was concealed, by the confidence it was given. An effect that was outside of the catalogue, or "
       "taken out of it, has no right name.\n\n| confidence | first name right |\n|---|---|\n";
   for (const Json& one : score["confidence"])
-    text += "| " + report::fixed(one["from"], 2) + " to " + report::fixed(one["to"], 2) + " | " +
-            std::to_string(one["right"].get<int>()) + " of " + std::to_string(one["of"].get<int>()) + " |\n";
+    text += "| " + report::fixed(one["from"], 2) + " to " + report::fixed(one["to"], 2) + " | " + std::to_string(one["right"].get<int>()) +
+            " of " + std::to_string(one["of"].get<int>()) + " |\n";
   const auto right_of_all = [](const Json& count) {
     return std::to_string(count["right"].get<int>()) + " of " + std::to_string(count["of"].get<int>());
   };
@@ -505,12 +475,11 @@ std::string proof_markdown(const Json& score, const std::string& command) {
             (count["hidden"].get<int>() > 0 ? std::to_string(count["hidden"].get<int>()) : "") + " |\n";
   text += "\n## Every miss\n\n| case | what it said | what its numbers say of why | d' |\n|---|---|---|---|\n";
   for (const Json& miss : score["misses"])
-    text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " +
-            miss["reason"].get<std::string>() + " | " + report::significant(miss["visibility"], 3) + " |\n";
+    text += "| " + miss["id"].get<std::string>() + " | " + miss["why"].get<std::string>() + " | " + miss["reason"].get<std::string>() +
+            " | " + report::significant(miss["visibility"], 3) + " |\n";
   text += "\n## Every equation that was not right\n\n| case | where it said | where it was |\n|---|---|---|\n";
   for (const Json& one : score["misplaced"])
-    text += "| " + one["id"].get<std::string>() + " | " + one["said"].get<std::string>() + " | " +
-            one["truth"].get<std::string>() + " |\n";
+    text += "| " + one["id"].get<std::string>() + " | " + one["said"].get<std::string>() + " | " + one["truth"].get<std::string>() + " |\n";
   return text;
 }
 
@@ -544,26 +513,22 @@ std::string confusion_svg(const Json& score) {
       if (std::find(columns.begin(), columns.end(), answer) == columns.end()) columns.push_back(answer);
   }
   for (auto* labels : {&rows, &columns})
-    std::stable_sort(labels->begin(), labels->end(),
-                     [](const std::string& a, const std::string& b) { return order_of(a) < order_of(b); });
+    std::stable_sort(labels->begin(), labels->end(), [](const std::string& a, const std::string& b) { return order_of(a) < order_of(b); });
   constexpr int cell = 24, left = 250, top = 190, beside_last_label = 90;
   const int width = left + cell * static_cast<int>(columns.size()) + beside_last_label,
             height = top + cell * static_cast<int>(rows.size()) + 20;
-  std::string svg =
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" +
-      std::to_string(height) +
-      "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-      "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n"
-      "<text x=\"10\" y=\"38\">Cases of one concealed effect, and of none</text>\n";
+  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(width) + "\" height=\"" + std::to_string(height) +
+                    "\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+                    "<text x=\"10\" y=\"20\" font-size=\"14\">What was concealed (rows) and what was named first (columns)</text>\n"
+                    "<text x=\"10\" y=\"38\">Cases of one concealed effect, and of none</text>\n";
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const std::string x = std::to_string(left + cell * static_cast<int>(c) + cell / 2 + 3);
-    svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] +
-           "</text>\n";
+    svg += "<text transform=\"translate(" + x + "," + std::to_string(top - 6) + ") rotate(-60)\">" + columns[c] + "</text>\n";
   }
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const int y = top + cell * static_cast<int>(r);
-    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + cell / 2 + 4) + "\" text-anchor=\"end\">" +
-           rows[r] + "</text>\n";
+    svg += "<text x=\"" + std::to_string(left - 6) + "\" y=\"" + std::to_string(y + cell / 2 + 4) + "\" text-anchor=\"end\">" + rows[r] +
+           "</text>\n";
     int all = 0;
     for (const auto& [answer, count] : score["confusion"][rows[r]].items()) all += count.get<int>();
     for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -574,9 +539,8 @@ std::string confusion_svg(const Json& score) {
       svg += "<rect x=\"" + x + "\" y=\"" + std::to_string(y) + "\" width=\"" + std::to_string(cell) + "\" height=\"" +
              std::to_string(cell) + "\" fill=\"#1f5fa8\" fill-opacity=\"" + shade + "\" stroke=\"#ddd\"/>\n";
       if (count > 0)
-        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + cell / 2) + "\" y=\"" +
-               std::to_string(y + cell / 2 + 4) + "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") +
-               "\">" + std::to_string(count) + "</text>\n";
+        svg += "<text x=\"" + std::to_string(left + cell * static_cast<int>(c) + cell / 2) + "\" y=\"" + std::to_string(y + cell / 2 + 4) +
+               "\" text-anchor=\"middle\" fill=\"" + (2 * count > all ? "white" : "black") + "\">" + std::to_string(count) + "</text>\n";
     }
   }
   return svg + "</svg>\n";

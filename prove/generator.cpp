@@ -36,16 +36,14 @@ Air moving_air(std::uint64_t seed, const std::string& name, double first_s, std:
   const double kept = std::exp(-period_s / memory_s);
   const double fresh = std::sqrt(1.0 - kept * kept);
   Air air{first_s, period_s, {deviation_K * chance.normal(0)}};
-  for (std::size_t n = 1; n < count; ++n)
-    air.offset_K.push_back(kept * air.offset_K.back() + fresh * deviation_K * chance.normal(n));
+  for (std::size_t n = 1; n < count; ++n) air.offset_K.push_back(kept * air.offset_K.back() + fresh * deviation_K * chance.normal(n));
   return air;
 }
 
 // The paper's controller: setpoints held for a while, followed by a PI law; and a thermostat.
 class Babbler {
  public:
-  Babbler(std::uint64_t seed, const std::string& name)
-      : setpoints_(seed, name + "setpoint"), holds_(seed, name + "hold") {}
+  Babbler(std::uint64_t seed, const std::string& name) : setpoints_(seed, name + "setpoint"), holds_(seed, name + "hold") {}
 
   std::array<double, 2> duty(double elapsed_s, const std::array<double, 2>& temperature_degC, double angle_deg) {
     constexpr double proportional_1_deg = 0.06, integral_1_deg_s = 1.0e-5, largest_duty = 0.6;
@@ -101,8 +99,8 @@ struct Recorded {
   std::vector<Sample> rows, without_noise;
 };
 
-Recorded record(const Physics& physics, std::uint64_t seed, const std::string& name, double duration_s,
-                double air_memory_s, const Disturbances& disturbances) {
+Recorded record(const Physics& physics, std::uint64_t seed, const std::string& name, double duration_s, double air_memory_s,
+                const Disturbances& disturbances) {
   const auto rows = static_cast<std::int64_t>(std::round(duration_s / period_s)) + 1;
   const std::int64_t before = disturbances.mid_motion ? std::int64_t{std::lround(lead_in_s / period_s)} : 0;
   const double temperature_step_K = disturbances.coarse_steps ? 0.5 : 0.25;
@@ -111,8 +109,7 @@ Recorded record(const Physics& physics, std::uint64_t seed, const std::string& n
                                            Sensor{Stream(seed, name + "thermocouple B"), 0.1, temperature_step_K}};
   const Sensor bend{Stream(seed, name + "bend sensor"), 0.05, angle_step_deg};
   Air air;
-  if (disturbances.moving_air)
-    air = moving_air(seed, name, time_of(-before), static_cast<std::size_t>(rows + before), air_memory_s);
+  if (disturbances.moving_air) air = moving_air(seed, name, time_of(-before), static_cast<std::size_t>(rows + before), air_memory_s);
 
   Run limb(physics, air, time_of(-before));
   Babbler babbler(seed, name);
@@ -177,15 +174,13 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
   const double reach_deg = std::min({largest_setpoint_deg, std::abs(Run::balance_deg(core, {too_hot_degC, cold})),
                                      std::abs(Run::balance_deg(core, {cold, too_hot_degC}))});
   for (const std::string& key : kind.effects)
-    made.effects.push_back(drawn(
-        effect_of_key(key), {seed, kind.name, settings.strength, settings.training_s, settings.heldout_s, reach_deg}));
+    made.effects.push_back(
+        drawn(effect_of_key(key), {seed, kind.name, settings.strength, settings.training_s, settings.heldout_s, reach_deg}));
 
   const Physics physics = physics_of(made.core_parameters, made.effects);
   const double air_memory_s = Stream(seed, kind.name + "/air memory").uniform(0, 20.0, 40.0);
-  Recorded training =
-      record(physics, seed, kind.name + "/training/", settings.training_s, air_memory_s, settings.disturbances);
-  Recorded heldout =
-      record(physics, seed, kind.name + "/heldout/", settings.heldout_s, air_memory_s, settings.disturbances);
+  Recorded training = record(physics, seed, kind.name + "/training/", settings.training_s, air_memory_s, settings.disturbances);
+  Recorded heldout = record(physics, seed, kind.name + "/heldout/", settings.heldout_s, air_memory_s, settings.disturbances);
   made.training = std::move(training.rows);
   made.training_without_noise = std::move(training.without_noise);
   made.heldout = std::move(heldout.rows);
@@ -193,8 +188,8 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
   return made;
 }
 
-std::vector<Sample> simulate(const std::map<std::string, double>& core_parameters,
-                             const std::vector<TruthEffect>& effects, const std::vector<Sample>& samples) {
+std::vector<Sample> simulate(const std::map<std::string, double>& core_parameters, const std::vector<TruthEffect>& effects,
+                             const std::vector<Sample>& samples) {
   Run limb(physics_of(core_parameters, effects), {}, 0.0);
   std::vector<Sample> shown;
   for (const Sample& row : samples) {

@@ -31,8 +31,8 @@ struct Sample {
 
 // What is true of a limb beyond the core.
 struct TruthEffect {
-  std::string name;  // of the catalogue, where the physics is the catalogue's; otherwise a name of its own
-  std::string form;  // another functional form of the catalogue's effect; empty: the catalogue's own, or no form of any
+  std::string name;   // of the catalogue, where the physics is the catalogue's; otherwise a name of its own
+  std::string form;   // another functional form of the catalogue's effect; empty: the catalogue's own, or no form of any
   std::string place;  // sensor.temperature, thermal, actuation, transformation, mechanics, sensor.angle
   std::map<std::string, double> parameters;  // in_catalogue: YAML names; otherwise names of its own, units in them
   bool in_catalogue = true;                  // name, equation and parameters are those of the catalogue
@@ -52,8 +52,7 @@ struct Kind {
 std::vector<Kind> kinds();
 
 struct Disturbances {
-  bool moving_air =
-      true;  // ambient wanders by 0.3 K (one standard deviation) over 20 to 40 s; both wires feel the same
+  bool moving_air = true;     // ambient wanders by 0.3 K (one standard deviation) over 20 to 40 s; both wires feel the same
   bool coarse_steps = false;  // 0.5 K and 0.25 deg instead of 0.25 K and 1/32 deg; the controller sees them too
   bool gaps = false;          // stretches of 0.5 to 8 s are missing, each in one channel
   bool outliers = false;      // 0.5 % of the samples of each channel are off by 10 to 20 K, or 7.5 to 15 deg
@@ -90,7 +89,7 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings = 
 // Perfect sensors on a limb that is driven by the duty of `samples`, at their times, from cold and rest in still air.
 // Core parameters that are not named have their defaults; of effects, name, form and parameters are read, and the
 // parameters that are not named are at their null. Throws std::invalid_argument for a name that there is not.
-std::vector<Sample> simulate(const std::map<std::string, double>& core_parameters,
-                             const std::vector<TruthEffect>& effects, const std::vector<Sample>& samples);
+std::vector<Sample> simulate(const std::map<std::string, double>& core_parameters, const std::vector<TruthEffect>& effects,
+                             const std::vector<Sample>& samples);
 
 }  // namespace sinew::prove

@@ -118,8 +118,7 @@ Run::Run(const Physics& physics, Air air, double start_s)
       time_s_(start_s) {
   // Damping at its stiffest: friction at rest, and the loss that grows with speed at half a radian per second.
   const double damping_Nms_rad = p_.beam_damping_Nms_rad + p_.friction_Nm / p_.friction_smoothing_rad_s +
-                                 p_.stribeck_Nm * (1.0 + p_.stribeck_peak) / p_.stribeck_smoothing_rad_s +
-                                 p_.speed_loss_Nms2_rad2;
+                                 p_.stribeck_Nm * (1.0 + p_.stribeck_peak) / p_.stribeck_smoothing_rad_s + p_.speed_loss_Nms2_rad2;
   const double rate_1_s = damping_Nms_rad / p_.beam_inertia_kgm2;
   // Order 4 is stable up to 2.78.
   if (rate_1_s * longest_step_s_ > 1.5) {
@@ -184,8 +183,7 @@ double Run::balance_deg(const Physics& physics, const std::array<double, 2>& tem
 
 double Run::ambient_degC(double time_s) const {
   double ambient = p_.ambient_temperature_degC + p_.ambient_rate_K_s * time_s + air_.at(time_s);
-  if (p_.ambient_swing_K != 0.0)
-    ambient += p_.ambient_swing_K * std::sin(2.0 * std::numbers::pi * time_s / p_.ambient_swing_period_s);
+  if (p_.ambient_swing_K != 0.0) ambient += p_.ambient_swing_K * std::sin(2.0 * std::numbers::pi * time_s / p_.ambient_swing_period_s);
   return ambient;
 }
 
@@ -212,8 +210,7 @@ double Run::stress_shift_K(double tension) const {
 
 // All moments on a beam that does not move and has crept as far as it will.
 double Run::static_moment_Nm(double theta, double tension_A_N, double tension_B_N) const {
-  double moment =
-      side_[0] * arm_[0] * tension_A_N + side_[1] * arm_[1] * tension_B_N - p_.beam_stiffness_Nm_rad * theta;
+  double moment = side_[0] * arm_[0] * tension_A_N + side_[1] * arm_[1] * tension_B_N - p_.beam_stiffness_Nm_rad * theta;
   moment -= p_.cubic_Nm_rad3 * theta * theta * theta;
   if (p_.gravity_Nm != 0.0) moment -= p_.gravity_Nm * std::sin(theta + p_.gravity_tilt_deg * degree);
   const double beyond = std::abs(theta) - p_.stop_angle_deg * degree;
@@ -274,10 +271,8 @@ Run::State Run::rates(double time_s, const State& y) const {
              (1.0 + p_.resistance_slope_1_K * (y[temperature + j] - ambient));
     conductance += u[j] / ohm[j];
   }
-  const double volt =
-      (p_.supply_voltage_V - y[battery]) / (1.0 + (p_.source_resistance_Ohm + p_.battery_prompt_Ohm) * conductance);
-  if (p_.battery_slow_Ohm != 0.0)
-    dy[battery] = (p_.battery_slow_Ohm * conductance * volt - y[battery]) / p_.battery_time_s;
+  const double volt = (p_.supply_voltage_V - y[battery]) / (1.0 + (p_.source_resistance_Ohm + p_.battery_prompt_Ohm) * conductance);
+  if (p_.battery_slow_Ohm != 0.0) dy[battery] = (p_.battery_slow_Ohm * conductance * volt - y[battery]) / p_.battery_time_s;
 
   // Heat and transformation of each wire.
   double air_factor = airflow_changed_ ? 1.0 + p_.airflow_change : 1.0;
@@ -287,8 +282,7 @@ Run::State Run::rates(double time_s, const State& y) const {
   for (std::size_t j = 0; j < 2; ++j) {
     const double t = y[temperature + j], xi = y[martensite + j];
     const double rise = t - ambient;
-    double h = loss_[j] * air_factor * (1.0 + p_.convection_slope_1_K * rise) *
-               (1.0 + p_.bend_cooling_1_rad * side_[j] * theta);
+    double h = loss_[j] * air_factor * (1.0 + p_.convection_slope_1_K * rise) * (1.0 + p_.bend_cooling_1_rad * side_[j] * theta);
     if (p_.convection_exponent != 0.0) h *= std::pow(std::abs(rise) / 30.0, p_.convection_exponent);
     const double joule = u[j] * volt * volt / ohm[j];
     dy[outer + j] = (p_.outer_loss * (p_.outer_power_share * joule - h * rise) - (1.0 + p_.outer_loss) * h * y[outer + j]) / capacity_[j];
@@ -340,13 +334,12 @@ Run::State Run::rates(double time_s, const State& y) const {
   }
 
   // Mechanics.
-  double moment = static_moment_Nm(theta, force[0], force[1]) - p_.beam_damping_Nms_rad * omega -
-                  p_.speed_loss_Nms2_rad2 * std::abs(omega) * omega;
+  double moment =
+      static_moment_Nm(theta, force[0], force[1]) - p_.beam_damping_Nms_rad * omega - p_.speed_loss_Nms2_rad2 * std::abs(omega) * omega;
   if (p_.friction_Nm != 0.0) moment -= p_.friction_Nm * std::tanh(omega / p_.friction_smoothing_rad_s);
   if (p_.stribeck_Nm != 0.0) {
     const double relative = omega / p_.stribeck_speed_rad_s;
-    moment -= p_.stribeck_Nm * std::tanh(omega / p_.stribeck_smoothing_rad_s) *
-              (1.0 + p_.stribeck_peak * std::exp(-relative * relative));
+    moment -= p_.stribeck_Nm * std::tanh(omega / p_.stribeck_smoothing_rad_s) * (1.0 + p_.stribeck_peak * std::exp(-relative * relative));
   }
   if (p_.series_stiffness_Nm_rad != 0.0)
     for (std::size_t i = 0; i < 3; ++i) {
@@ -361,8 +354,8 @@ Run::State Run::rates(double time_s, const State& y) const {
   if (p_.angle_lag_s > 0.0) dy[angle_sensor] = (theta - y[angle_sensor]) / p_.angle_lag_s;
   if (p_.resonance_s > 0.0) {
     dy[angle_sensor] = y[angle_sensor + 1];
-    dy[angle_sensor + 1] = (theta - y[angle_sensor]) / (p_.resonance_s * p_.resonance_s) -
-                           2.0 * p_.resonance_damping * y[angle_sensor + 1] / p_.resonance_s;
+    dy[angle_sensor + 1] =
+        (theta - y[angle_sensor]) / (p_.resonance_s * p_.resonance_s) - 2.0 * p_.resonance_damping * y[angle_sensor + 1] / p_.resonance_s;
   }
   return dy;
 }
@@ -388,8 +381,7 @@ void Run::stiff_step(double t, double h) {
     if (j > 0) rate = rates(t + h * stiff_.stages[j - 1].time, last);
     State next;
     for (std::size_t i = 0; i < states; ++i)
-      next[i] =
-          c.first * y_[i] + c.last * last[i] + c.before * before[i] + h * (c.rate * rate[i] + c.first_rate * first[i]);
+      next[i] = c.first * y_[i] + c.last * last[i] + c.before * before[i] + h * (c.rate * rate[i] + c.first_rate * first[i]);
     before = last;
     last = next;
   }

@@ -27,12 +27,11 @@ struct Physics {
   double bend_sign = 1.0;
 
   // sensor.temperature
-  double lag_s = 0.0;  // tau dT_m/dt = T - T_m
-  double diffusive_lag_s =
-      0.0;                 // three equal nodes in a row behind the wire, read at the last; the sum of their delays
-  double sink_gain = 1.0;  // T_m = T_inf + g (T - T_inf)
+  double lag_s = 0.0;            // tau dT_m/dt = T - T_m
+  double diffusive_lag_s = 0.0;  // three equal nodes in a row behind the wire, read at the last; the sum of their delays
+  double sink_gain = 1.0;        // T_m = T_inf + g (T - T_inf)
   double outer_loss = 0.0, outer_power_share = 1.0;  // turns outside lose (1 + b) h and are heated (1 + q b) P
-  double bow_K = 0.0;      // T_m + 4 bow x (1 - x), x from 25 degC over 80 K
+  double bow_K = 0.0;                                // T_m + 4 bow x (1 - x), x from 25 degC over 80 K
 
   // thermal
   double body_conductance_W_K = 0.0, body_capacity_J_K = 1.0, body_loss_W_K = 0.0;

@@ -10,7 +10,7 @@ namespace sinew::report {
 
 namespace {
 
-constexpr std::size_t gap = 2;           // between columns
+constexpr std::size_t gap = 2;            // between columns
 constexpr std::size_t least_column = 12;  // no column is wrapped to less
 
 std::vector<std::string> lines_of(std::string_view text, std::size_t width) {

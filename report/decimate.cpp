@@ -7,8 +7,7 @@
 
 namespace sinew::report {
 
-std::vector<std::size_t> rows_to_draw(std::size_t row_count, std::span<const std::span<const double>> columns,
-                                      std::size_t max_rows) {
+std::vector<std::size_t> rows_to_draw(std::size_t row_count, std::span<const std::span<const double>> columns, std::size_t max_rows) {
   std::vector<std::size_t> rows;
   if (row_count <= max_rows || columns.empty()) {
     rows.resize(row_count);

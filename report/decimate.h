@@ -15,7 +15,6 @@ namespace sinew::report {
 // rows remain, or up to twice as many where gaps are dense.
 //
 // columns: each of row_count values, NaN for a gap.
-std::vector<std::size_t> rows_to_draw(std::size_t row_count, std::span<const std::span<const double>> columns,
-                                      std::size_t max_rows);
+std::vector<std::size_t> rows_to_draw(std::size_t row_count, std::span<const std::span<const double>> columns, std::size_t max_rows);
 
 }  // namespace sinew::report

@@ -12,8 +12,7 @@ namespace {
 
 std::string formatted(double value, std::chars_format format, int precision) {
   std::array<char, 512> buffer{};  // 309 digits of the largest double, 128 decimals, sign and point
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format,
-                                 std::clamp(precision, 0, 128));
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, std::clamp(precision, 0, 128));
   std::string text(buffer.data(), end.ptr);
   if (text.starts_with('-') && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
   return text;

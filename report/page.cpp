@@ -234,8 +234,7 @@ class Writer {
       const TimeAxis& axis = axes_[i];
       if (i > 0) out += ',';
       out += "{\"full\":[" + json_number(axis.full.low, axis.embedded_decimals()) + "," +
-             json_number(axis.full.high, axis.embedded_decimals()) +
-             "],\"decimals\":" + std::to_string(axis.shown_decimals()) + "}";
+             json_number(axis.full.high, axis.embedded_decimals()) + "],\"decimals\":" + std::to_string(axis.shown_decimals()) + "}";
     }
     out += "],\n\"times\":[";
     for (std::size_t i = 0; i < times_.size(); ++i) out += (i > 0 ? ",\n" : "") + times_[i];
@@ -309,9 +308,15 @@ class Writer {
 
   void write(const Paragraph& paragraph) {
     switch (paragraph.tone) {
-      case Paragraph::Tone::plain: write_paragraphs(paragraph.text); return;
-      case Paragraph::Tone::finding: body_ += "<div class=\"finding\">\n"; break;
-      case Paragraph::Tone::caution: body_ += "<div class=\"caution\">\n"; break;
+      case Paragraph::Tone::plain:
+        write_paragraphs(paragraph.text);
+        return;
+      case Paragraph::Tone::finding:
+        body_ += "<div class=\"finding\">\n";
+        break;
+      case Paragraph::Tone::caution:
+        body_ += "<div class=\"caution\">\n";
+        break;
     }
     write_paragraphs(paragraph.text);
     body_ += "</div>\n";
@@ -338,8 +343,8 @@ class Writer {
     };
     body_ += "<figure>\n";
     if (!table.title.empty()) body_ += "<figcaption>" + escaped(table.title) + "</figcaption>\n";
-    body_ += "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"" +
-             (table.title.empty() ? "table" : escaped(table.title)) + "\"><table>\n";
+    body_ += "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"" + (table.title.empty() ? "table" : escaped(table.title)) +
+             "\"><table>\n";
     if (!table.header.empty()) {
       body_ += "<thead><tr>";
       write_cells(table.header, "th scope=\"col\"");
@@ -353,8 +358,7 @@ class Writer {
       write_cells(row.cells, "td");
       body_ += "</tr>\n";
       if (row.note.empty()) continue;
-      body_ += "<tr class=\"note\"><td colspan=\"" + std::to_string(align.size()) + "\">" + escaped(row.note) +
-               "</td></tr>\n";
+      body_ += "<tr class=\"note\"><td colspan=\"" + std::to_string(align.size()) + "\">" + escaped(row.note) + "</td></tr>\n";
     }
     body_ += "</tbody>\n</table></div>\n";
     write_caption(table.caption);
@@ -373,7 +377,8 @@ class Writer {
       if (style == Style::steps) shape = "<path d=\"M0 8H7V2H15V8H22\" stroke-width=\"1.8\"/>";
     }
     return "<svg width=\"22\" height=\"10\" viewBox=\"0 0 22 10\" fill=\"none\" stroke=\"currentColor\" "
-           "style=\"color:" + color + "\" aria-hidden=\"true\">" + shape + "</svg>";
+           "style=\"color:" +
+           color + "\" aria-hidden=\"true\">" + shape + "</svg>";
   }
 
   inline static const std::string reset_button = "<button type=\"button\" class=\"reset\">Reset zoom</button>\n";
@@ -383,11 +388,10 @@ class Writer {
   void write_head(const Plot& plot, const std::vector<std::string>& colors, Width&& reading_width) {
     constexpr bool timed = std::is_same_v<Plot, TimePlot>;
     body_ += "<div class=\"head\"><figcaption>" + escaped(plot.title) +
-             "</figcaption>\n<div class=\"legend\" role=\"group\" aria-label=\"series shown in " + escaped(plot.title) +
-             "\">\n";
+             "</figcaption>\n<div class=\"legend\" role=\"group\" aria-label=\"series shown in " + escaped(plot.title) + "\">\n";
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
-      body_ += "<label><input type=\"checkbox\" checked>" + swatch(plot.series[i].style, colors[i]) +
-               "<span class=\"name\">" + escaped(plot.series[i].name) + "</span>";
+      body_ += "<label><input type=\"checkbox\" checked>" + swatch(plot.series[i].style, colors[i]) + "<span class=\"name\">" +
+               escaped(plot.series[i].name) + "</span>";
       const std::size_t width = reading_width(plot.series[i]);
       if (width > 0) body_ += "<span class=\"value\" style=\"min-width:" + std::to_string(width) + "ch\"></span>";
       body_ += "</label>\n";
@@ -398,9 +402,9 @@ class Writer {
   }
 
   void write_chart(const std::string& title, int height_px, const std::string& content = {}) {
-    body_ += "<div class=\"chart\" tabindex=\"0\" role=\"application\" aria-roledescription=\"plot\" aria-label=\"" +
-             escaped(title) + "\"" + (hinted_ ? " aria-describedby=\"hint\"" : "") +
-             " style=\"height:" + std::to_string(height_px) + "px\">" + content + "</div>\n";
+    body_ += "<div class=\"chart\" tabindex=\"0\" role=\"application\" aria-roledescription=\"plot\" aria-label=\"" + escaped(title) +
+             "\"" + (hinted_ ? " aria-describedby=\"hint\"" : "") + " style=\"height:" + std::to_string(height_px) + "px\">" + content +
+             "</div>\n";
   }
 
   void write_thinned(std::size_t kept, std::size_t of) {
@@ -443,10 +447,11 @@ class Writer {
     const std::vector<std::size_t> rows = rows_to_draw(plot.time_s.size(), columns, max_points);
 
     if (!hinted_) {
-      body_ += "<p class=\"hint\" id=\"hint\">Drag to zoom: sideways in time, in all plots; up or down in value. "
-               "<kbd>Shift</kbd>-drag or scroll sideways to pan, double-click to reset. On the keyboard: "
-               "<kbd>\u2190</kbd> <kbd>\u2192</kbd> move the cursor, with <kbd>Shift</kbd> they pan; <kbd>+</kbd> "
-               "<kbd>\u2212</kbd> zoom, <kbd>0</kbd> resets.</p>\n";
+      body_ +=
+          "<p class=\"hint\" id=\"hint\">Drag to zoom: sideways in time, in all plots; up or down in value. "
+          "<kbd>Shift</kbd>-drag or scroll sideways to pan, double-click to reset. On the keyboard: "
+          "<kbd>\u2190</kbd> <kbd>\u2192</kbd> move the cursor, with <kbd>Shift</kbd> they pan; <kbd>+</kbd> "
+          "<kbd>\u2212</kbd> zoom, <kbd>0</kbd> resets.</p>\n";
       hinted_ = true;
     }
     body_ += "<figure class=\"plot time\" id=\"plot-" + std::to_string(index) + "\">\n";
@@ -459,8 +464,8 @@ class Writer {
     });
     if (!plot.bands.empty()) {
       const std::vector<std::size_t> lanes = band_lanes(plot.bands);
-      body_ += "<div class=\"bands\" style=\"height:" +
-               std::to_string((1 + *std::max_element(lanes.begin(), lanes.end())) * band_lane_px) + "px\"></div>\n";
+      body_ += "<div class=\"bands\" style=\"height:" + std::to_string((1 + *std::max_element(lanes.begin(), lanes.end())) * band_lane_px) +
+               "px\"></div>\n";
     }
     write_chart(plot.title, plot.height_px + x_axis_px + (selector ? selector_px : 0));
     write_thinned(rows.size(), plot.time_s.size());
@@ -470,8 +475,7 @@ class Writer {
     if (index > 0) plots_ += ",\n";
     plots_ += "{\"kind\":\"time\",\"axis\":" + std::to_string(axis_at) +
               ",\"time\":" + std::to_string(times_index(json_array(plot.time_s, rows, axis.embedded_decimals()))) +
-              ",\"y_label\":" + json_string(plot.y_label) + ",\"selector\":" + (selector ? "true" : "false") +
-              ",\"range\":";
+              ",\"y_label\":" + json_string(plot.y_label) + ",\"selector\":" + (selector ? "true" : "false") + ",\"range\":";
     if (plot.y_range) {
       plots_ += "[" + json_number(plot.y_range->low, 9) + "," + json_number(plot.y_range->high, 9) + "]";
     } else {
@@ -481,9 +485,8 @@ class Writer {
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
       const Series& series = plot.series[i];
       if (i > 0) plots_ += ",\n";
-      plots_ += "{\"name\":" + json_string(series.name) + ",\"color\":\"" + colors[i] + "\",\"style\":\"" +
-                style_name(series.style) + "\",\"digits\":" + std::to_string(readout_decimals(series.y)) +
-                ",\"y\":" + json_values(series.y, rows);
+      plots_ += "{\"name\":" + json_string(series.name) + ",\"color\":\"" + colors[i] + "\",\"style\":\"" + style_name(series.style) +
+                "\",\"digits\":" + std::to_string(readout_decimals(series.y)) + ",\"y\":" + json_values(series.y, rows);
       if (!series.lower.empty()) {
         plots_ += ",\"lower\":" + json_values(series.lower, rows) + ",\"upper\":" + json_values(series.upper, rows);
       }
@@ -498,8 +501,8 @@ class Writer {
     if (!in_scatters_) body_ += "<div class=\"scatters\">\n";
     in_scatters_ = true;
 
-    const bool timed = std::any_of(plot.series.begin(), plot.series.end(),
-                                   [](const ScatterSeries& series) { return !series.time_s.empty(); });
+    const bool timed =
+        std::any_of(plot.series.begin(), plot.series.end(), [](const ScatterSeries& series) { return !series.time_s.empty(); });
     const std::size_t axis_at = timed ? axis_index(plot.time_axis) : 0;
 
     body_ += "<figure class=\"plot scatter\" id=\"plot-" + std::to_string(index) + "\">\n";
@@ -507,9 +510,8 @@ class Writer {
     write_chart(plot.title, plot.height_px + scatter_labels_px, reset_button);
 
     if (index > 0) plots_ += ",\n";
-    plots_ += "{\"kind\":\"scatter\",\"axis\":" + (timed ? std::to_string(axis_at) : "null") +
-              ",\"x_label\":" + json_string(plot.x_label) + ",\"y_label\":" + json_string(plot.y_label) +
-              ",\n\"series\":[";
+    plots_ += "{\"kind\":\"scatter\",\"axis\":" + (timed ? std::to_string(axis_at) : "null") + ",\"x_label\":" + json_string(plot.x_label) +
+              ",\"y_label\":" + json_string(plot.y_label) + ",\n\"series\":[";
     std::size_t kept = 0;
     std::size_t of = 0;
     for (std::size_t i = 0; i < plot.series.size(); ++i) {
@@ -519,11 +521,10 @@ class Writer {
       kept += rows.size();
       of += series.x.size();
       if (i > 0) plots_ += ",\n";
-      plots_ += "{\"name\":" + json_string(series.name) + ",\"color\":\"" + colors[i] + "\",\"style\":\"" +
-                style_name(series.style) + "\",\"arrows\":" + (series.arrows ? "true" : "false") +
-                ",\"x_digits\":" + std::to_string(readout_decimals(series.x)) +
-                ",\"y_digits\":" + std::to_string(readout_decimals(series.y)) +
-                ",\"x\":" + json_values(series.x, rows) + ",\"y\":" + json_values(series.y, rows);
+      plots_ += "{\"name\":" + json_string(series.name) + ",\"color\":\"" + colors[i] + "\",\"style\":\"" + style_name(series.style) +
+                "\",\"arrows\":" + (series.arrows ? "true" : "false") + ",\"x_digits\":" + std::to_string(readout_decimals(series.x)) +
+                ",\"y_digits\":" + std::to_string(readout_decimals(series.y)) + ",\"x\":" + json_values(series.x, rows) +
+                ",\"y\":" + json_values(series.y, rows);
       if (!series.time_s.empty()) {
         plots_ += ",\"t\":" + json_array(series.time_s, rows, axes_[axis_at].embedded_decimals());
       }
@@ -537,19 +538,26 @@ class Writer {
 
   static std::string style_name(Series::Style style) {
     switch (style) {
-      case Series::Style::line: return "line";
-      case Series::Style::dashed: return "dashed";
-      case Series::Style::points: return "points";
-      case Series::Style::steps: return "steps";
+      case Series::Style::line:
+        return "line";
+      case Series::Style::dashed:
+        return "dashed";
+      case Series::Style::points:
+        return "points";
+      case Series::Style::steps:
+        return "steps";
     }
     return "line";
   }
 
   static std::string style_name(ScatterSeries::Style style) {
     switch (style) {
-      case ScatterSeries::Style::points: return "points";
-      case ScatterSeries::Style::path: return "path";
-      case ScatterSeries::Style::dashed: return "dashed";
+      case ScatterSeries::Style::points:
+        return "points";
+      case ScatterSeries::Style::path:
+        return "path";
+      case ScatterSeries::Style::dashed:
+        return "dashed";
     }
     return "points";
   }
@@ -567,14 +575,16 @@ std::string to_html(const Page& page, const std::filesystem::path& dygraphs_dir)
       // The page asks nobody for anything, and the browser is told to see to that.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
       "style-src 'unsafe-inline'; img-src data:\">\n"
-      "<title>" + escaped(page.title) + "</title>\n<style>\n";
+      "<title>" +
+      escaped(page.title) + "</title>\n<style>\n";
   if (writer.has_time_plots()) out += library(dygraphs_dir / "dygraph.min.css", "/*# sourceMappingURL");
   out += page_style;
   out += "</style>\n</head>\n<body>\n<main>\n<h1>" + escaped(page.title) + "</h1>\n";
   if (!page.lead.empty()) out += "<p class=\"lead\">" + escaped(page.lead) + "</p>\n";
   if (writer.has_plots()) {
-    out += "<noscript><div class=\"caution\"><p>The plots of this page need JavaScript. Text and tables do not."
-           "</p></div></noscript>\n";
+    out +=
+        "<noscript><div class=\"caution\"><p>The plots of this page need JavaScript. Text and tables do not."
+        "</p></div></noscript>\n";
   }
   if (writer.contents().size() > sections_without_contents) {
     out += "<nav class=\"contents\" aria-labelledby=\"contents\"><h2 id=\"contents\">Contents</h2>\n<ol>\n";

@@ -12,19 +12,17 @@ namespace sinew::report {
 
 namespace {
 
-constexpr std::array<std::string_view, 7> palette{okabe_ito::blue,   okabe_ito::vermillion, okabe_ito::green,
-                                                  okabe_ito::purple, okabe_ito::orange,     okabe_ito::sky_blue,
-                                                  okabe_ito::black};
+constexpr std::array<std::string_view, 7> palette{okabe_ito::blue,   okabe_ito::vermillion, okabe_ito::green, okabe_ito::purple,
+                                                  okabe_ito::orange, okabe_ito::sky_blue,   okabe_ito::black};
 
 [[noreturn]] void refuse(const std::string& plot, const std::string& what) {
   throw std::invalid_argument("plot \"" + plot + "\": " + what);
 }
 
-void check_length(const std::string& plot, const std::string& series, std::string_view column, std::size_t found,
-                  std::size_t wanted) {
+void check_length(const std::string& plot, const std::string& series, std::string_view column, std::size_t found, std::size_t wanted) {
   if (found == wanted) return;
-  refuse(plot, "series \"" + series + "\" has " + std::to_string(found) + " values of " + std::string(column) +
-                   " for " + std::to_string(wanted) + " points");
+  refuse(plot, "series \"" + series + "\" has " + std::to_string(found) + " values of " + std::string(column) + " for " +
+                   std::to_string(wanted) + " points");
 }
 
 void check_times(const std::string& plot, const std::vector<double>& time_s) {
@@ -102,8 +100,7 @@ std::vector<std::string> series_colors(const ScatterPlot& plot) { return assigne
 std::vector<std::size_t> band_lanes(const std::vector<Band>& bands) {
   std::vector<std::size_t> order(bands.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&bands](std::size_t a, std::size_t b) { return bands[a].from_s < bands[b].from_s; });
+  std::stable_sort(order.begin(), order.end(), [&bands](std::size_t a, std::size_t b) { return bands[a].from_s < bands[b].from_s; });
   std::vector<std::size_t> lanes(bands.size());
   std::vector<double> lane_ends;
   for (const std::size_t band : order) {

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double font_px = 11.0;
 constexpr double title_px = 12.0;
-constexpr double row_px = 17.0;        // of title and legend
+constexpr double row_px = 17.0;  // of title and legend
 constexpr double band_row_px = 13.0;
 constexpr double tick_px = 4.0;
 constexpr double panel_gap_px = 10.0;
@@ -55,12 +55,11 @@ std::string crisp(double value) { return compact(std::floor(value) + 0.5, 1); }
 
 // Widths of the printable ASCII characters in em/1000: of Helvetica or DejaVu Sans, whichever runs wider, since the
 // reader's machine may have either.
-constexpr std::array<int, 95> widths{
-    318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636, 636, 636, 636, 636,
-    636, 636, 636, 337, 337, 838, 838, 838, 556, 1015, 684, 686, 722, 770, 667, 611, 778, 752, 295, 500, 667, 557,
-    863, 748, 787, 667, 787, 722, 667, 611, 732, 684, 989, 685, 667, 685, 390, 337, 390, 838, 556, 500, 613, 635, 550,
-    635, 615, 352, 635, 634, 278, 278, 579, 278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525,
-    636, 337, 636, 838};
+constexpr std::array<int, 95> widths{318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361,  318, 337, 636, 636, 636,
+                                     636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 556, 1015, 684, 686, 722, 770, 667,
+                                     611, 778, 752, 295, 500, 667, 557, 863, 748, 787, 667, 787, 722, 667,  611, 732, 684, 989, 685,
+                                     667, 685, 390, 337, 390, 838, 556, 500, 613, 635, 550, 635, 615, 352,  635, 634, 278, 278, 579,
+                                     278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592,  525, 636, 337, 636, 838};
 
 double text_width(std::string_view text, double size_px) {
   double em = 0.0;
@@ -95,10 +94,10 @@ class Figure {
   Figure(int width_px, int height_px, const std::string& title) {
     const std::string width = std::to_string(width_px);
     const std::string height = std::to_string(height_px);
-    out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
-           "\" viewBox=\"0 0 " + width + " " + height + "\" role=\"img\" font-family=\"" + std::string(font_family) +
-           "\" font-size=\"" + n(font_px) + "\" fill=\"" + std::string(ink) + "\">\n<title>" + escaped(title) +
-           "</title>\n<rect width=\"" + width + "\" height=\"" + height + "\" fill=\"#ffffff\"/>\n";
+    out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height + "\" viewBox=\"0 0 " + width + " " +
+           height + "\" role=\"img\" font-family=\"" + std::string(font_family) + "\" font-size=\"" + n(font_px) + "\" fill=\"" +
+           std::string(ink) + "\">\n<title>" + escaped(title) + "</title>\n<rect width=\"" + width + "\" height=\"" + height +
+           "\" fill=\"#ffffff\"/>\n";
   }
 
   std::string finished() const { return out_ + "</svg>\n"; }
@@ -113,8 +112,8 @@ class Figure {
   }
 
   void line(double x0, double y0, double x1, double y1, std::string_view stroke, double width) {
-    out_ += "<path d=\"M" + crisp(x0) + " " + crisp(y0) + "L" + crisp(x1) + " " + crisp(y1) + "\" stroke=\"" +
-            std::string(stroke) + "\" stroke-width=\"" + n(width) + "\"/>\n";
+    out_ += "<path d=\"M" + crisp(x0) + " " + crisp(y0) + "L" + crisp(x1) + " " + crisp(y1) + "\" stroke=\"" + std::string(stroke) +
+            "\" stroke-width=\"" + n(width) + "\"/>\n";
   }
 
   // Whatever is added until unclip is seen inside the box alone. The name of the clip says its geometry, so that
@@ -122,8 +121,8 @@ class Figure {
   void clip(const Box& box) {
     std::string id = "area-" + n(box.x) + "-" + n(box.y) + "-" + n(box.w) + "-" + n(box.h);
     std::replace(id.begin(), id.end(), '.', '_');
-    out_ += "<clipPath id=\"" + id + "\"><rect x=\"" + n(box.x) + "\" y=\"" + n(box.y) + "\" width=\"" + n(box.w) +
-            "\" height=\"" + n(box.h) + "\"/></clipPath>\n<g clip-path=\"url(#" + id + ")\">\n";
+    out_ += "<clipPath id=\"" + id + "\"><rect x=\"" + n(box.x) + "\" y=\"" + n(box.y) + "\" width=\"" + n(box.w) + "\" height=\"" +
+            n(box.h) + "\"/></clipPath>\n<g clip-path=\"url(#" + id + ")\">\n";
   }
   void unclip() { out_ += "</g>\n"; }
 
@@ -143,19 +142,26 @@ struct LegendEntry {
 
 Mark mark_of(Series::Style style) {
   switch (style) {
-    case Series::Style::line: return Mark::line;
-    case Series::Style::dashed: return Mark::dashed;
-    case Series::Style::points: return Mark::points;
-    case Series::Style::steps: return Mark::steps;
+    case Series::Style::line:
+      return Mark::line;
+    case Series::Style::dashed:
+      return Mark::dashed;
+    case Series::Style::points:
+      return Mark::points;
+    case Series::Style::steps:
+      return Mark::steps;
   }
   return Mark::line;
 }
 
 Mark mark_of(ScatterSeries::Style style) {
   switch (style) {
-    case ScatterSeries::Style::points: return Mark::points;
-    case ScatterSeries::Style::path: return Mark::line;
-    case ScatterSeries::Style::dashed: return Mark::dashed;
+    case ScatterSeries::Style::points:
+      return Mark::points;
+    case ScatterSeries::Style::path:
+      return Mark::line;
+    case ScatterSeries::Style::dashed:
+      return Mark::dashed;
   }
   return Mark::points;
 }
@@ -172,8 +178,7 @@ std::vector<LegendEntry> legend_of(const Plot& plot) {
 }
 
 // Title and legend, flowing into as many rows as they need. Draws nothing without a figure; returns their height.
-double head(Figure* figure, const std::string& title, const std::vector<LegendEntry>& entries, double x, double y,
-            double width) {
+double head(Figure* figure, const std::string& title, const std::vector<LegendEntry>& entries, double x, double y, double width) {
   if (title.empty() && entries.empty()) return 6.0;
   double at = x;
   double row = 0.0;
@@ -197,19 +202,17 @@ double head(Figure* figure, const std::string& title, const std::vector<LegendEn
       switch (entry.mark) {
         case Mark::points:
           for (const double dx : {4.0, 10.0, 16.0}) {
-            figure->add("<circle cx=\"" + n(at + dx) + "\" cy=\"" + n(middle) + "\" r=\"1.8\" fill=\"" + entry.color +
-                        "\"/>\n");
+            figure->add("<circle cx=\"" + n(at + dx) + "\" cy=\"" + n(middle) + "\" r=\"1.8\" fill=\"" + entry.color + "\"/>\n");
           }
           break;
         case Mark::steps:
-          figure->add("<path d=\"M" + left + " " + n(middle + 3.0) + "h6v-6h8v6h6\" fill=\"none\" stroke=\"" +
-                      entry.color + "\" stroke-width=\"1.3\"/>\n");
+          figure->add("<path d=\"M" + left + " " + n(middle + 3.0) + "h6v-6h8v6h6\" fill=\"none\" stroke=\"" + entry.color +
+                      "\" stroke-width=\"1.3\"/>\n");
           break;
         case Mark::line:
         case Mark::dashed:
           figure->add("<path d=\"M" + left + " " + n(middle) + "h" + n(swatch_px) + "\" stroke=\"" + entry.color +
-                      "\" stroke-width=\"1.6\"" +
-                      (entry.mark == Mark::dashed ? " stroke-dasharray=\"5 2.5\"" : "") + "/>\n");
+                      "\" stroke-width=\"1.6\"" + (entry.mark == Mark::dashed ? " stroke-dasharray=\"5 2.5\"" : "") + "/>\n");
           break;
       }
       figure->text(at + swatch_px + 5.0, y + row + 12.0, shown);
@@ -243,8 +246,7 @@ void draw_grid(Figure& figure, const Scale& scale, const Ticks& across, const Ti
   }
 }
 
-void draw_axes(Figure& figure, const Scale& scale, const Ticks& across, const Ticks& up, bool label_across,
-               const std::string& y_label) {
+void draw_axes(Figure& figure, const Scale& scale, const Ticks& across, const Ticks& up, bool label_across, const std::string& y_label) {
   const Box& area = scale.area;
   figure.line(area.x, area.y, area.x, area.bottom(), axis_ink, 0.8);
   figure.line(area.x, area.bottom(), area.right(), area.bottom(), axis_ink, 0.8);
@@ -268,8 +270,8 @@ void draw_axes(Figure& figure, const Scale& scale, const Ticks& across, const Ti
 // ---- data ----
 
 // A path through the points of the rows; a gap lifts the pen, and a point alone between gaps becomes a dot.
-std::string path(const Scale& scale, std::span<const double> x, std::span<const double> y,
-                 const std::vector<std::size_t>& rows, bool steps, const std::string& color, bool dashed) {
+std::string path(const Scale& scale, std::span<const double> x, std::span<const double> y, const std::vector<std::size_t>& rows, bool steps,
+                 const std::string& color, bool dashed) {
   std::string d;
   std::string dots;
   std::string start;  // "M x y" of a stroke that has only begun
@@ -278,8 +280,8 @@ std::string path(const Scale& scale, std::span<const double> x, std::span<const 
   const auto lift = [&] {
     if (!start.empty()) {
       const std::size_t space = start.find(' ');
-      dots += "<circle cx=\"" + start.substr(1, space - 1) + "\" cy=\"" + start.substr(space + 1) +
-              "\" r=\"1.3\" fill=\"" + color + "\"/>\n";
+      dots +=
+          "<circle cx=\"" + start.substr(1, space - 1) + "\" cy=\"" + start.substr(space + 1) + "\" r=\"1.3\" fill=\"" + color + "\"/>\n";
     }
     start.clear();
     down = false;
@@ -302,14 +304,13 @@ std::string path(const Scale& scale, std::span<const double> x, std::span<const 
   }
   lift();
   if (d.empty()) return dots;
-  return "<path d=\"" + d + "\" fill=\"none\" stroke=\"" + color +
-         "\" stroke-width=\"1.1\" stroke-linejoin=\"round\"" + (dashed ? " stroke-dasharray=\"5 2.5\"" : "") + "/>\n" +
-         dots;
+  return "<path d=\"" + d + "\" fill=\"none\" stroke=\"" + color + "\" stroke-width=\"1.1\" stroke-linejoin=\"round\"" +
+         (dashed ? " stroke-dasharray=\"5 2.5\"" : "") + "/>\n" + dots;
 }
 
 // Circles at the points of the rows; one that would lie on another of its series is left out.
-std::string circles(const Scale& scale, std::span<const double> x, std::span<const double> y,
-                    const std::vector<std::size_t>& rows, const std::string& color, double radius) {
+std::string circles(const Scale& scale, std::span<const double> x, std::span<const double> y, const std::vector<std::size_t>& rows,
+                    const std::string& color, double radius) {
   std::set<std::pair<long, long>> taken;
   std::string out = "<g fill=\"" + color + "\" fill-opacity=\"" + (rows.size() > 400 ? "0.6" : "0.85") + "\">\n";
   for (const std::size_t row : rows) {
@@ -323,11 +324,8 @@ std::string circles(const Scale& scale, std::span<const double> x, std::span<con
   return out + "</g>\n";
 }
 
-std::string area_path(const Scale& scale, const std::vector<double>& time_s, const Series& series,
-                      const std::vector<std::size_t>& rows) {
-  const auto known = [&series](std::size_t row) {
-    return std::isfinite(series.lower[row]) && std::isfinite(series.upper[row]);
-  };
+std::string area_path(const Scale& scale, const std::vector<double>& time_s, const Series& series, const std::vector<std::size_t>& rows) {
+  const auto known = [&series](std::size_t row) { return std::isfinite(series.lower[row]) && std::isfinite(series.upper[row]); };
   std::string d;
   for (std::size_t begin = 0; begin < rows.size();) {
     if (!known(rows[begin])) {
@@ -358,8 +356,7 @@ void draw_series(Figure& figure, const Scale& scale, const TimePlot& plot) {
     if (series.lower.empty()) continue;
     const std::vector<std::span<const double>> edges{series.lower, series.upper};
     const auto rows = rows_to_draw(plot.time_s.size(), edges, rows_for(scale.area.w));
-    figure.add("<path d=\"" + area_path(scale, plot.time_s, series, rows) + "\" fill=\"" + colors[i] +
-               "\" fill-opacity=\"0.22\"/>\n");
+    figure.add("<path d=\"" + area_path(scale, plot.time_s, series, rows) + "\" fill=\"" + colors[i] + "\" fill-opacity=\"0.22\"/>\n");
   }
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& series = plot.series[i];
@@ -369,8 +366,8 @@ void draw_series(Figure& figure, const Scale& scale, const TimePlot& plot) {
       figure.add(circles(scale, plot.time_s, series.y, rows, colors[i], 1.3));
       continue;
     }
-    figure.add(path(scale, plot.time_s, series.y, rows, series.style == Series::Style::steps, colors[i],
-                    series.style == Series::Style::dashed));
+    figure.add(
+        path(scale, plot.time_s, series.y, rows, series.style == Series::Style::steps, colors[i], series.style == Series::Style::dashed));
   }
 }
 
@@ -398,8 +395,8 @@ void draw_arrows(Figure& figure, const Scale& scale, const ScatterSeries& series
     if (points[i].length < points.back().length * (drawn + 0.5) / arrows) continue;
     ++drawn;
     const double turn = std::atan2(points[i].y - points[i - look_back].y, points[i].x - points[i - look_back].x);
-    figure.add("<path d=\"M4.5 0L-4 3.6V-3.6Z\" fill=\"" + color + "\" transform=\"translate(" + n(points[i].x) + " " +
-               n(points[i].y) + ") rotate(" + compact(turn * 180.0 / std::numbers::pi, 1) + ")\"/>\n");
+    figure.add("<path d=\"M4.5 0L-4 3.6V-3.6Z\" fill=\"" + color + "\" transform=\"translate(" + n(points[i].x) + " " + n(points[i].y) +
+               ") rotate(" + compact(turn * 180.0 / std::numbers::pi, 1) + ")\"/>\n");
   }
 }
 
@@ -425,9 +422,9 @@ void draw_band_tints(Figure& figure, const Scale& scale, const std::vector<Band>
     const double left = std::max(scale.px(bands[i].from_s), scale.area.x);
     const double right = std::min(scale.px(bands[i].to_s), scale.area.right());
     if (right < left) continue;
-    figure.add("<rect x=\"" + n(left) + "\" y=\"" + n(scale.area.y) + "\" width=\"" + n(std::max(right - left, 0.5)) +
-               "\" height=\"" + n(scale.area.h) + "\" fill=\"" + std::string(tints[tint[i] % tints.size()]) +
-               "\" fill-opacity=\"0.14\"><title>" + escaped(bands[i].label) + "</title></rect>\n");
+    figure.add("<rect x=\"" + n(left) + "\" y=\"" + n(scale.area.y) + "\" width=\"" + n(std::max(right - left, 0.5)) + "\" height=\"" +
+               n(scale.area.h) + "\" fill=\"" + std::string(tints[tint[i] % tints.size()]) + "\" fill-opacity=\"0.14\"><title>" +
+               escaped(bands[i].label) + "</title></rect>\n");
   }
 }
 
@@ -473,16 +470,13 @@ void require_room(const Box& area) {
 }
 
 bool same(const std::vector<Band>& a, const std::vector<Band>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Band& p, const Band& q) {
-    return p.from_s == q.from_s && p.to_s == q.to_s && p.label == q.label;
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Band& p, const Band& q) { return p.from_s == q.from_s && p.to_s == q.to_s && p.label == q.label; });
 }
 
 }  // namespace
 
-std::string to_svg(const TimePlot& plot, int width_px, int height_px) {
-  return stacked_svg({plot}, width_px, height_px);
-}
+std::string to_svg(const TimePlot& plot, int width_px, int height_px) { return stacked_svg({plot}, width_px, height_px); }
 
 std::string stacked_svg(const std::vector<TimePlot>& plots, int width_px, int height_px) {
   std::string title;

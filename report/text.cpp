@@ -15,19 +15,30 @@ struct Interval {
 };
 
 // Unicode 15, the blocks that occur in practice.
-constexpr std::array<Interval, 9> zero_width{{{0x0300, 0x036F}, {0x0483, 0x0489}, {0x1AB0, 0x1AFF}, {0x1DC0, 0x1DFF},
-                                              {0x200B, 0x200F}, {0x2060, 0x2064}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F},
+constexpr std::array<Interval, 9> zero_width{{{0x0300, 0x036F},
+                                              {0x0483, 0x0489},
+                                              {0x1AB0, 0x1AFF},
+                                              {0x1DC0, 0x1DFF},
+                                              {0x200B, 0x200F},
+                                              {0x2060, 0x2064},
+                                              {0x20D0, 0x20FF},
+                                              {0xFE00, 0xFE0F},
                                               {0xFE20, 0xFE2F}}};
-constexpr std::array<Interval, 10> double_width{{{0x1100, 0x115F}, {0x2E80, 0x303E}, {0x3041, 0x33FF},
-                                                 {0x3400, 0x4DBF}, {0x4E00, 0x9FFF}, {0xA000, 0xA4CF},
-                                                 {0xAC00, 0xD7A3}, {0xF900, 0xFAFF}, {0xFF00, 0xFF60},
+constexpr std::array<Interval, 10> double_width{{{0x1100, 0x115F},
+                                                 {0x2E80, 0x303E},
+                                                 {0x3041, 0x33FF},
+                                                 {0x3400, 0x4DBF},
+                                                 {0x4E00, 0x9FFF},
+                                                 {0xA000, 0xA4CF},
+                                                 {0xAC00, 0xD7A3},
+                                                 {0xF900, 0xFAFF},
+                                                 {0xFF00, 0xFF60},
                                                  {0x1F300, 0x1FAFF}}};
 
 template <std::size_t N>
 bool lies_in(char32_t code_point, const std::array<Interval, N>& intervals) {
-  return std::any_of(intervals.begin(), intervals.end(), [code_point](const Interval& interval) {
-    return code_point >= interval.first && code_point <= interval.last;
-  });
+  return std::any_of(intervals.begin(), intervals.end(),
+                     [code_point](const Interval& interval) { return code_point >= interval.first && code_point <= interval.last; });
 }
 
 bool is_control(char32_t c) { return (c < 0x20 && c != U'\t' && c != U'\n') || (c >= 0x7F && c < 0xA0); }
@@ -87,12 +98,23 @@ std::string escaped(std::string_view text) {
   while (!text.empty()) {
     const char32_t c = take_code_point(text);
     switch (c) {
-      case U'&': out += "&amp;"; break;
-      case U'<': out += "&lt;"; break;
-      case U'>': out += "&gt;"; break;
-      case U'"': out += "&quot;"; break;
-      case U'\'': out += "&#39;"; break;
-      default: append_utf8(out, is_control(c) || c == 0xFFFE || c == 0xFFFF ? replacement : c);
+      case U'&':
+        out += "&amp;";
+        break;
+      case U'<':
+        out += "&lt;";
+        break;
+      case U'>':
+        out += "&gt;";
+        break;
+      case U'"':
+        out += "&quot;";
+        break;
+      case U'\'':
+        out += "&#39;";
+        break;
+      default:
+        append_utf8(out, is_control(c) || c == 0xFFFE || c == 0xFFFF ? replacement : c);
     }
   }
   return out;

@@ -17,9 +17,7 @@ inline constexpr std::string_view method_names[] = {"cvode", "arkode", "automati
 // Visits fields and takes what the map gives for them.
 struct Assign {
   YamlMap& map;
-  const YamlValue* value(const Key& key) const {
-    return key.required ? &map.require(key.name, key.meaning) : map.find(key.name);
-  }
+  const YamlValue* value(const Key& key) const { return key.required ? &map.require(key.name, key.meaning) : map.find(key.name); }
   void operator()(double& field, const Key& key) const {
     if (const auto* given = value(key)) field = given->number_in(key.range);
   }
@@ -57,7 +55,9 @@ struct Write {
   void line(const Key& key, const std::string& value) const { text += margin + key.name + ": " + value + "\n"; }
   void operator()(const double& field, const Key& key) const { line(key, shortest(field)); }
   template <std::integral Whole>
-  void operator()(const Whole& field, const Key& key) const { line(key, std::to_string(field)); }
+  void operator()(const Whole& field, const Key& key) const {
+    line(key, std::to_string(field));
+  }
   void operator()(const bool& field, const Key& key) const { line(key, field ? "true" : "false"); }
   void operator()(const std::string& field, const Key& key) const { line(key, field); }
   void operator()(const plant::Method& field, const Key& key) const {

@@ -50,8 +50,7 @@ herr_t read_object(hid_t root, const char* name, const H5O_info_t* info, void* d
     hsize_t extents[2] = {1, 1};
     if (rank > 0) H5Sget_simple_extent_dims(space, extents, nullptr);
     std::vector<double> values(static_cast<std::size_t>(count));
-    if (H5Dread(object, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
-      throw std::runtime_error("HDF5 refused");
+    if (H5Dread(object, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) throw std::runtime_error("HDF5 refused");
     append_series(reading.arrays, name, values, extents[0], extents[1], false);
   } catch (const std::exception&) {
     reading.trouble = true;

@@ -37,13 +37,11 @@ std::vector<double> Driver::babble(const BabbleInput& input, const Measurement& 
     if (time_s >= state.next_setpoint_s) {
       const auto n = static_cast<std::uint64_t>(state.setpoints_drawn++);
       state.setpoint = input.lowest_deg + (input.highest_deg - input.lowest_deg) * one.setpoint_chance.uniform(n);
-      state.next_setpoint_s +=
-          input.shortest_hold_s + (input.longest_hold_s - input.shortest_hold_s) * one.hold_chance.uniform(n);
+      state.next_setpoint_s += input.shortest_hold_s + (input.longest_hold_s - input.shortest_hold_s) * one.hold_chance.uniform(n);
     }
     const double error = state.setpoint - state.last_measured;
     state.error_integral += error * period_s_;
-    const double u =
-        std::clamp(input.proportional_gain_1_deg * error + input.integral_gain_1_deg_s * state.error_integral, -1.0, 1.0);
+    const double u = std::clamp(input.proportional_gain_1_deg * error + input.integral_gain_1_deg_s * state.error_integral, -1.0, 1.0);
     if (u < 0.0 && !input.both_sides) continue;
     for (const auto& [driven, sense] : one.driven_by) sum[driven.index] += u * sense;
   }

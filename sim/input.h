@@ -87,8 +87,7 @@ struct SineSignal {
 // A sine whose frequency grows steadily.
 struct ChirpSignal {
   static constexpr std::string_view name = "chirp";
-  double mean_fraction = 0.0, amplitude_fraction = 0.0, first_frequency_Hz = 0.01, last_frequency_Hz = 0.1, from_s = 0.0,
-         until_s = 0.0;
+  double mean_fraction = 0.0, amplitude_fraction = 0.0, first_frequency_Hz = 0.01, last_frequency_Hz = 0.1, from_s = 0.0, until_s = 0.0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     constexpr plant::Range frequencies{0.0, 1.0e3};
@@ -102,8 +101,7 @@ struct ChirpSignal {
   double at(double t, const RandomStream&) const {
     if (t < from_s || t >= until_s) return 0.0;
     const double since = t - from_s, slope = (last_frequency_Hz - first_frequency_Hz) / (until_s - from_s);
-    return mean_fraction +
-           amplitude_fraction * std::sin(2.0 * std::numbers::pi * (first_frequency_Hz + 0.5 * slope * since) * since);
+    return mean_fraction + amplitude_fraction * std::sin(2.0 * std::numbers::pi * (first_frequency_Hz + 0.5 * slope * since) * since);
   }
 };
 

@@ -95,13 +95,9 @@ std::string printable(std::string_view text, std::size_t longest) {
   return cut ? shown + "..." : shown;
 }
 
-std::string nearest(std::string_view word, std::span<const std::string_view> candidates) {
-  return nearest_of(word, candidates);
-}
+std::string nearest(std::string_view word, std::span<const std::string_view> candidates) { return nearest_of(word, candidates); }
 
-std::string nearest(std::string_view word, std::span<const std::string> candidates) {
-  return nearest_of(word, candidates);
-}
+std::string nearest(std::string_view word, std::span<const std::string> candidates) { return nearest_of(word, candidates); }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
   const std::string near = nearest(word, candidates);

@@ -70,8 +70,10 @@ std::vector<const YamlValue*> one_or_more(const YamlValue& value) {
 void read_missing(const YamlValue& value, LogColumn& column) {
   for (const YamlValue* one : one_or_more(value)) {
     const auto number = one->quoted ? std::nullopt : parse_number(one->text());
-    if (number) column.missing_numbers.push_back(*number);
-    else column.missing_words.push_back(one->text());
+    if (number)
+      column.missing_numbers.push_back(*number);
+    else
+      column.missing_words.push_back(one->text());
   }
 }
 
@@ -93,9 +95,8 @@ void read_what_counts(YamlMap& keys, LogColumn& column) {
   const YamlValue* repeats = keys.find("repeats");
   if (repeats == nullptr) return;
   if (repeats->kind == YamlValue::Kind::scalar) {
-    const double every_s = one_of<double>(
-        *repeats, std::array<std::pair<std::string_view, double>, 2>{
-                      {{"missing", std::numeric_limits<double>::infinity()}, {"readings", 0.0}}});
+    const double every_s = one_of<double>(*repeats, std::array<std::pair<std::string_view, double>, 2>{
+                                                        {{"missing", std::numeric_limits<double>::infinity()}, {"readings", 0.0}}});
     column.repeats_missing_s = every_s;
     return;
   }
@@ -122,15 +123,15 @@ LogLayout read_layout(const YamlValue* value) {
   }
   if (const YamlValue* delimiter = keys.find("delimiter")) {
     layout.delimiter = one_of<char>(*delimiter, std::array<std::pair<std::string_view, char>, 10>{{{"comma", ','},
-                                                                                     {"semicolon", ';'},
-                                                                                     {"tab", '\t'},
-                                                                                     {"spaces", ' '},
-                                                                                     {"bar", '|'},
-                                                                                     {",", ','},
-                                                                                     {";", ';'},
-                                                                                     {"\t", '\t'},
-                                                                                     {" ", ' '},
-                                                                                     {"|", '|'}}});
+                                                                                                   {"semicolon", ';'},
+                                                                                                   {"tab", '\t'},
+                                                                                                   {"spaces", ' '},
+                                                                                                   {"bar", '|'},
+                                                                                                   {",", ','},
+                                                                                                   {";", ';'},
+                                                                                                   {"\t", '\t'},
+                                                                                                   {" ", ' '},
+                                                                                                   {"|", '|'}}});
   }
   const YamlValue* decimal = keys.find("decimal");
   if (decimal != nullptr) {
@@ -170,12 +171,12 @@ TimeRule read_time(const YamlValue& value) {
     time.column = column_of_log(*column);
     if (const YamlValue* unit = keys.find("unit")) {
       time.unit = one_of<TimeUnit>(*unit, std::array<std::pair<std::string_view, TimeUnit>, 7>{{{"s", TimeUnit::s},
-                                                                                      {"ms", TimeUnit::ms},
-                                                                                      {"us", TimeUnit::us},
-                                                                                      {"min", TimeUnit::min},
-                                                                                      {"h", TimeUnit::h},
-                                                                                      {"ms_of_day", TimeUnit::ms_of_day},
-                                                                                      {"clock", TimeUnit::clock}}});
+                                                                                                {"ms", TimeUnit::ms},
+                                                                                                {"us", TimeUnit::us},
+                                                                                                {"min", TimeUnit::min},
+                                                                                                {"h", TimeUnit::h},
+                                                                                                {"ms_of_day", TimeUnit::ms_of_day},
+                                                                                                {"clock", TimeUnit::clock}}});
     }
     if (const YamlValue* first = keys.find("first_row")) {
       time.first_row_at_zero =
@@ -194,18 +195,35 @@ struct Unit {
 };
 constexpr double deg_per_rad = 180.0 / std::numbers::pi;
 constexpr Unit units[] = {
-    {"fraction", "fraction", {1.0, 1.0}, 0.0}, {"fraction", "percent", {1.0, 100.0}, 0.0},
-    {"fraction", "counts_255", {1.0, 255.0}, 0.0}, {"fraction", "counts_1023", {1.0, 1023.0}, 0.0},
-    {"fraction", "counts_4095", {1.0, 4095.0}, 0.0}, {"fraction", "counts_65535", {1.0, 65535.0}, 0.0},
-    {"degC", "degC", {1.0, 1.0}, 0.0}, {"degC", "K", {1.0, 1.0}, -273.15}, {"degC", "degF", {5.0, 9.0}, -32.0},
-    {"deg", "deg", {1.0, 1.0}, 0.0}, {"deg", "rad", {deg_per_rad, 1.0}, 0.0}, {"deg", "turns", {360.0, 1.0}, 0.0},
-    {"rad", "rad", {1.0, 1.0}, 0.0}, {"rad", "deg", {1.0, deg_per_rad}, 0.0},
-    {"V", "V", {1.0, 1.0}, 0.0}, {"V", "mV", {1.0, 1000.0}, 0.0},
-    {"A", "A", {1.0, 1.0}, 0.0}, {"A", "mA", {1.0, 1000.0}, 0.0},
-    {"m", "m", {1.0, 1.0}, 0.0}, {"m", "cm", {1.0, 100.0}, 0.0}, {"m", "mm", {1.0, 1000.0}, 0.0}, {"m", "um", {1.0, 1e6}, 0.0},
-    {"N", "N", {1.0, 1.0}, 0.0}, {"N", "mN", {1.0, 1000.0}, 0.0},
-    {"Pa", "Pa", {1.0, 1.0}, 0.0}, {"Pa", "kPa", {1000.0, 1.0}, 0.0}, {"Pa", "bar", {1e5, 1.0}, 0.0},
-    {"s", "s", {1.0, 1.0}, 0.0}, {"s", "ms", {1.0, 1000.0}, 0.0},
+    {"fraction", "fraction", {1.0, 1.0}, 0.0},
+    {"fraction", "percent", {1.0, 100.0}, 0.0},
+    {"fraction", "counts_255", {1.0, 255.0}, 0.0},
+    {"fraction", "counts_1023", {1.0, 1023.0}, 0.0},
+    {"fraction", "counts_4095", {1.0, 4095.0}, 0.0},
+    {"fraction", "counts_65535", {1.0, 65535.0}, 0.0},
+    {"degC", "degC", {1.0, 1.0}, 0.0},
+    {"degC", "K", {1.0, 1.0}, -273.15},
+    {"degC", "degF", {5.0, 9.0}, -32.0},
+    {"deg", "deg", {1.0, 1.0}, 0.0},
+    {"deg", "rad", {deg_per_rad, 1.0}, 0.0},
+    {"deg", "turns", {360.0, 1.0}, 0.0},
+    {"rad", "rad", {1.0, 1.0}, 0.0},
+    {"rad", "deg", {1.0, deg_per_rad}, 0.0},
+    {"V", "V", {1.0, 1.0}, 0.0},
+    {"V", "mV", {1.0, 1000.0}, 0.0},
+    {"A", "A", {1.0, 1.0}, 0.0},
+    {"A", "mA", {1.0, 1000.0}, 0.0},
+    {"m", "m", {1.0, 1.0}, 0.0},
+    {"m", "cm", {1.0, 100.0}, 0.0},
+    {"m", "mm", {1.0, 1000.0}, 0.0},
+    {"m", "um", {1.0, 1e6}, 0.0},
+    {"N", "N", {1.0, 1.0}, 0.0},
+    {"N", "mN", {1.0, 1000.0}, 0.0},
+    {"Pa", "Pa", {1.0, 1.0}, 0.0},
+    {"Pa", "kPa", {1000.0, 1.0}, 0.0},
+    {"Pa", "bar", {1e5, 1.0}, 0.0},
+    {"s", "s", {1.0, 1.0}, 0.0},
+    {"s", "ms", {1.0, 1000.0}, 0.0},
 };
 
 bool is_duty(const std::string& name) { return name == "duty" || name.starts_with("duty_"); }
@@ -227,8 +245,7 @@ void read_unit(const YamlValue& value, ColumnRule& rule) {
     rule.unit_offset = unit.offset_before;
     return;
   }
-  if (all.empty())
-    value.complain("the name " + rule.name + " ends in no unit that one can be converted to; use `scale` and `offset`");
+  if (all.empty()) value.complain("the name " + rule.name + " ends in no unit that one can be converted to; use `scale` and `offset`");
   value.complain("for " + rule.name + " must be one of: " + list(all) + did_you_mean(value.text(), all) + "\nor use `scale` and `offset`");
 }
 
@@ -272,7 +289,8 @@ ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links
       const bool is_kind = std::find(kinds.begin(), kinds.end(), e.key) != kinds.end();
       if (!is_kind && column == nullptr && constant == nullptr && difference == nullptr && direction == nullptr &&
           !nearest(e.key, kinds).empty())
-        throw InputError({rule.at.file, e.line, e.column, entry.value.path + "." + e.key, "", "no such key here" + did_you_mean(e.key, kinds)});
+        throw InputError(
+            {rule.at.file, e.line, e.column, entry.value.path + "." + e.key, "", "no such key here" + did_you_mean(e.key, kinds)});
     }
     rule.at.complain("needs exactly one of `column`, `constant`, `difference`, `direction`: where its values come from");
   }
@@ -286,7 +304,8 @@ ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links
     const bool is_direction = direction != nullptr;
     rule.kind = is_direction ? ColumnKind::direction : ColumnKind::difference;
     YamlMap pair(is_direction ? *direction : *difference);
-    links.first = &pair.require(is_direction ? "from" : "of", is_direction ? "the point it begins at" : "the column that is subtracted from");
+    links.first =
+        &pair.require(is_direction ? "from" : "of", is_direction ? "the point it begins at" : "the column that is subtracted from");
     links.second = &pair.require(is_direction ? "to" : "less", is_direction ? "the point it leads to" : "the column that is subtracted");
     pair.finish();
   }
@@ -305,9 +324,8 @@ ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links
     if (!(rule.highest > rule.lowest)) highest->complain("must be greater than `lowest`, " + shortest(rule.lowest));
   }
   if (const YamlValue* outside = keys.find("outside")) {
-    rule.outside = one_of<Outside>(
-        *outside, std::array<std::pair<std::string_view, Outside>, 3>{
-                      {{"error", Outside::error}, {"missing", Outside::missing}, {"clip", Outside::clip}}});
+    rule.outside = one_of<Outside>(*outside, std::array<std::pair<std::string_view, Outside>, 3>{
+                                                 {{"error", Outside::error}, {"missing", Outside::missing}, {"clip", Outside::clip}}});
   }
   keys.finish();
   return rule;
@@ -551,7 +569,8 @@ class Application {
       if (all_time_s_[i] > all_time_s_[i - 1]) forward_s.push_back(all_time_s_[i] - all_time_s_[i - 1]);
     }
     if (forward_s.empty()) {
-      throw InputError({.file = log_.file, .line = log_.line_of(1), .key = "time", .advice = "never moves forward in this file" + because()});
+      throw InputError(
+          {.file = log_.file, .line = log_.line_of(1), .key = "time", .advice = "never moves forward in this file" + because()});
     }
     const double tolerated_s = backward_periods * lower_median(std::move(forward_s));
     Tally repeated, conflicting, backward;
@@ -565,7 +584,8 @@ class Application {
       } else if (back_s < tolerated_s) {
         backward.add(log_.line_of(row));
       } else {
-        const std::string advice = "goes back by " + shortest(back_s) + " s; two recordings in one file? then cut it in two here" + because();
+        const std::string advice =
+            "goes back by " + shortest(back_s) + " s; two recordings in one file? then cut it in two here" + because();
         if (map_.time.column && log_.is_text()) {
           const std::size_t at = *find(*map_.time.column);
           log_.fail_at(row, at, std::string(log_.field(row, at)), advice);
@@ -613,7 +633,8 @@ class Application {
         longest_s = std::max(longest_s, steps_s[i]);
       }
     }
-    notes_ += counted(uneven, "uneven step", "uneven steps", " of time, from " + rounded(shortest_s) + " to " + rounded(longest_s) + " s; kept");
+    notes_ +=
+        counted(uneven, "uneven step", "uneven steps", " of time, from " + rounded(shortest_s) + " to " + rounded(longest_s) + " s; kept");
     notes_ += counted(gaps, "gap", "gaps", " in time, the longest of " + rounded(longest_gap_s) + " s; kept");
   }
 
@@ -645,8 +666,9 @@ class Application {
       for (std::size_t k = 0; k < series.size(); ++k) reading[k] = (*series[k])[i];
     }
     if (repeats.count > 0)
-      notes_ += name + ": " + counted(repeats, "row repeats", "rows repeat",
-                                      " the last reading, of " + std::to_string(time_s_.size()) + "; each reading is counted once");
+      notes_ += name + ": " +
+                counted(repeats, "row repeats", "rows repeat",
+                        " the last reading, of " + std::to_string(time_s_.size()) + "; each reading is counted once");
     return repeats.count;
   }
 
@@ -671,13 +693,18 @@ class Application {
         hint_at_slow_converter(rule, values);
         repeats = drop_repeats({&values}, rule.read.repeats_missing_s, rule.name);
         break;
-      case ColumnKind::constant: values.assign(time_s_.size(), rule.constant); break;
+      case ColumnKind::constant:
+        values.assign(time_s_.size(), rule.constant);
+        break;
       case ColumnKind::difference:
         for (std::size_t i = 0; i < time_s_.size(); ++i) values.push_back(values_[rule.of][i] - values_[rule.less][i]);
         periodic_[at] = periodic_[rule.of] && periodic_[rule.less];
         if (periodic_[at]) begin_within_half_a_turn(values);
         break;
-      case ColumnKind::direction: values = direction_deg(points_[rule.from], points_[rule.to]); periodic_[at] = true; break;
+      case ColumnKind::direction:
+        values = direction_deg(points_[rule.from], points_[rule.to]);
+        periodic_[at] = true;
+        break;
     }
     const bool unchanged = rule.unit.numerator == 1.0 && rule.unit.denominator == 1.0 && rule.scale.numerator == 1.0 &&
                            rule.scale.denominator == 1.0 && rule.zero_rows == 0;
@@ -695,14 +722,16 @@ class Application {
     if (missing.count == values.size() && rule.written)
       rule.at.complain("not one sample in " + log_.file + " is there: all " + std::to_string(values.size()) + " are missing");
     if (!rule.written || missing.count == repeats) return;
-    notes_ += rule.name + ": " + counted(missing, "missing sample", "missing samples", repeats > 0 ? ", these repeats among them" : ", left missing");
+    notes_ += rule.name + ": " +
+              counted(missing, "missing sample", "missing samples", repeats > 0 ? ", these repeats among them" : ", left missing");
   }
 
   void hint_at_slow_converter(const ColumnRule& rule, const std::vector<double>& values) {
     if (rule.read.repeats_missing_s > 0.0 || unit_of(rule.name) != "degC") return;
     const auto rows = rows_per_reading(values);
     if (!rows) return;
-    notes_ += rule.name + ": repeats each reading for about " + rounded(*rows, 2) + " rows, as a converter does that is slower than the logger; " +
+    notes_ += rule.name + ": repeats each reading for about " + rounded(*rows, 2) +
+              " rows, as a converter does that is slower than the logger; " +
               "`repeats: {reading_every_s: " + rounded(*rows * period_s_, 2) + "}` in the map counts each once\n";
   }
 
@@ -742,14 +771,16 @@ class Application {
     const double zero = lower_median(std::move(first));
     for (double& value : values) value -= zero;
     const int line = log_.line_of(kept_[row]);
-    notes_ += rule.name + ": its zero is " + rounded(zero) +
-              (count == 1 ? ", of the first row that has it" : ", the median of the first " + std::to_string(count) + " rows that have it") +
-              (line > 0 ? (count == 1 ? " (line " : " (from line ") + std::to_string(line) + ")" : "");
+    notes_ +=
+        rule.name + ": its zero is " + rounded(zero) +
+        (count == 1 ? ", of the first row that has it" : ", the median of the first " + std::to_string(count) + " rows that have it") +
+        (line > 0 ? (count == 1 ? " (line " : " (from line ") + std::to_string(line) + ")" : "");
     for (std::size_t k = 0; k < map_.columns.size(); ++k) {
       const ColumnRule& other = map_.columns[k];
       if (!is_duty(other.name) || other.kind != ColumnKind::read) continue;
       const std::vector<double> duty = kept_numbers(other.read);
-      const auto driven = std::find_if(duty.begin(), duty.begin() + static_cast<std::ptrdiff_t>(last), [](double d) { return std::abs(d) > 0.0; });
+      const auto driven =
+          std::find_if(duty.begin(), duty.begin() + static_cast<std::ptrdiff_t>(last), [](double d) { return std::abs(d) > 0.0; });
       if (driven == duty.begin() + static_cast<std::ptrdiff_t>(last)) continue;
       const auto at = static_cast<std::size_t>(driven - duty.begin());
       notes_ += "; not at rest: " + other.name + " is driven " + rounded(time_s_[last] - time_s_[at]) + " s earlier";
@@ -773,8 +804,8 @@ class Application {
   }
 
   [[noreturn]] void fail_outside(const ColumnRule& rule, std::size_t i, double value) const {
-    std::string advice = rule.name + " is " + shortest(value) + " here, and must lie in [" + shortest(rule.lowest) + ", " +
-                         shortest(rule.highest) + "]";
+    std::string advice =
+        rule.name + " is " + shortest(value) + " here, and must lie in [" + shortest(rule.lowest) + ", " + shortest(rule.highest) + "]";
     if (is_duty(rule.name) && value > 1.0) {
       advice += "\nis it in percent, or in counts? then say `unit: percent`, or `unit: counts_255`";
     } else if (is_duty(rule.name) && value < 0.0) {
@@ -883,8 +914,8 @@ Conversion convert_log(const std::filesystem::path& log, const LogMap& map) {
 }
 
 std::optional<double> rows_per_reading(const std::vector<double>& values) {
-  constexpr double fast_steps = 3.5;        // of the converter's resolution, from one reading to the next
-  constexpr std::size_t least_runs = 10;    // with fewer, nothing is said
+  constexpr double fast_steps = 3.5;      // of the converter's resolution, from one reading to the next
+  constexpr std::size_t least_runs = 10;  // with fewer, nothing is said
   constexpr double least_rows = 1.5, most_rows = 50.0;
   std::vector<std::pair<double, double>> runs;  // rows, change at its end
   double resolution = std::numeric_limits<double>::infinity();

@@ -59,11 +59,11 @@ struct ColumnRule {
   YamlValue at;
   bool written = true;  // a helper is not
   ColumnKind kind = ColumnKind::read;
-  LogColumn read{};               // read
-  double constant = 0.0;          // constant
-  std::size_t of = 0, less = 0;   // difference: of - less, places in LogMap::columns
-  std::size_t from = 0, to = 0;   // direction, in degrees: places in LogMap::points
-  Ratio unit{};                   // value = ((raw in unit + unit_offset) scale + offset), reversed or not, less its zero
+  LogColumn read{};              // read
+  double constant = 0.0;         // constant
+  std::size_t of = 0, less = 0;  // difference: of - less, places in LogMap::columns
+  std::size_t from = 0, to = 0;  // direction, in degrees: places in LogMap::points
+  Ratio unit{};                  // value = ((raw in unit + unit_offset) scale + offset), reversed or not, less its zero
   double unit_offset = 0.0;
   Ratio scale{};
   double offset = 0.0;

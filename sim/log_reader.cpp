@@ -16,7 +16,6 @@
 namespace sinew::sim {
 namespace {
 
-
 std::string_view unquoted(std::string_view field) {
   field = trimmed(field);
   if (field.size() >= 2 && field.front() == '"' && field.back() == '"') {
@@ -174,9 +173,7 @@ std::optional<double> Log::number(std::size_t row, std::size_t column) const {
   return text.empty() ? not_a_number : parse_field(text, layout_.decimal_comma);
 }
 
-std::string Log::title(std::size_t column) const {
-  return names[column].empty() ? "column " + std::to_string(column + 1) : names[column];
-}
+std::string Log::title(std::size_t column) const { return names[column].empty() ? "column " + std::to_string(column + 1) : names[column]; }
 
 void Log::fail_at(std::size_t row, std::size_t column, const std::string& value, const std::string& advice) const {
   if (!is_text()) fail_in_row(row, title(column), value, advice);
@@ -211,8 +208,9 @@ Log parse_text_log(std::string text, std::string file, const LogLayout& layout, 
     if (!found) {
       std::string names;
       for (const std::string& name : wanted) names += (names.empty() ? "" : ", ") + name;
-      fail(0, "no header", "", "none of the names of the map stands in the first " + std::to_string(header_search_lines) +
-           " lines: the map matches nothing here\nits names are: " + names);
+      fail(0, "no header", "",
+           "none of the names of the map stands in the first " + std::to_string(header_search_lines) +
+               " lines: the map matches nothing here\nits names are: " + names);
     }
     next = *found;
   }
@@ -301,9 +299,12 @@ LogKind kind_of_log(const std::filesystem::path& path) {
 
 Log read_log(const std::filesystem::path& path, const LogLayout& layout, std::span<const std::string> wanted) {
   switch (kind_of_log(path)) {
-    case LogKind::mat: return array_log(read_mat(path), path.string());
-    case LogKind::hdf5: return array_log(read_hdf5(path), path.string());
-    case LogKind::text: break;
+    case LogKind::mat:
+      return array_log(read_mat(path), path.string());
+    case LogKind::hdf5:
+      return array_log(read_hdf5(path), path.string());
+    case LogKind::text:
+      break;
   }
   return parse_text_log(read_file(path), path.string(), layout, wanted);
 }

@@ -94,7 +94,8 @@ LogLayout guess_layout(std::string_view text) {
     }
   }
   if (best.fields == 0) {
-    throw InputError({.key = "no rows of numbers", .advice = "in the first " + std::to_string(lines.size()) + " lines, whatever delimiter is tried"});
+    throw InputError(
+        {.key = "no rows of numbers", .advice = "in the first " + std::to_string(lines.size()) + " lines, whatever delimiter is tried"});
   }
   LogLayout layout = best.layout;
   const auto is_row = [&](std::string_view line) {
@@ -132,8 +133,10 @@ std::string layout_yaml(const LogLayout& layout) {
   if (layout.lines_before.value_or(0) > 0)
     say((layout.header ? "lines_before_header: " : "lines_before_rows: ") + std::to_string(*layout.lines_before));
   if (layout.delimiter != ',')
-    say(std::string("delimiter: ") +
-        (layout.delimiter == ';' ? "semicolon" : layout.delimiter == '\t' ? "tab" : layout.delimiter == '|' ? "bar" : "spaces"));
+    say(std::string("delimiter: ") + (layout.delimiter == ';'    ? "semicolon"
+                                      : layout.delimiter == '\t' ? "tab"
+                                      : layout.delimiter == '|'  ? "bar"
+                                                                 : "spaces"));
   if (layout.decimal_comma) say("decimal: comma");
   if (layout.ignore_text) say("text_lines: ignore");
   return keys.empty() ? "" : "file: {" + keys + "}\n";
@@ -204,11 +207,16 @@ bool looks_like_time(const Log& log, Seen& seen) {
     const auto even = std::count_if(steps.begin(), steps.end(), [&](double s) { return std::abs(s - median) < 0.2 * median; });
     if (static_cast<double>(even) < 0.8 * static_cast<double>(steps.size())) return false;
   }
-  if (holds_any(seen.lower, {"midnight"})) seen.unit = "ms_of_day";
-  else if (holds_any(seen.lower, {"_us", "micros"})) seen.unit = "us";
-  else if (holds_any(seen.lower, {"_ms", "(ms)", "[ms]", "milli", "msec"}) || seen.lower == "ms") seen.unit = "ms";
-  else if (seen.lower.ends_with("_s") || holds_any(seen.lower, {"sec", "(s)", "[s]"})) seen.unit = "s";
-  else seen.unit = median >= 5.0 && std::floor(seen.values.front()) == seen.values.front() ? "ms" : "s";
+  if (holds_any(seen.lower, {"midnight"}))
+    seen.unit = "ms_of_day";
+  else if (holds_any(seen.lower, {"_us", "micros"}))
+    seen.unit = "us";
+  else if (holds_any(seen.lower, {"_ms", "(ms)", "[ms]", "milli", "msec"}) || seen.lower == "ms")
+    seen.unit = "ms";
+  else if (seen.lower.ends_with("_s") || holds_any(seen.lower, {"sec", "(s)", "[s]"}))
+    seen.unit = "s";
+  else
+    seen.unit = median >= 5.0 && std::floor(seen.values.front()) == seen.values.front() ? "ms" : "s";
   return true;
 }
 
@@ -219,11 +227,13 @@ Looks kind_of(const Seen& seen) {
   const bool constant = seen.lowest == seen.highest;
   const bool input_name = holds_any(name, {"duty", "pwm"});
   const bool count_name = input_name || holds_any(name, {"raw", "count"});
-  if (input_name && !holds_any(name, {"unconstrained", "setpoint", "freq"}) && seen.lowest >= 0.0 && seen.highest <= 1.0) return Looks::duty;
+  if (input_name && !holds_any(name, {"unconstrained", "setpoint", "freq"}) && seen.lowest >= 0.0 && seen.highest <= 1.0)
+    return Looks::duty;
   if (constant) return Looks::constant;
   if (count_name && seen.lowest >= 0.0 && seen.highest > 1.0 && seen.highest <= 255.0) return Looks::counts;
   const bool sane_temperature = seen.lowest > -60.0 && seen.highest < 400.0;
-  const bool short_temperature = name.size() <= 3 && name.starts_with("t") && (name.size() == 1 || std::isalnum(static_cast<unsigned char>(name[1])));
+  const bool short_temperature =
+      name.size() <= 3 && name.starts_with("t") && (name.size() == 1 || std::isalnum(static_cast<unsigned char>(name[1])));
   if (sane_temperature && !holds_any(name, {"limit", "target", "setpoint"}) &&
       (holds_any(name, {"temp", "thermo", "degc", "celsius"}) || (short_temperature && seen.lowest > 5.0)))
     return Looks::temperature;
@@ -247,8 +257,10 @@ std::string plain_name(std::string_view name) {
   std::string plain;
   for (const char c : name) {
     const bool keeps = std::isalnum(static_cast<unsigned char>(c)) != 0;
-    if (keeps) plain += c;
-    else if (!plain.empty() && plain.back() != '_') plain += '_';
+    if (keeps)
+      plain += c;
+    else if (!plain.empty() && plain.back() != '_')
+      plain += '_';
   }
   while (plain.ends_with('_')) plain.pop_back();
   return plain;
@@ -282,10 +294,13 @@ class Suggestion {
       }
       seen.looks = kind_of(seen);
       const std::string line = mapped(seen);
-      if (line.empty()) others += comment(seen);
-      else columns += line;
+      if (line.empty())
+        others += comment(seen);
+      else
+        columns += line;
     }
-    std::string text = "# A map to begin with, from `sinew convert --suggest`. Look at each line, and put right what is not so.\n# " + facts() + "\nformat: 1\n" + layout_;
+    std::string text = "# A map to begin with, from `sinew convert --suggest`. Look at each line, and put right what is not so.\n# " +
+                       facts() + "\nformat: 1\n" + layout_;
     if (time_) {
       text += "time: {column: " + named(seen_[*time_]) + ", unit: " + seen_[*time_].unit + "}   # " + range(seen_[*time_]) + "\n";
     } else {
@@ -342,7 +357,9 @@ class Suggestion {
         if (name.empty()) name = "point";
         const bool zeros = std::find(x.values.begin(), x.values.end(), 0.0) != x.values.end();
         if (points_.empty()) {
-          points_ = "# A helper `{direction: {from: ..., to: ...}}` is the direction from one point to another, in degrees; 0 is taken for \"not seen\".\npoints:\n";
+          points_ =
+              "# A helper `{direction: {from: ..., to: ...}}` is the direction from one point to another, in degrees; 0 is taken for \"not "
+              "seen\".\npoints:\n";
         }
         points_ += "  " + unique(name) + ": {x: " + named(x) + ", y: " + named(*y) + (zeros ? ", missing: 0" : "") + "}\n";
       }
@@ -387,7 +404,9 @@ class Suggestion {
   std::string comment(const Seen& seen) {
     std::string name = plain_name(log_.names[seen.column]);
     if (name.empty()) name = "column_" + std::to_string(seen.column + 1);
-    const std::string length = as_long_as_time(seen) ? "" : (seen.values.size() == 1 ? ", a single number" : ", " + std::to_string(seen.values.size()) + " values");
+    const std::string length =
+        as_long_as_time(seen) ? ""
+                              : (seen.values.size() == 1 ? ", a single number" : ", " + std::to_string(seen.values.size()) + " values");
     return "  # " + printable(name) + ": {column: " + printable(named(seen), 200) + "}   # " + range(seen) + length + "\n";
   }
 
@@ -399,8 +418,12 @@ class Suggestion {
       return lower_case(base).ends_with(lower_case(suffix)) ? base.substr(0, base.size() - suffix.size()) + suffix : base + suffix;
     };
     switch (seen.looks) {
-      case Looks::named: break;
-      case Looks::duty: name = duty_name(name); looks = "a duty"; break;
+      case Looks::named:
+        break;
+      case Looks::duty:
+        name = duty_name(name);
+        looks = "a duty";
+        break;
       case Looks::counts:
         name = duty_name(name);
         keys += ", unit: counts_255";
@@ -424,7 +447,8 @@ class Suggestion {
         if (seen.looks == Looks::radians) keys += ", unit: rad";
         looks = "an angle";
         break;
-      default: return "";
+      default:
+        return "";
     }
     return "  " + unique(name) + ": {" + keys + "}   # " + range(seen) + (looks.empty() ? "" : ": looks like " + looks) + "\n";
   }
@@ -435,7 +459,8 @@ class Suggestion {
     for (std::size_t start = 0; start <= name.size();) {
       const std::size_t end = std::min(name.find('_', start), name.size());
       const std::string word = name.substr(start, end - start);
-      if (const std::string lower = lower_case(word); lower != "pwm" && lower != "duty" && lower != "raw" && !word.empty()) rest += "_" + word;
+      if (const std::string lower = lower_case(word); lower != "pwm" && lower != "duty" && lower != "raw" && !word.empty())
+        rest += "_" + word;
       start = end + 1;
     }
     return "duty" + rest;

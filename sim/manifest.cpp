@@ -29,8 +29,8 @@ std::string sha256(std::string_view bytes) {
 
 Build this_build() {
   return {SINEW_VERSION, SINEW_COMMIT, std::string("g++ ") + __VERSION__,
-          "SUNDIALS " SUNDIALS_VERSION ", Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." +
-              std::to_string(EIGEN_MAJOR_VERSION) + "." + std::to_string(EIGEN_MINOR_VERSION)};
+          "SUNDIALS " SUNDIALS_VERSION ", Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
+              std::to_string(EIGEN_MINOR_VERSION)};
 }
 
 std::string run_json(const Scenario& scenario, const RunResult& result, const std::map<std::string, std::string>& files) {

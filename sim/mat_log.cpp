@@ -31,22 +31,43 @@ std::optional<std::vector<double>> values_of(const matvar_t& variable, std::size
   if (variable.isComplex || variable.data == nullptr || count == 0 || count > most_values) return std::nullopt;
   if (variable.data_size <= 0 || variable.nbytes < count * static_cast<std::size_t>(variable.data_size)) return std::nullopt;
   switch (variable.class_type) {
-    case MAT_C_DOUBLE: case MAT_C_SINGLE: case MAT_C_INT8: case MAT_C_UINT8: case MAT_C_INT16: case MAT_C_UINT16:
-    case MAT_C_INT32: case MAT_C_UINT32: case MAT_C_INT64: case MAT_C_UINT64: break;
-    default: return std::nullopt;
+    case MAT_C_DOUBLE:
+    case MAT_C_SINGLE:
+    case MAT_C_INT8:
+    case MAT_C_UINT8:
+    case MAT_C_INT16:
+    case MAT_C_UINT16:
+    case MAT_C_INT32:
+    case MAT_C_UINT32:
+    case MAT_C_INT64:
+    case MAT_C_UINT64:
+      break;
+    default:
+      return std::nullopt;
   }
   switch (variable.data_type) {
-    case MAT_T_DOUBLE: return as_doubles<double>(variable, count);
-    case MAT_T_SINGLE: return as_doubles<float>(variable, count);
-    case MAT_T_INT8: return as_doubles<std::int8_t>(variable, count);
-    case MAT_T_UINT8: return as_doubles<std::uint8_t>(variable, count);
-    case MAT_T_INT16: return as_doubles<std::int16_t>(variable, count);
-    case MAT_T_UINT16: return as_doubles<std::uint16_t>(variable, count);
-    case MAT_T_INT32: return as_doubles<std::int32_t>(variable, count);
-    case MAT_T_UINT32: return as_doubles<std::uint32_t>(variable, count);
-    case MAT_T_INT64: return as_doubles<std::int64_t>(variable, count);
-    case MAT_T_UINT64: return as_doubles<std::uint64_t>(variable, count);
-    default: return std::nullopt;
+    case MAT_T_DOUBLE:
+      return as_doubles<double>(variable, count);
+    case MAT_T_SINGLE:
+      return as_doubles<float>(variable, count);
+    case MAT_T_INT8:
+      return as_doubles<std::int8_t>(variable, count);
+    case MAT_T_UINT8:
+      return as_doubles<std::uint8_t>(variable, count);
+    case MAT_T_INT16:
+      return as_doubles<std::int16_t>(variable, count);
+    case MAT_T_UINT16:
+      return as_doubles<std::uint16_t>(variable, count);
+    case MAT_T_INT32:
+      return as_doubles<std::int32_t>(variable, count);
+    case MAT_T_UINT32:
+      return as_doubles<std::uint32_t>(variable, count);
+    case MAT_T_INT64:
+      return as_doubles<std::int64_t>(variable, count);
+    case MAT_T_UINT64:
+      return as_doubles<std::uint64_t>(variable, count);
+    default:
+      return std::nullopt;
   }
 }
 

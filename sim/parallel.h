@@ -30,8 +30,7 @@ void in_parallel(std::size_t count, int threads, Work&& work) {
   };
   {
     std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t)
-      others.emplace_back(loop);
+    for (std::size_t t = 1; t < std::min(count, static_cast<std::size_t>(std::max(1, threads))); ++t) others.emplace_back(loop);
     loop();
   }
   if (trouble) std::rethrow_exception(trouble);

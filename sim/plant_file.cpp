@@ -17,8 +17,7 @@ using plant::Kind;
 std::string allowed(const Declaration& declared, std::string_view owner) {
   std::string text = "must lie in [" + shortest(declared.range.lowest) + ", " + shortest(declared.range.highest) + "]";
   if (!declared.unit.text.empty()) text += " " + std::string(declared.unit.text);
-  if (declared.null_value && !owner.empty())
-    text += "; " + shortest(*declared.null_value) + " turns " + std::string(owner) + " off";
+  if (declared.null_value && !owner.empty()) text += "; " + shortest(*declared.null_value) + " turns " + std::string(owner) + " off";
   return text;
 }
 
@@ -44,8 +43,7 @@ void read_core(const YamlValue& value, plant::Plant& plant) {
   const auto& all = plant.system().parameters();
   for (const plant::ParameterId p : all.ids()) {
     if (all[p].effect) continue;
-    if (const YamlValue* given = map.find(all[p].declaration.name))
-      plant.set_in_file_units(p, read_value(*given, all[p].declaration, ""));
+    if (const YamlValue* given = map.find(all[p].declaration.name)) plant.set_in_file_units(p, read_value(*given, all[p].declaration, ""));
   }
   map.finish("`sinew effects --core` lists the parameters of the core");
 }
@@ -141,8 +139,7 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
   const YamlValue* base = map.find("base");
   if (base && base->text() != "paper_limb") {
     const std::filesystem::path file = folder / base->text();
-    if (!std::filesystem::exists(file))
-      base->complain("no such file; a base is paper_limb or a plant file, looked for beside this one");
+    if (!std::filesystem::exists(file)) base->complain("no such file; a base is paper_limb or a plant file, looked for beside this one");
     below.push_back(std::filesystem::weakly_canonical(value.file));
     if (std::find(below.begin(), below.end(), std::filesystem::weakly_canonical(file)) != below.end())
       base->complain("a plant cannot be its own base");
@@ -166,9 +163,8 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
       for (const auto& entry : effect.value.map)
         if (entry.value.kind == YamlValue::Kind::map) {
           needs_format_2(entry.value);
-          const bool known = std::any_of(making.own.begin(), making.own.end(), [&](const plant::OwnValues& one) {
-            return one.effect == effect.key && one.part == entry.key;
-          });
+          const bool known = std::any_of(making.own.begin(), making.own.end(),
+                                         [&](const plant::OwnValues& one) { return one.effect == effect.key && one.part == entry.key; });
           if (!known) making.own.push_back({entry.value.path, effect.key, entry.key});
           anew = anew || !known;
         }
@@ -187,9 +183,7 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
 
 }  // namespace
 
-plant::Plant read_plant(const YamlValue& value, const std::filesystem::path& folder) {
-  return read_plant_of(value, folder, {}).first;
-}
+plant::Plant read_plant(const YamlValue& value, const std::filesystem::path& folder) { return read_plant_of(value, folder, {}).first; }
 
 plant::Plant read_plant_file(const std::filesystem::path& file) {
   const YamlValue plant = read_yaml(file);

@@ -35,7 +35,7 @@ struct Format {
   bool case_matters = true;
   bool milliseconds_of_day = false;
   std::vector<std::string_view> known_names{};  // columns that are expected and not used
-  std::string_view logger_clock{};  // of the logger that is taken for a recording by mistake; empty: none is known
+  std::string_view logger_clock{};              // of the logger that is taken for a recording by mistake; empty: none is known
 };
 
 Format recording_format(const Columns& columns) {
@@ -146,11 +146,8 @@ class Lines {
     throw InputError({.file = name_, .key = std::move(key), .value = std::string(value), .advice = std::move(advice)});
   }
   [[noreturn]] void fail_on_line(const char* at, std::string key, std::string_view value, std::string advice) const {
-    throw InputError({.file = name_,
-                      .line = line_number(at),
-                      .key = std::move(key),
-                      .value = std::string(value),
-                      .advice = std::move(advice)});
+    throw InputError(
+        {.file = name_, .line = line_number(at), .key = std::move(key), .value = std::string(value), .advice = std::move(advice)});
   }
   [[noreturn]] void fail_at(const char* at, std::string key, std::string_view value, std::string advice) const {
     throw InputError({.file = name_,
@@ -206,8 +203,12 @@ struct Row {
 class TableReader {
  public:
   TableReader(Lines& lines, const Format& format, Recording& recording)
-      : lines_(lines), format_(format), recording_(recording), notes_(recording.notes),
-        inputs_(recording.columns.inputs.size()), channels_(recording.columns.channels.size()) {
+      : lines_(lines),
+        format_(format),
+        recording_(recording),
+        notes_(recording.notes),
+        inputs_(recording.columns.inputs.size()),
+        channels_(recording.columns.channels.size()) {
     notes_.held_input.resize(inputs_);
     notes_.missing.resize(channels_);
     for (const Column& column : recording.columns.inputs) notes_.input_words.push_back(column.words);
@@ -264,8 +265,7 @@ class TableReader {
     }
   }
 
-  [[noreturn]] void fail_for_missing_columns(std::span<const std::string_view> names,
-                                             std::span<const std::string_view> extra,
+  [[noreturn]] void fail_for_missing_columns(std::span<const std::string_view> names, std::span<const std::string_view> extra,
                                              const std::vector<bool>& found) const {
     const std::string_view line = lines_.line();
     std::vector<std::string_view> missing;
@@ -369,8 +369,7 @@ class TableReader {
 
   double input(std::string_view field, std::size_t i) const {
     const double value = in_range(field, 1 + i, recording_.columns.inputs[i]);
-    if (std::isnan(value) && rows_.empty())
-      fail_in_field(field, 1 + i, "the first row needs a value: there is none before it to hold");
+    if (std::isnan(value) && rows_.empty()) fail_in_field(field, 1 + i, "the first row needs a value: there is none before it to hold");
     return value;
   }
 
@@ -561,8 +560,8 @@ Recording parse_logger(std::string_view text, std::string name, const plant::Sys
   if (known.size() < (swap_sides ? 2u : 1u)) lines.fail("no logger is known of this plant", "", "use `sinew convert --map`");
   const plant::LoggerFormat& logger = known[swap_sides ? 1 : 0];
   const Format format = logger_format(logger, recording.columns);
-  std::string advice = "expected two lines of preamble, then the logger's " +
-                       std::to_string(1 + logger.columns.size() + logger.unused.size()) + " columns";
+  std::string advice =
+      "expected two lines of preamble, then the logger's " + std::to_string(1 + logger.columns.size() + logger.unused.size()) + " columns";
   while (notes.preamble_lines < header_search_lines && lines.next()) {
     const std::string_view line = lines.line(), first = first_field(line);
     if (same_name(first, logger.clock_column, false)) {
@@ -614,8 +613,6 @@ std::string to_csv(const Recording& recording) {
   return text;
 }
 
-void write_recording(const std::filesystem::path& path, const Recording& recording) {
-  write_file_whole(path, to_csv(recording));
-}
+void write_recording(const std::filesystem::path& path, const Recording& recording) { write_file_whole(path, to_csv(recording)); }
 
 }  // namespace sinew::sim

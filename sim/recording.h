@@ -38,7 +38,7 @@ Columns columns_of(const plant::System& system);
 // A measurement that is missing is NaN; time and inputs never are. In the units of the file.
 struct Sample {
   double time_s = 0.0;
-  std::vector<double> inputs;    // held until the next sample, unless the System says that they change in between
+  std::vector<double> inputs;  // held until the next sample, unless the System says that they change in between
   std::vector<double> channels;
 };
 
@@ -77,7 +77,7 @@ struct ReadingNotes {
 };
 
 struct Recording {
-  std::string name;                   // where it came from, as messages say it: the path
+  std::string name;  // where it came from, as messages say it: the path
   Columns columns{};
   std::vector<std::string> comments{};  // without the "# "; logger: the lines above the header
   std::vector<Sample> samples{};        // times finite and strictly increasing

@@ -36,8 +36,8 @@ struct Scenario {
   // The integrator starts again at least this often, so that a checkpoint can be taken there.
   double restart_period_s = 60.0;
 
-  std::int64_t ticks() const;                   // samples are at ticks 0 to ticks() - 1
-  double time_s(std::int64_t tick) const;       // tick * sample_period_s, rounded once
+  std::int64_t ticks() const;              // samples are at ticks 0 to ticks() - 1
+  double time_s(std::int64_t tick) const;  // tick * sample_period_s, rounded once
   std::int64_t restart_ticks() const;
 };
 

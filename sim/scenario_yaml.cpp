@@ -29,8 +29,7 @@ void numerics_fields(Self& self, Visitor&& visit) {
   visit(self.restart_period_s, Key{"restart_period_s", {0.001, 1e6}, "checkpoints can be taken this often"});
 }
 
-void complain_unless_ordered(const YamlValue& value, double from, double until, std::string_view from_key,
-                             std::string_view until_key) {
+void complain_unless_ordered(const YamlValue& value, double from, double until, std::string_view from_key, std::string_view until_key) {
   if (!(from < until)) {
     for (const auto& entry : value.map)
       if (entry.key == until_key) entry.value.complain("must lie after " + std::string(from_key) + " = " + shortest(from));
@@ -55,16 +54,12 @@ Signal read_signal(const YamlValue& value, const plant::InputInfo& input) {
     if (const YamlValue* given = map.find(One::name)) {
       if (signal) given->complain("one signal a map; write a list for a sum of signals");
       One one;
-      read_fields(*given, [&](auto&& visit) {
-        One::fields(one, [&](auto& field, const Key& key) { visit(field, key_for(input, key)); });
-      });
+      read_fields(*given, [&](auto&& visit) { One::fields(one, [&](auto& field, const Key& key) { visit(field, key_for(input, key)); }); });
       if constexpr (requires { one.until_s; }) complain_unless_ordered(*given, one.from_s, one.until_s, "from_s", "until_s");
       signal = one;
     }
   };
-  [&]<class... All>(std::type_identity<std::variant<All...>>) {
-    (take(std::type_identity<All>{}), ...);
-  }(std::type_identity<Signal>{});
+  [&]<class... All>(std::type_identity<std::variant<All...>>) { (take(std::type_identity<All>{}), ...); }(std::type_identity<Signal>{});
   map.finish();
   if (!signal) value.complain("must be one of constant, step, ramp, sine, chirp, prbs");
   return *signal;
@@ -187,9 +182,7 @@ void write_sensor(std::string& text, const std::string& name, const SensorSettin
 }  // namespace
 
 std::int64_t Scenario::ticks() const { return std::llround(duration_s / sample_period_s) + 1; }
-std::int64_t Scenario::restart_ticks() const {
-  return std::max<std::int64_t>(1, std::llround(restart_period_s / sample_period_s));
-}
+std::int64_t Scenario::restart_ticks() const { return std::max<std::int64_t>(1, std::llround(restart_period_s / sample_period_s)); }
 double Scenario::time_s(std::int64_t tick) const {
   // A period of 0.1 is not exact in binary; its rate of 10 is, and the quotient is rounded once.
   const double rate_Hz = std::round(1.0 / sample_period_s);
@@ -207,8 +200,8 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
   if (const YamlValue* format = map.find("format"); format && format->whole_number() != 1)
     format->complain("must be 1, the format that this version reads");
   const YamlValue *seed = map.find("seed"), *duration = map.find("duration_s"), *period = map.find("sample_period_s"),
-                  *plant = map.find("plant"), *input = map.find("input"), *sensors = map.find("sensors"),
-                  *numerics = map.find("numerics"), *start = map.find("start");
+                  *plant = map.find("plant"), *input = map.find("input"), *sensors = map.find("sensors"), *numerics = map.find("numerics"),
+                  *start = map.find("start");
   map.finish();
   map.require("format", "format: 1");
   map.require("duration_s", "how long the scenario lasts");

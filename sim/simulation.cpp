@@ -50,14 +50,12 @@ std::vector<double> in_file_units(const plant::System& system, std::vector<doubl
   return readings;
 }
 
-void command_sample(plant::Integrator& integrator, const plant::System& system, const std::vector<Sample>& samples,
-                    std::size_t k) {
+void command_sample(plant::Integrator& integrator, const plant::System& system, const std::vector<Sample>& samples, std::size_t k) {
   std::vector<double> slopes_1_s;
   for (const plant::InputId i : system.inputs().ids()) {
     if (system.inputs()[i].between == plant::Between::held || k + 1 >= samples.size()) continue;
     slopes_1_s.resize(system.inputs().size(), 0.0);
-    slopes_1_s[i.index] =
-        (samples[k + 1].inputs[i.index] - samples[k].inputs[i.index]) / (samples[k + 1].time_s - samples[k].time_s);
+    slopes_1_s[i.index] = (samples[k + 1].inputs[i.index] - samples[k].inputs[i.index]) / (samples[k + 1].time_s - samples[k].time_s);
   }
   integrator.hold(samples[k].inputs, slopes_1_s);
 }
@@ -68,17 +66,14 @@ std::vector<SensorSettings> usual_sensors(const plant::System& system) {
   return sensors;
 }
 
-SimulatedBackend::SimulatedBackend(const Scenario& scenario)
-    : scenario_(scenario) {
+SimulatedBackend::SimulatedBackend(const Scenario& scenario) : scenario_(scenario) {
   const auto& channels = scenario.plant.system().channels();
   for (const plant::ChannelId c : channels.ids())
     sensors_.emplace_back(scenario.sensors.at(c.index), static_cast<std::uint64_t>(scenario.seed), channels[c].short_name);
   integrator_.emplace(scenario.plant, plant::Start{scenario.start, {}}, scenario.numerics);
 }
 
-void SimulatedBackend::resume(const plant::Checkpoint& from) {
-  integrator_.emplace(scenario_.plant, from, scenario_.numerics);
-}
+void SimulatedBackend::resume(const plant::Checkpoint& from) { integrator_.emplace(scenario_.plant, from, scenario_.numerics); }
 
 Measurement SimulatedBackend::measure(std::int64_t tick) {
   if (failure_) return {tick, std::vector<double>(sensors_.size(), nan)};
@@ -126,14 +121,14 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
       if (options.progress) options.progress(time_s);
       if (options.should_stop && options.should_stop()) {
         result.status = RunStatus::stopped;
-        result.checkpoint = RunCheckpoint{
-            tick, measured, limb.integrator().checkpoint(), driver.state(), {}, result.recording_csv, result.truth_csv};
+        result.checkpoint =
+            RunCheckpoint{tick, measured, limb.integrator().checkpoint(), driver.state(), {}, result.recording_csv, result.truth_csv};
         for (const Sensor& sensor : limb.sensors()) result.checkpoint->sensors.push_back(sensor.last());
         break;
       }
     }
-    const Command command = limb.failure() ? Command{tick, std::vector<double>(system.inputs().size(), 0.0)}
-                                           : driver.command(measured, time_s);
+    const Command command =
+        limb.failure() ? Command{tick, std::vector<double>(system.inputs().size(), 0.0)} : driver.command(measured, time_s);
     append_row(result.recording_csv, time_s, command.inputs, measured.channels);
     append_truth(result.truth_csv, time_s, limb.integrator().state(), limb.failure().has_value());
     if (tick + 1 < scenario.ticks()) measured = limb.exchange(command);
@@ -182,8 +177,8 @@ RunCheckpoint checkpoint_from_json(std::string_view text, const std::string& fil
   try {
     const auto json = nlohmann::json::parse(text);
     if (json.at("scenario_sha256") != sha256(scenario_yaml))
-      throw InputError({.file = file, .key = "scenario_sha256",
-                        .advice = "is a checkpoint of another scenario or seed; remove it to start anew"});
+      throw InputError(
+          {.file = file, .key = "scenario_sha256", .advice = "is a checkpoint of another scenario or seed; remove it to start anew"});
     RunCheckpoint from;
     from.tick = json.at("tick");
     from.measured.tick = from.tick;
@@ -200,8 +195,8 @@ RunCheckpoint checkpoint_from_json(std::string_view text, const std::string& fil
     const auto& driver = json.at("driver");
     from.driver.replay_index = driver.at("replay_index");
     for (const auto& one : driver.at("following"))
-      from.driver.following.push_back({one.at("setpoints_drawn"), one.at("setpoint"), one.at("next_setpoint_s"),
-                                       one.at("error_integral"), one.at("last_measured")});
+      from.driver.following.push_back(
+          {one.at("setpoints_drawn"), one.at("setpoint"), one.at("next_setpoint_s"), one.at("error_integral"), one.at("last_measured")});
     for (const auto& last : json.at("sensors"))
       from.sensors.push_back(last.is_null() ? std::nullopt : std::optional<double>(last.get<double>()));
     from.recording_csv = json.at("recording_csv");

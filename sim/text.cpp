@@ -26,8 +26,7 @@ namespace {
 
 class Descriptor {
  public:
-  Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0)
-      : number_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
+  Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0) : number_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() {
@@ -55,8 +54,7 @@ bool write_all(int descriptor, std::string_view content) {
 }
 
 bool is_nan_word(std::string_view word) {
-  return word.size() == 3 && (word[0] == 'n' || word[0] == 'N') && (word[1] == 'a' || word[1] == 'A') &&
-         (word[2] == 'n' || word[2] == 'N');
+  return word.size() == 3 && (word[0] == 'n' || word[0] == 'N') && (word[1] == 'a' || word[1] == 'A') && (word[2] == 'n' || word[2] == 'N');
 }
 
 }  // namespace
@@ -144,8 +142,8 @@ void write_file_whole(const std::filesystem::path& path, std::string_view conten
   const fs::path partial = fs::path(target) += ".partial";
   Descriptor file(partial, O_WRONLY | O_CREAT | O_TRUNC, 0666);
   if (!file.open()) fail(path, "cannot write", errno);
-  const bool written = write_all(file.number(), content) && ::fsync(file.number()) == 0 && file.close() &&
-                       ::rename(partial.c_str(), target.c_str()) == 0;
+  const bool written =
+      write_all(file.number(), content) && ::fsync(file.number()) == 0 && file.close() && ::rename(partial.c_str(), target.c_str()) == 0;
   if (!written) {
     const int reason = errno;
     ::unlink(partial.c_str());

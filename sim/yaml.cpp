@@ -23,8 +23,7 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
   value.path = path;
   value.line = node.Mark().line + 1;
   value.column = node.Mark().column + 1;
-  if (depth > deepest)
-    throw InputError({file, value.line, value.column, "", "", "is nested too deeply; does an anchor contain itself?"});
+  if (depth > deepest) throw InputError({file, value.line, value.column, "", "", "is nested too deeply; does an anchor contain itself?"});
   switch (node.Type()) {
     case YAML::NodeType::Undefined:
     case YAML::NodeType::Null:
@@ -43,13 +42,12 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
       value.kind = YamlValue::Kind::map;
       for (const auto& pair : node) {
         const int line = pair.first.Mark().line + 1, column = pair.first.Mark().column + 1;
-        if (!pair.first.IsScalar())
-          throw InputError({file, line, column, path, "", "a key must be a plain word"});
+        if (!pair.first.IsScalar()) throw InputError({file, line, column, path, "", "a key must be a plain word"});
         const std::string key = pair.first.Scalar();
         for (const auto& entry : value.map)
           if (entry.key == key)
-            throw InputError({file, line, column, joined(path, key), "",
-                              "stands twice; the first is in line " + std::to_string(entry.line)});
+            throw InputError(
+                {file, line, column, joined(path, key), "", "stands twice; the first is in line " + std::to_string(entry.line)});
         value.map.push_back({key, line, column, convert(pair.second, file, joined(path, key), depth + 1)});
         // The library places what is not there where the next thing begins.
         YamlValue& added = value.map.back().value;
@@ -65,10 +63,18 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
 void YamlValue::complain(const std::string& advice) const {
   std::string found;
   switch (kind) {
-    case Kind::empty: found = "(nothing)"; break;
-    case Kind::scalar: found = scalar; break;
-    case Kind::map: found = "{ a map }"; break;
-    case Kind::list: found = "[ a list ]"; break;
+    case Kind::empty:
+      found = "(nothing)";
+      break;
+    case Kind::scalar:
+      found = scalar;
+      break;
+    case Kind::map:
+      found = "{ a map }";
+      break;
+    case Kind::list:
+      found = "[ a list ]";
+      break;
   }
   throw InputError({file, line, column, path.empty() ? "the file" : path, found, advice});
 }
@@ -85,8 +91,7 @@ double YamlValue::number() const {
 
 double YamlValue::number_in(const plant::Range& range) const {
   const double value = number();
-  if (!range.contains(value))
-    complain("must lie in [" + shortest(range.lowest) + ", " + shortest(range.highest) + "]");
+  if (!range.contains(value)) complain("must lie in [" + shortest(range.lowest) + ", " + shortest(range.highest) + "]");
   return value;
 }
 
@@ -133,8 +138,8 @@ const YamlValue* YamlMap::find(std::string_view key) {
 
 const YamlValue& YamlMap::require(std::string_view key, std::string_view what_for) {
   if (const YamlValue* found = find(key)) return *found;
-  throw InputError({value_.file, value_.line, value_.column, joined(value_.path, std::string(key)), "",
-                    "is missing: " + std::string(what_for)});
+  throw InputError(
+      {value_.file, value_.line, value_.column, joined(value_.path, std::string(key)), "", "is missing: " + std::string(what_for)});
 }
 
 void YamlMap::finish(std::string_view advice) const {

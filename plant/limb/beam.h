@@ -27,8 +27,7 @@ void bend_beams(Instant<S>& now) {
   const Core<S>& core = *now.core;
   const Shape& shape = *core.shape;
   for (S& moment_Nm : now.moment_Nm) moment_Nm = S(0.0);
-  for (const auto& [j, b, cosine] : shape.couplings)
-    now.moment_Nm[b] = now.moment_Nm[b] + core.moment_arm_m[j] * now.tension_N[j] * cosine;
+  for (const auto& [j, b, cosine] : shape.couplings) now.moment_Nm[b] = now.moment_Nm[b] + core.moment_arm_m[j] * now.tension_N[j] * cosine;
   for (std::size_t b = 0; b < shape.bends.size(); ++b) {
     const std::size_t s = shape.bends[b].segment;
     now.moment_Nm[b] = core.bend_sign[b] * now.moment_Nm[b] - core.beam_damping_Nms_rad[s] * now.angular_velocity_rad_s[b] -

@@ -37,9 +37,8 @@ namespace sinew::plant {
 template <class S>
 using Effects =
     std::tuple<ThermocoupleLag<S>, OuterTurns<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>,
-               LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>,
-               ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>,
-               ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>,
-               AngleSensorLag<S>, AngleSensorDrift<S>>;
+               LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>, ResistanceChange<S>,
+               SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>,
+               CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorDrift<S>>;
 
 }  // namespace sinew::plant

@@ -21,7 +21,9 @@ using LimbValues = ValueSet<Core<S>, Effects<S>>;
 // Where the core's states begin in the state vector.
 struct CoreStates {
   explicit CoreStates(const Shape& shape)
-      : martensite(shape.coils.size()), angle(2 * martensite), angular_velocity(angle + shape.bends.size()),
+      : martensite(shape.coils.size()),
+        angle(2 * martensite),
+        angular_velocity(angle + shape.bends.size()),
         count(angular_velocity + shape.bends.size()) {}
   std::size_t temperature = 0, martensite, angle, angular_velocity, count;
 };
@@ -83,19 +85,18 @@ class LimbEquations final : public Equations<S> {
 };
 
 // Calls the member function of that name on every effect that has it, with its own states where it wants them.
-#define SINEW_STAGE(stage)                                                                         \
-  each_on([&](const auto& effect, std::size_t part, [[maybe_unused]] std::size_t first) {          \
-    if constexpr (requires { effect.stage(now, part); })                                           \
-      effect.stage(now, part);                                                                     \
-    else if constexpr (requires { effect.stage(now, part, y); })                                   \
-      effect.stage(now, part, y + first);                                                          \
+#define SINEW_STAGE(stage)                                                                \
+  each_on([&](const auto& effect, std::size_t part, [[maybe_unused]] std::size_t first) { \
+    if constexpr (requires { effect.stage(now, part); })                                  \
+      effect.stage(now, part);                                                            \
+    else if constexpr (requires { effect.stage(now, part, y); })                          \
+      effect.stage(now, part, y + first);                                                 \
   })
 
 template <class S>
-LimbEquations<S>::LimbEquations(std::shared_ptr<const System> alive, const Shape& shape, const OwnParts& own,
-                                const std::vector<S>& values, const EffectsOn& on, const States& states)
-    : alive_(std::move(alive)), shape_(shape), at_(shape), values_(Core<S>(shape), own), on_(on), states_(states),
-      now_(values_.core) {
+LimbEquations<S>::LimbEquations(std::shared_ptr<const System> alive, const Shape& shape, const OwnParts& own, const std::vector<S>& values,
+                                const EffectsOn& on, const States& states)
+    : alive_(std::move(alive)), shape_(shape), at_(shape), values_(Core<S>(shape), own), on_(on), states_(states), now_(values_.core) {
   values_.assign(values);
   std::size_t next = at_.count;
   values_.each_effect([&](auto index, const auto& instances) {
@@ -135,8 +136,7 @@ SINEW_FLATTEN void LimbEquations<S>::rates(const Situation& given, const S* y, S
 
   for (std::size_t j = 0; j < coils; ++j)
     now.tension_N[j] =
-        coil_tension_N(coil_stiffness_N_m(now.martensite_fraction[j], core.austenite_stiffness_N_m,
-                                          core.martensite_stiffness_N_m),
+        coil_tension_N(coil_stiffness_N_m(now.martensite_fraction[j], core.austenite_stiffness_N_m, core.martensite_stiffness_N_m),
                        now.stretch_m[j], now.longer_share[j], now.transformation_stretch_m[j]);
   SINEW_STAGE(tension);
 
@@ -147,9 +147,8 @@ SINEW_FLATTEN void LimbEquations<S>::rates(const Situation& given, const S* y, S
   SINEW_STAGE(envelopes);
 
   for (std::size_t j = 0; j < coils; ++j) {
-    const Envelopes<S> envelope =
-        envelopes(now.temperature_degC[j], now.heating_midpoint_degC[j], core.heating_width_K,
-                  now.cooling_midpoint_degC[j], core.cooling_width_K);
+    const Envelopes<S> envelope = envelopes(now.temperature_degC[j], now.heating_midpoint_degC[j], core.heating_width_K,
+                                            now.cooling_midpoint_degC[j], core.cooling_width_K);
     now.heating_envelope[j] = envelope.heating;
     now.cooling_envelope[j] = envelope.cooling;
     now.pull_1_s[j] = pull_to_envelopes_1_s(now.martensite_fraction[j], envelope, core.transformation_time_s);
@@ -323,16 +322,13 @@ std::vector<S> LimbEquations<S>::rest(const Situation& situation, const std::vec
       evaluate_here();
       const double slope = (value_of(now.moment_Nm[b]) - value_of(moment)) / difference_rad;
       // A stable balance has a negative slope; elsewhere move down the moment with the beam's own stiffness.
-      const double used_slope =
-          slope < 0.0 ? slope : -value_of(values_.core.beam_stiffness_Nm_rad[shape_.bends[b].segment]);
+      const double used_slope = slope < 0.0 ? slope : -value_of(values_.core.beam_stiffness_Nm_rad[shape_.bends[b].segment]);
       const S step = -1.0 * moment / used_slope;
       constexpr double longest_step_rad = 0.5;
-      y[at_.angle + b] =
-          angle + (std::abs(value_of(step)) > longest_step_rad ? S(std::copysign(longest_step_rad, value_of(step))) : step);
+      y[at_.angle + b] = angle + (std::abs(value_of(step)) > longest_step_rad ? S(std::copysign(longest_step_rad, value_of(step))) : step);
     }
     double change = 0.0;
-    for (std::size_t i = 0; i < n; ++i)
-      change = std::max(change, std::abs(value_of(y[i]) - before[i]) / states_.values()[i].scale);
+    for (std::size_t i = 0; i < n; ++i) change = std::max(change, std::abs(value_of(y[i]) - before[i]) / states_.values()[i].scale);
     settled = change < 1e-13 ? settled + 1 : 0;
     // Where stress moves the envelopes far, whole steps overshoot.
     if (settled == 0 && change > 0.9 * last_change) relaxation = std::max(0.05, 0.7 * relaxation);
@@ -340,8 +336,7 @@ std::vector<S> LimbEquations<S>::rest(const Situation& situation, const std::vec
   }
   evaluate_here();
   settle_effects();
-  for (std::size_t b = 0; b < bends; ++b)
-    y[at_.angular_velocity + b] = known_or(at_.angular_velocity + b, S(0.0));
+  for (std::size_t b = 0; b < bends; ++b) y[at_.angular_velocity + b] = known_or(at_.angular_velocity + b, S(0.0));
   return y;
 }
 

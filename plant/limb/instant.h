@@ -31,11 +31,28 @@ template <class S>
 struct Instant {
   explicit Instant(const Core<S>& of) : core(&of) {
     const std::size_t coils = of.shape->coils.size(), bends = of.shape->bends.size();
-    for (auto* per_coil :
-         {&temperature_degC, &martensite_fraction, &heat_loss_W_K, &stretch_m, &longer_share, &transformation_stretch_m,
-          &tension_N, &heating_midpoint_degC, &cooling_midpoint_degC, &heating_envelope, &cooling_envelope, &pull_1_s,
-          &warming_slope_1_K, &cooling_slope_1_K, &duty_fraction, &resistance_Ohm, &joule_heat_W, &heat_W, &latent_heat_J,
-          &temperature_rate_K_s, &martensite_rate_1_s, &shown_temperature_degC})
+    for (auto* per_coil : {&temperature_degC,
+                           &martensite_fraction,
+                           &heat_loss_W_K,
+                           &stretch_m,
+                           &longer_share,
+                           &transformation_stretch_m,
+                           &tension_N,
+                           &heating_midpoint_degC,
+                           &cooling_midpoint_degC,
+                           &heating_envelope,
+                           &cooling_envelope,
+                           &pull_1_s,
+                           &warming_slope_1_K,
+                           &cooling_slope_1_K,
+                           &duty_fraction,
+                           &resistance_Ohm,
+                           &joule_heat_W,
+                           &heat_W,
+                           &latent_heat_J,
+                           &temperature_rate_K_s,
+                           &martensite_rate_1_s,
+                           &shown_temperature_degC})
       per_coil->resize(coils);
     for (auto* per_bend : {&angle_rad, &angular_velocity_rad_s, &moment_Nm, &shown_angle_rad}) per_bend->resize(bends);
   }
@@ -101,12 +118,18 @@ enum class Place { sensor_temperature, thermal, actuation, transformation, mecha
 
 constexpr std::string_view text_of(Place place) {
   switch (place) {
-    case Place::sensor_temperature: return "sensor.temperature";
-    case Place::thermal: return "thermal";
-    case Place::actuation: return "actuation";
-    case Place::transformation: return "transformation";
-    case Place::mechanics: return "mechanics";
-    case Place::sensor_angle: return "sensor.angle";
+    case Place::sensor_temperature:
+      return "sensor.temperature";
+    case Place::thermal:
+      return "thermal";
+    case Place::actuation:
+      return "actuation";
+    case Place::transformation:
+      return "transformation";
+    case Place::mechanics:
+      return "mechanics";
+    case Place::sensor_angle:
+      return "sensor.angle";
   }
   return "";
 }

@@ -16,13 +16,20 @@ std::string with_name(const std::string& words, const std::string& name) { retur
 std::size_t part_count(const Shape& shape, Part part) {
   switch (part) {
     case Part::room:
-    case Part::supply: return 1;
-    case Part::coil: return shape.coils.size();
-    case Part::pair: return shape.pairs.size();
-    case Part::segment: return shape.segments.size();
-    case Part::bend: return shape.bends.size();
-    case Part::thermocouple: return shape.thermocouple_coils.size();
-    case Part::bend_sensor: return shape.sensor_bends.size();
+    case Part::supply:
+      return 1;
+    case Part::coil:
+      return shape.coils.size();
+    case Part::pair:
+      return shape.pairs.size();
+    case Part::segment:
+      return shape.segments.size();
+    case Part::bend:
+      return shape.bends.size();
+    case Part::thermocouple:
+      return shape.thermocouple_coils.size();
+    case Part::bend_sensor:
+      return shape.sensor_bends.size();
   }
   return 0;
 }
@@ -33,13 +40,23 @@ std::vector<std::string> part_names(const Shape& shape, Part part) {
     const std::size_t p = part_of(shape, part, k);
     switch (part) {
       case Part::room:
-      case Part::supply: names.emplace_back(); break;
+      case Part::supply:
+        names.emplace_back();
+        break;
       case Part::coil:
-      case Part::thermocouple: names.push_back(shape.coils[p].name); break;
-      case Part::pair: names.push_back(shape.coils[shape.pairs[p].first].name + "_" + shape.coils[shape.pairs[p].second].name); break;
-      case Part::segment: names.push_back(shape.segment_names[p]); break;
+      case Part::thermocouple:
+        names.push_back(shape.coils[p].name);
+        break;
+      case Part::pair:
+        names.push_back(shape.coils[shape.pairs[p].first].name + "_" + shape.coils[shape.pairs[p].second].name);
+        break;
+      case Part::segment:
+        names.push_back(shape.segment_names[p]);
+        break;
       case Part::bend:
-      case Part::bend_sensor: names.push_back(shape.bends[p].name); break;
+      case Part::bend_sensor:
+        names.push_back(shape.bends[p].name);
+        break;
     }
   }
   return names;
@@ -136,19 +153,54 @@ void LimbSystem::list_entries() {
 
   const auto text = [](Place place) { return text_of(place); };
   entry_groups_ = ListOf<EntryGroupId, EntryGroup>({
-      {.name = "air", .words = "the air around the limb", .unit = "K", .typical = 0.3, .correlation_time_s = 30.0,
-       .begin = 0.3, .is_nuisance = true, .least = 0.05, .most = 0.6},
-      {.name = "heat", .words = "the wires' heat balances", .unit = "W", .typical = 0.2, .correlation_time_s = 4.0,
-       .places = {text(Place::thermal), text(Place::actuation)}, .input_words = "the heating of the wires by their current",
+      {.name = "air",
+       .words = "the air around the limb",
+       .unit = "K",
+       .typical = 0.3,
+       .correlation_time_s = 30.0,
+       .begin = 0.3,
+       .is_nuisance = true,
+       .least = 0.05,
+       .most = 0.6},
+      {.name = "heat",
+       .words = "the wires' heat balances",
+       .unit = "W",
+       .typical = 0.2,
+       .correlation_time_s = 4.0,
+       .places = {text(Place::thermal), text(Place::actuation)},
+       .input_words = "the heating of the wires by their current",
        .begin = 0.2},
-      {.name = "transformation", .words = "the transformation's rate", .unit = "1/s", .typical = 0.05,
-       .correlation_time_s = 2.0, .places = {text(Place::transformation)}, .begin = 0.02, .alike = "angle"},
-      {.name = "moment", .words = "the beam's moment balance", .unit = "Nm", .typical = 5e-4, .correlation_time_s = 2.0,
-       .places = {text(Place::mechanics)}, .begin = 2e-4, .alike = "angle"},
-      {.name = "temperature_reading", .words = "the thermocouples' readings", .unit = "K", .typical = 0.5,
-       .correlation_time_s = 6.0, .places = {text(Place::sensor_temperature)}, .begin = 0.2},
-      {.name = "angle_reading", .words = "the bend sensor's reading", .unit = "rad", .typical = 0.01,
-       .correlation_time_s = 6.0, .places = {text(Place::sensor_angle)}, .begin = 4e-3, .alike = "angle"},
+      {.name = "transformation",
+       .words = "the transformation's rate",
+       .unit = "1/s",
+       .typical = 0.05,
+       .correlation_time_s = 2.0,
+       .places = {text(Place::transformation)},
+       .begin = 0.02,
+       .alike = "angle"},
+      {.name = "moment",
+       .words = "the beam's moment balance",
+       .unit = "Nm",
+       .typical = 5e-4,
+       .correlation_time_s = 2.0,
+       .places = {text(Place::mechanics)},
+       .begin = 2e-4,
+       .alike = "angle"},
+      {.name = "temperature_reading",
+       .words = "the thermocouples' readings",
+       .unit = "K",
+       .typical = 0.5,
+       .correlation_time_s = 6.0,
+       .places = {text(Place::sensor_temperature)},
+       .begin = 0.2},
+      {.name = "angle_reading",
+       .words = "the bend sensor's reading",
+       .unit = "rad",
+       .typical = 0.01,
+       .correlation_time_s = 6.0,
+       .places = {text(Place::sensor_angle)},
+       .begin = 4e-3,
+       .alike = "angle"},
   });
 
   const CoreStates at(shape_);
@@ -186,7 +238,8 @@ void LimbSystem::list_entries() {
                         .may_depend_on = on_a_wire(j)});
   });
   all_coils([&](std::size_t j) {
-    entries_.push_back({.group = {Groups::transformation}, .part = coil_names[j], .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
+    entries_.push_back(
+        {.group = {Groups::transformation}, .part = coil_names[j], .state = StateId{at.martensite + j}, .may_depend_on = on_a_wire(j)});
   });
   all_bends([&](std::size_t b) {
     const std::string& segment = segment_names[shape_.bends[b].segment];
@@ -227,9 +280,10 @@ void LimbSystem::list_loggers() {
   const std::vector<std::string_view> unused{"Test time", "theta_targ", "x_251", "y_251", "x_285",  "y_285",  "theta", "Vl",
                                              "Vr",        "Al",         "Ar",    "Br",    "T_time", "B_time", "pctime"};
   const auto with = [&](const char* pwm_a, const char* t_a, const char* pwm_b, const char* t_b) {
-    loggers_.push_back({"Timestamp (millisec since midnight today)",
-                        {{pwm_a, "duty_A"}, {pwm_b, "duty_B"}, {t_a, "temperature_A_degC"}, {t_b, "temperature_B_degC"}, {"Bl", "angle_deg"}},
-                        unused});
+    loggers_.push_back(
+        {"Timestamp (millisec since midnight today)",
+         {{pwm_a, "duty_A"}, {pwm_b, "duty_B"}, {t_a, "temperature_A_degC"}, {t_b, "temperature_B_degC"}, {"Bl", "angle_deg"}},
+         unused});
   };
   with("pwm_0", "Tl", "pwm_1", "Tr");
   with("pwm_1", "Tr", "pwm_0", "Tl");
@@ -255,8 +309,7 @@ States LimbSystem::states(const EffectsOn& on) const {
       if (on[index])
         for (const auto& part : names(Effect::part))
           for (const StateDeclaration& declared : Effect::states)
-            add(std::string(Effect::name) + "." + std::string(declared.name), part, declared.unit, declared.scale,
-                declared.free_at_start);
+            add(std::string(Effect::name) + "." + std::string(declared.name), part, declared.unit, declared.scale, declared.free_at_start);
   });
   return list;
 }
@@ -317,8 +370,8 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
 // Where a recording begins in the middle of a motion, a coil's fraction may lie inside the hysteresis loop, where it stands
 // still, or on one of the loop's branches, which a fit that begins inside does not feel. Fractions on the branches, in all
 // combinations of up to `most_combined` coils whose loop is open; all coils on one branch where there are more.
-std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(
-    const Plant& plant, const std::vector<std::optional<double>>& start) const {
+std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(const Plant& plant,
+                                                                              const std::vector<std::optional<double>>& start) const {
   constexpr double least_open = 0.02;  // martensite fraction
   constexpr std::size_t most_combined = 3;
   const CoreStates at(shape_);
@@ -336,8 +389,7 @@ std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(
   for (unsigned branches = 0; branches < (combined ? 1u << loops.size() : 2u); ++branches) {
     all.emplace_back();
     for (std::size_t j = 0; j < loops.size(); ++j)
-      all.back().emplace_back(StateId{at.martensite + j},
-                              (combined ? branches >> j : branches) & 1u ? loops[j].cooling : loops[j].heating);
+      all.back().emplace_back(StateId{at.martensite + j}, (combined ? branches >> j : branches) & 1u ? loops[j].cooling : loops[j].heating);
   }
   return all;
 }

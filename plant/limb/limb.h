@@ -18,8 +18,8 @@ class LimbSystem final : public System {
   std::unique_ptr<Equations<double>> equations(const std::vector<double>& values, const EffectsOn& on) const override;
   std::unique_ptr<Equations<Jet>> equations(const std::vector<Jet>& values, const EffectsOn& on) const override;
   std::vector<StartBelief> start_beliefs(const Plant& plant, std::span<const double> first_measured) const override;
-  std::vector<std::vector<std::pair<StateId, double>>> other_starts(
-      const Plant& plant, const std::vector<std::optional<double>>& start) const override;
+  std::vector<std::vector<std::pair<StateId, double>>> other_starts(const Plant& plant,
+                                                                    const std::vector<std::optional<double>>& start) const override;
   std::string structure_yaml() const override;
 
   const Shape& shape() const { return shape_; }

@@ -63,9 +63,7 @@ const std::vector<Description>& list_of(const Description& value, const char* wh
 
 // Names become parts of keys and columns.
 std::string name_of(const Description& value, std::set<std::string>& taken) {
-  const auto fine = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-  };
+  const auto fine = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
   if (value.kind != Description::Kind::scalar || value.scalar.empty() || value.scalar.size() > 40 ||
       !std::all_of(value.scalar.begin(), value.scalar.end(), fine))
     throw DescriptionError(value.path, "a name is up to 40 letters, digits and underscores");
@@ -123,8 +121,7 @@ void Shape::complete() {
       for (std::size_t b = a + 1; b < on_segment.size(); ++b) pairs.push_back({on_segment[a], on_segment[b]});
   for (const Sensor& sensor : sensors) {
     auto& parts = sensor.kind == Sensing::thermocouple ? thermocouple_coils : sensor_bends;
-    if (sensor.kind != Sensing::camera && std::find(parts.begin(), parts.end(), sensor.part) == parts.end())
-      parts.push_back(sensor.part);
+    if (sensor.kind != Sensing::camera && std::find(parts.begin(), parts.end(), sensor.part) == parts.end()) parts.push_back(sensor.part);
   }
 }
 
@@ -233,8 +230,7 @@ Shape shape_of(const Description& limb) {
 
 std::string yaml_of(const Shape& shape) {
   std::string text = "limb:\n  segments:\n";
-  for (const auto& segment : shape.segments)
-    text += "    - {name: " + segment.name + ", axes: " + std::to_string(segment.axes) + "}\n";
+  for (const auto& segment : shape.segments) text += "    - {name: " + segment.name + ", axes: " + std::to_string(segment.axes) + "}\n";
   text += "  coils:\n";
   for (const auto& coil : shape.coils)
     text += "    - {name: " + coil.name + ", segment: " + shape.segments[coil.segment].name +

@@ -21,8 +21,8 @@ struct Envelopes {
 
 // Where the two cross (cooling above heating), both are their mean.
 template <class S>
-Envelopes<S> envelopes(const S& temperature_degC, const S& heating_midpoint_degC, const S& heating_width_K,
-                       const S& cooling_midpoint_degC, const S& cooling_width_K) {
+Envelopes<S> envelopes(const S& temperature_degC, const S& heating_midpoint_degC, const S& heating_width_K, const S& cooling_midpoint_degC,
+                       const S& cooling_width_K) {
   const S heating = falling_logistic(S((temperature_degC - heating_midpoint_degC) / heating_width_K));
   const S cooling = falling_logistic(S((temperature_degC - cooling_midpoint_degC) / cooling_width_K));
   if (value_of(cooling) > value_of(heating)) {
@@ -34,8 +34,7 @@ Envelopes<S> envelopes(const S& temperature_degC, const S& heating_midpoint_degC
 
 template <class S>
 S pull_to_envelopes_1_s(const S& martensite_fraction, const Envelopes<S>& envelope, const S& transformation_time_s) {
-  return (positive_part(S(envelope.cooling - martensite_fraction)) -
-          positive_part(S(martensite_fraction - envelope.heating))) /
+  return (positive_part(S(envelope.cooling - martensite_fraction)) - positive_part(S(martensite_fraction - envelope.heating))) /
          transformation_time_s;
 }
 

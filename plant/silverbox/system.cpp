@@ -8,6 +8,7 @@
 #include "plant/small_system.h"
 #include "plant/systems.h"
 
+// clang-format off
 namespace sinew::plant {
 namespace silverbox {
 

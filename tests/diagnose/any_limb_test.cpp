@@ -7,8 +7,8 @@
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
 #include "tests/diagnose/one_limb.h"
-#include "tests/plant/limb/general.h"
 #include "tests/long_when_sanitized.h"
+#include "tests/plant/limb/general.h"
 
 namespace diagnose_any_limb_test {
 

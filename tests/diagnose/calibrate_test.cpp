@@ -35,9 +35,8 @@ sim::Scenario other_limb(double duration_s) {
   scenario.plant.set(index("beam_stiffness_Nm_rad"), 0.054);
   return scenario;
 }
-const std::vector<plant::ParameterId> changed{index("heat_loss_A_W_K"), index("heat_capacity_B_J_K"),
-                                       index("ambient_temperature_degC"), index("heating_midpoint_degC"),
-                                       index("beam_stiffness_Nm_rad")};
+const std::vector<plant::ParameterId> changed{index("heat_loss_A_W_K"), index("heat_capacity_B_J_K"), index("ambient_temperature_degC"),
+                                              index("heating_midpoint_degC"), index("beam_stiffness_Nm_rad")};
 
 }  // namespace
 
@@ -141,8 +140,7 @@ TEST_CASE("calibrate: stops when asked to, with an exception") {
   const sim::Recording recording = testing::recorded(other_limb(10.0));
   diagnose::CalibrationSettings settings;
   settings.should_stop = [] { return true; };
-  CHECK_THROWS_AS(diagnose::calibrate(plant::default_plant(), testing::data_of(recording), settings),
-                  diagnose::Stopped);
+  CHECK_THROWS_AS(diagnose::calibrate(plant::default_plant(), testing::data_of(recording), settings), diagnose::Stopped);
 }
 
 }  // namespace diagnose_calibrate_test

@@ -15,8 +15,8 @@ TEST_CASE("noise: white noise on a slow signal is found from second differences"
   const sim::RandomStream a(1, "a"), c(1, "c");
   for (std::uint64_t k = 0; k < 6000; ++k) {
     const double t = 0.1 * static_cast<double>(k);
-    recording.samples.push_back({t, {0.0, 0.0}, {60.0 + 20.0 * std::sin(t / 20.0) + 0.1 * a.normal(k), 25.0,
-                                             30.0 * std::sin(t / 5.0) + 0.05 * c.normal(k)}});
+    recording.samples.push_back(
+        {t, {0.0, 0.0}, {60.0 + 20.0 * std::sin(t / 20.0) + 0.1 * a.normal(k), 25.0, 30.0 * std::sin(t / 5.0) + 0.05 * c.normal(k)}});
   }
   const auto noise = testing::noise_of(recording);
   // The standard deviation of an estimate from 6000 samples is about 1.5 %; cutting at 4 sigma takes 0.1 %.

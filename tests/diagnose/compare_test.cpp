@@ -27,8 +27,8 @@ TEST_CASE("compare: a constant offset is bias, RMSE and largest error, and is sh
   const sim::Scenario scenario = testing::babbling(30.0);
   sim::Recording recording = testing::recorded(scenario);
   for (auto& sample : recording.samples) sample.channels[2] -= 2.0;
-  const auto comparison = diagnose::compare(scenario.plant, {}, recording, diagnose::PerChannel({0.12, 0.12, 0.5}), 1e9,
-                                            {plant::Method::arkode, 1e-9});
+  const auto comparison =
+      diagnose::compare(scenario.plant, {}, recording, diagnose::PerChannel({0.12, 0.12, 0.5}), 1e9, {plant::Method::arkode, 1e-9});
   const auto& angle = comparison.fitted[testing::angle];
   CHECK(angle.bias == doctest::Approx(2.0).epsilon(1e-3));
   CHECK(angle.rmse == doctest::Approx(2.0).epsilon(1e-3));

@@ -48,10 +48,9 @@ TEST_CASE("fit: the Jacobian over two recordings is that of differences, first v
   plant::Plant limb = plant::default_plant();
   limb.set_in_file_units(testing::parameter("viscoelastic_creep.stiffness_Nm_rad"), 0.01);
   limb.turn_on_by_strength();
-  const diagnose::FitProblem problem(
-      limb, diagnose::fittable_parameters(limb),
-      {{&first, first.samples.size(), testing::paper_noise}, {&second, 100, testing::paper_noise}},
-      diagnose::StartPolicy::estimated, {plant::Method::arkode, 1e-10});
+  const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb),
+                                     {{&first, first.samples.size(), testing::paper_noise}, {&second, 100, testing::paper_noise}},
+                                     diagnose::StartPolicy::estimated, {plant::Method::arkode, 1e-10});
   std::vector<double> z(problem.unknowns().size());
   for (std::size_t u = 0; u < z.size(); ++u) z[u] = 0.03 * (u % 3) - 0.02;
   // Differences of step 1e-4 over corners of the hysteresis are good to some 1e-3.
@@ -83,7 +82,8 @@ TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a 
                                      diagnose::StartPolicy::at_rest, {plant::Method::arkode, 1e-6});
   for (const bool low : {true, false}) {
     std::vector<double> z;
-    for (const auto& unknown : problem.unknowns()) z.push_back(((low ? unknown.lowest : unknown.highest) - unknown.centre) / unknown.deviation);
+    for (const auto& unknown : problem.unknowns())
+      z.push_back(((low ? unknown.lowest : unknown.highest) - unknown.centre) / unknown.deviation);
     const std::string yaml = sim::plant_to_yaml(problem.plant_at(z.data()));
     CHECK_NOTHROW(sim::read_plant(sim::parse_yaml(yaml, "plant.yaml"), "."));
   }

@@ -25,17 +25,14 @@ sim::Recording steep() {
 }
 
 using Counts = plant::ListOf<plant::ChannelId, std::size_t>;
-Counts counts(std::size_t first, std::size_t second, std::size_t third) {
-  return Counts(std::vector<std::size_t>{first, second, third});
-}
+Counts counts(std::size_t first, std::size_t second, std::size_t third) { return Counts(std::vector<std::size_t>{first, second, third}); }
 
 }  // namespace
 
 TEST_CASE("gate: a steep edge is no outlier, a gross error on it is") {
   sim::Recording recording = steep();
   diagnose::GateNotes notes;
-  CHECK(diagnose::gated(testing::limb_system(), recording, nullptr, notes).samples[115].channels[0] ==
-        recording.samples[115].channels[0]);
+  CHECK(diagnose::gated(testing::limb_system(), recording, nullptr, notes).samples[115].channels[0] == recording.samples[115].channels[0]);
   CHECK(notes.outliers == counts(0, 0, 0));
   recording.samples[115].channels[0] += 15.0;
   recording.samples[300].channels[2] -= 9.0;

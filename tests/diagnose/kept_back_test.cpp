@@ -62,8 +62,8 @@ TEST_CASE("kept back: correlation is of the same lags whatever the sampling rate
 
 TEST_CASE("kept back: errors and gains by hand") {
   const sim::Recording recording = recording_every(0.1);
-  Prediction prediction =
-      prediction_of(recording, [](double) { return 2.0; }, [](double) { return -1.0; });
+  Prediction prediction = prediction_of(
+      recording, [](double) { return 2.0; }, [](double) { return -1.0; });
   for (std::size_t k = 0; k < 300; ++k) prediction.kept_back[k] = false;
   prediction.after[testing::temperature_A][200] = 1e6;  // not kept back
   prediction.measured[testing::temperature_B].assign(prediction.measured[testing::temperature_B].size(), std::nan(""));
@@ -85,20 +85,20 @@ TEST_CASE("kept back: errors and gains by hand") {
 
 TEST_CASE("kept back: what one stretch gains and another loses is not beyond chance") {
   const sim::Recording recording = recording_every(0.1);
-  const auto error = diagnose::error_of({prediction_of(
-                                            recording, [](double) { return 1.0; },
-                                            [](double time_s) { return time_s < 0.5 * duration_s ? 0.5 : 1.2; })},
-                                        1);
+  const auto error =
+      diagnose::error_of({prediction_of(
+                             recording, [](double) { return 1.0; }, [](double time_s) { return time_s < 0.5 * duration_s ? 0.5 : 1.2; })},
+                         1);
   CHECK(error.lowest_total_gain < 0.0);
   CHECK(error.highest_total_gain > 0.0);
 }
 
 TEST_CASE("kept back: a plant that cannot follow has no error that is a number") {
   const sim::Recording recording = recording_every(0.1);
-  const auto error = diagnose::error_of({prediction_of(
-                                            recording, [](double) { return 1.0; },
-                                            [](double time_s) { return time_s < 60.0 ? 0.5 : std::nan(""); })},
-                                        1);
+  const auto error =
+      diagnose::error_of({prediction_of(
+                             recording, [](double) { return 1.0; }, [](double time_s) { return time_s < 60.0 ? 0.5 : std::nan(""); })},
+                         1);
   CHECK(error.before[testing::angle] == doctest::Approx(1.0));
   CHECK(std::isnan(error.after[testing::angle]));
   CHECK(error.highest_total_gain < 0.0);
@@ -107,8 +107,9 @@ TEST_CASE("kept back: a plant that cannot follow has no error that is a number")
 TEST_CASE("kept back: too little of it says nothing about chance") {
   sim::Recording recording = recording_every(0.1);
   recording.samples.resize(90);
-  const auto error = diagnose::error_of(
-      {prediction_of(recording, [](double) { return 1.0; }, [](double) { return 2.0; })}, 1);
+  const auto error = diagnose::error_of({prediction_of(
+                                            recording, [](double) { return 1.0; }, [](double) { return 2.0; })},
+                                        1);
   CHECK(error.after[testing::temperature_A] == doctest::Approx(2.0));
   CHECK(error.highest_total_gain > 0.0);
   CHECK(error.lowest_total_gain < 0.0);
@@ -119,9 +120,7 @@ TEST_CASE("kept back: two blocks, with a guard around them that is in neither pa
   const auto is_masked = [&](double time_s) {
     return std::isnan(split.fitted.samples[static_cast<std::size_t>(std::lround(time_s / 0.1))].channels[2]);
   };
-  const auto is_kept_back = [&](double time_s) {
-    return bool{split.kept_back[static_cast<std::size_t>(std::lround(time_s / 0.1))]};
-  };
+  const auto is_kept_back = [&](double time_s) { return bool{split.kept_back[static_cast<std::size_t>(std::lround(time_s / 0.1))]}; };
   CHECK(split.sample_count == split.kept_back.size());
   CHECK_FALSE(is_masked(42.0));
   CHECK(is_masked(45.0));

@@ -39,14 +39,26 @@ class Lag final : public plant::System {
   explicit Lag(plant::Between between) {
     name_ = "lag";
     words_ = "the lag";
-    inputs_.push_back({.column = "u", .name = "u", .part = "u", .words = "u", .unit = plant::units::none,
-                       .range = {-10.0, 10.0}, .between = between});
-    channels_.push_back({.column = "x", .words = "x", .unit_words = "", .unit = plant::units::none, .range = {-1e9, 1e9}, .noise = 0.01,
-                         .step = 0.0, .short_name = "x", .kind = "x"});
+    inputs_.push_back(
+        {.column = "u", .name = "u", .part = "u", .words = "u", .unit = plant::units::none, .range = {-10.0, 10.0}, .between = between});
+    channels_.push_back({.column = "x",
+                         .words = "x",
+                         .unit_words = "",
+                         .unit = plant::units::none,
+                         .range = {-1e9, 1e9},
+                         .noise = 0.01,
+                         .step = 0.0,
+                         .short_name = "x",
+                         .kind = "x"});
     const auto parameter = [&](const char* name, double typical, double deviation) {
       parameters_.push_back({std::nullopt, "",
-                             plant::Declaration{.name = name, .symbol = name, .unit = plant::units::none, .range = {0.01, 10.0},
-                                                .typical = typical, .prior_deviation = deviation, .meaning = ""}});
+                             plant::Declaration{.name = name,
+                                                .symbol = name,
+                                                .unit = plant::units::none,
+                                                .range = {0.01, 10.0},
+                                                .typical = typical,
+                                                .prior_deviation = deviation,
+                                                .meaning = ""}});
     };
     parameter("rate_1_s", rate_1_s, 0.4);
     parameter("gain", gain, 1.0);

@@ -44,8 +44,7 @@ struct FittedCore {
   diagnose::ExplanationSettings settings;
   diagnose::Explanation core;
 
-  explicit FittedCore(const sim::Scenario& scenario)
-      : recording(recorded(scenario)), data(data_of(recording)) {
+  explicit FittedCore(const sim::Scenario& scenario) : recording(recorded(scenario)), data(data_of(recording)) {
     settings.start = diagnose::StartPolicy::at_rest;
     core = diagnose::explain(plant::default_plant(), data, {}, settings);
   }

@@ -58,8 +58,7 @@ TEST_CASE("open loop: following whole paths finds what is missing, and nothing o
   REQUIRE(lead.effects.size() == 1);
   CHECK(testing::limb_system().effects()[lead.effects[0]].name == "thermocouple_lag");
   CHECK(lead.gains[0] > 24.0);
-  CHECK(lead.path.model.get_in_file_units(testing::parameter("thermocouple_lag.time_constant_s")) ==
-        doctest::Approx(2.5).epsilon(0.05));
+  CHECK(lead.path.model.get_in_file_units(testing::parameter("thermocouple_lag.time_constant_s")) == doctest::Approx(2.5).epsilon(0.05));
   CHECK(diagnose::follow_paths(lead.path, limb.data, one_effect, limb.settings).effects.empty());
 }
 
@@ -75,7 +74,7 @@ TEST_CASE("open loop: cross-validation prefers the right plant, and asks of ever
   for (std::size_t f = 0; f < with.squares.size(); ++f)
     squares += with.squares[f][testing::temperature_A], noise += with.noise[f][testing::temperature_A],
         samples += with.noise[f][testing::temperature_A] / std::pow(testing::paper_noise[testing::temperature_A], 2);
-  CHECK(squares < 0.01 * noise);  // the recording has none
+  CHECK(squares < 0.01 * noise);                           // the recording has none
   CHECK(samples == doctest::Approx(500.0).epsilon(0.01));  // all but the first ten seconds, once
 }
 
@@ -93,7 +92,7 @@ TEST_CASE("open loop: better in one fold is chance, better in most is not, and l
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {
   diagnose::Score one, other;
-  one.effect = testing::effect("latent_heat");      // never negative
+  one.effect = testing::effect("latent_heat");  // never negative
   other.effect = testing::effect("ambient_drift");
   other.two_sided = true;  // of either sign
   const double cosine = 0.6;

@@ -40,8 +40,7 @@ TEST_CASE("parsimony: one effect that leaves nothing stands, however much its tw
 
 TEST_CASE("parsimony: where something is left, what explains nearly all alone is as good") {
   const Search search = searched({{"thermocouple_lag", 0.98}, {"input_delay", 0.94}, {"angle_sensor_lag", 0.8}});
-  CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).as_good ==
-        std::vector<plant::EffectId>{effect("input_delay")});
+  CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).as_good == std::vector<plant::EffectId>{effect("input_delay")});
 }
 
 TEST_CASE("parsimony: two effects that need each other stand; two of which either would do may be one") {
@@ -72,8 +71,7 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   second.accepted = true;
   second.candidates.push_back({effect("angle_sensor_lag"), {}, {}});
   search.rounds.push_back(second);
-  CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes ==
-        std::vector<plant::EffectId>{effect("input_delay")});
+  CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes == std::vector<plant::EffectId>{effect("input_delay")});
 }
 
 }  // namespace diagnose_parsimony_test

@@ -6,8 +6,8 @@
 #include "diagnose/calibrate.h"
 #include "diagnose/explanation.h"
 #include "tests/diagnose/one_limb.h"
-#include "tests/plant/limb/general.h"
 #include "tests/long_when_sanitized.h"
+#include "tests/plant/limb/general.h"
 
 namespace diagnose_path_test {
 
@@ -77,7 +77,8 @@ double norm_of_column(const std::vector<double>& columns, std::size_t count, std
 
 }  // namespace
 
-TEST_CASE("path: of more states than are unrolled, its sensitivities are those of differences, first values included" * long_when_sanitized) {
+TEST_CASE("path: of more states than are unrolled, its sensitivities are those of differences, first values included" *
+          long_when_sanitized) {
   const plant::Plant plant = large_plant();
   REQUIRE(plant.states().size() > 16);
   const sim::Recording whole = testing::recorded(testing::babbling(30.0, plant));

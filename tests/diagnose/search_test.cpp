@@ -34,8 +34,7 @@ TEST_CASE("score: a thermocouple's gain cannot be seen, since calibration imitat
   const sim::Recording recording = recorded_with("", 0.0);
   const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
   REQUIRE(core.usable);
-  const Scores scores =
-      score(core, {testing::effect("thermocouple_heat_sink"), testing::effect("thermocouple_lag")}, 1);
+  const Scores scores = score(core, {testing::effect("thermocouple_heat_sink"), testing::effect("thermocouple_lag")}, 1);
   REQUIRE(scores.all.size() == 2);
   CHECK(scores.all[0].visible_share < 1e-3);
   CHECK(scores.all[1].visible_share > 0.1);

@@ -26,9 +26,10 @@ struct Setting {
 
   explicit Setting(double duration_s)
       : recording(testing::recorded(testing::babbling(duration_s))),
-        problem(plant::default_plant(), fittable_parameters(plant::default_plant()), testing::data_of(recording),
-                StartPolicy::estimated, {plant::Method::automatic, 1e-6}),
-        blocks(problem), z(problem.unknowns().size(), 0.0) {
+        problem(plant::default_plant(), fittable_parameters(plant::default_plant()), testing::data_of(recording), StartPolicy::estimated,
+                {plant::Method::automatic, 1e-6}),
+        blocks(problem),
+        z(problem.unknowns().size(), 0.0) {
     REQUIRE(follow(problem, z.data(), Want::everything, path));
   }
   StateNoise noise() const { return StateNoise(problem, blocks, z.data(), path); }
@@ -131,9 +132,12 @@ struct Large {
   VaryingPush varying;
 
   explicit Large(const plant::Plant& of)
-      : plant(of), first(part_of(of, 0, 63)), second(part_of(of, 80, 121)),
+      : plant(of),
+        first(part_of(of, 0, 63)),
+        second(part_of(of, 80, 121)),
         problem(of, {}, {data_of(first), data_of(second)}, StartPolicy::estimated, {plant::Method::automatic, 1e-6}),
-        blocks(problem), z(problem.unknowns().size(), 0.1) {
+        blocks(problem),
+        z(problem.unknowns().size(), 0.1) {
     REQUIRE(follow(problem, z.data(), Want::points, path));
     varying.correlation_time_s = 3.0;
     const auto n = static_cast<Eigen::Index>(plant.states().size()), channels = static_cast<Eigen::Index>(plant.system().channels().size());
@@ -174,7 +178,7 @@ struct Dense {
     double variance;
   };
   std::vector<Shock> shocks;
-  Eigen::MatrixXd response;  // [rows x shocks]: what a shock of 1 does to the means over blocks
+  Eigen::MatrixXd response;      // [rows x shocks]: what a shock of 1 does to the means over blocks
   Eigen::MatrixXd sensors, all;  // covariances of the rows
 
   Dense(const Large& of, const ForcingSize& size, double varying_size) {
@@ -268,8 +272,8 @@ void check_against_dense(const plant::Plant& plant) {
   CHECK(largest(dense.all - dense.sensors) > 1.0);  // the forcings are no small matter
   // log det V, against that of the sensors alone.
   const Eigen::LLT<Eigen::MatrixXd> root(dense.all);
-  const double log_determinant = 2.0 * Eigen::MatrixXd(root.matrixL()).diagonal().array().log().sum() -
-                                 dense.sensors.diagonal().array().log().sum();
+  const double log_determinant =
+      2.0 * Eigen::MatrixXd(root.matrixL()).diagonal().array().log().sum() - dense.sensors.diagonal().array().log().sum();
   CHECK(noise.log_determinant() == doctest::Approx(log_determinant).epsilon(1e-9));
 
   const sim::RandomStream chance(12, "test.residual");
@@ -329,7 +333,8 @@ plant::Plant with_effects(plant::Plant plant, const std::vector<const char*>& ef
 
 TEST_CASE("state noise: filter and smoother say what dense matrices do, for plants of every size that is unrolled") {
   const std::pair<std::size_t, std::vector<const char*>> sizes[] = {
-      {6, {}}, {10, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"}},
+      {6, {}},
+      {10, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"}},
       {14, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "outer_turns"}}};
   for (const auto& [states, effects] : sizes) {
     CAPTURE(states);
@@ -344,9 +349,9 @@ TEST_CASE("state noise: and for plants that are larger, in forcings, in states o
   REQUIRE(many_forcings.states().size() == 12);
   REQUIRE(many_forcings.system().entries().size() == 17);
   check_against_dense(many_forcings);
-  const plant::Plant many_states = with_effects(
-      plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "outer_turns",
-                              "body_heat_storage", "fatigue"});
+  const plant::Plant many_states =
+      with_effects(plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage",
+                                            "outer_turns", "body_heat_storage", "fatigue"});
   REQUIRE(many_states.states().size() > 16);
   check_against_dense(many_states);
   const plant::Plant many_of_both = with_effects(many_forcings, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"});

@@ -39,8 +39,7 @@ const Wanderer& named(const std::vector<Wanderer>& all, const std::string& words
 
 TEST_CASE("wander: what has states, a delay or no strength cannot wander; nor what may not be named, or is on") {
   const auto has = [](const std::vector<Wanderer>& all, const char* name) {
-    return std::any_of(all.begin(), all.end(),
-                       [&](const Wanderer& one) { return one.effect == testing::effect(name); });
+    return std::any_of(all.begin(), all.end(), [&](const Wanderer& one) { return one.effect == testing::effect(name); });
   };
   const std::vector<Wanderer> all = wanderers(plant::default_plant(), {testing::effect("supply_sag")});
   CHECK(has(all, "airflow_change"));
@@ -55,8 +54,7 @@ TEST_CASE("wander: what has states, a delay or no strength cannot wander; nor wh
 
 TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
   const sim::Recording recording = recorded_with_wind(0.0);
-  const FitProblem problem(plant::default_plant(), {}, testing::data_of(recording), StartPolicy::at_rest,
-                           {plant::Method::automatic, 1e-6});
+  const FitProblem problem(plant::default_plant(), {}, testing::data_of(recording), StartPolicy::at_rest, {plant::Method::automatic, 1e-6});
   const std::vector<Wanderer> all = wanderers(plant::default_plant(), {});
   const std::size_t k = 400;  // in the middle of it
   const auto at_k = [&](const char* name) {
@@ -86,9 +84,7 @@ TEST_CASE("wander: each enters the equations where it acts, and nowhere else") {
   REQUIRE(std::abs(integrator.state()[4]) > 0.01);
   const Eigen::VectorXd beam = at_k("the beam's stiffness");
   CHECK(beam.head(5).norm() == 0.0);
-  CHECK(beam(5) == doctest::Approx(-0.1 * core("beam_stiffness_Nm_rad") * integrator.state()[4] /
-                                   core("beam_inertia_kgm2"))
-                       .epsilon(1e-6));
+  CHECK(beam(5) == doctest::Approx(-0.1 * core("beam_stiffness_Nm_rad") * integrator.state()[4] / core("beam_inertia_kgm2")).epsilon(1e-6));
 }
 
 TEST_CASE("wander: wind that rises is found to be wind, when it rises and by how much" * long_when_sanitized) {
@@ -112,8 +108,7 @@ TEST_CASE("wander: nothing stands out where nothing is missing" * long_when_sani
   const sim::Recording recording = recorded_with_wind(0.0);
   const Explanation core = explain(plant::default_plant(), testing::data_of(recording, testing::noise_of(recording)), {}, {});
   REQUIRE(core.usable);
-  for (const bool temperatures : {true, false})
-    CHECK_FALSE(what_wanders(core, {.upstream_is_off = temperatures, .threads = 2}, {}));
+  for (const bool temperatures : {true, false}) CHECK_FALSE(what_wanders(core, {.upstream_is_off = temperatures, .threads = 2}, {}));
 }
 
 }  // namespace diagnose_wander_test

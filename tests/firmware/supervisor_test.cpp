@@ -57,8 +57,7 @@ struct Bench {
       if (--until_reading == 0) {
         until_reading = 105;
         std::uint32_t raw[2];
-        for (int j = 0; j < 2; ++j)
-          raw[j] = replacing[j] ? replaced[j] : word(temperature_degC[swapped ? 1 - j : j], junction_degC);
+        for (int j = 0; j < 2; ++j) raw[j] = replacing[j] ? replaced[j] : word(temperature_degC[swapped ? 1 - j : j], junction_degC);
         supervisor_reading(&s, raw, now_us);
       }
     }

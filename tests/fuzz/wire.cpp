@@ -32,7 +32,8 @@ class Chance {
   std::uint64_t n_ = 0;
 };
 
-constexpr std::uint8_t types[] = {FRAME_HELLO_REQUEST, FRAME_ARM, FRAME_DISARM, FRAME_COMMAND, FRAME_CLEAR_TRIP, FRAME_HELLO, FRAME_ANSWER, FRAME_TELEMETRY};
+constexpr std::uint8_t types[] = {FRAME_HELLO_REQUEST, FRAME_ARM,   FRAME_DISARM, FRAME_COMMAND,
+                                  FRAME_CLEAR_TRIP,    FRAME_HELLO, FRAME_ANSWER, FRAME_TELEMETRY};
 
 board_parts some_parts(Chance& chance) {
   return {static_cast<std::uint8_t>(1 + chance.below(BOARD_PARTS_MOST)), static_cast<std::uint8_t>(chance.below(BOARD_PARTS_MOST + 1)),
@@ -57,10 +58,18 @@ void mutate(Wire& wire, Chance& chance) {
   for (std::size_t k = 1 + chance.below(4); k > 0 && !wire.empty(); --k) {
     const std::size_t at = chance.below(wire.size());
     switch (chance.below(4)) {
-      case 0: wire[at] = static_cast<std::uint8_t>(wire[at] ^ (1u << chance.below(8))); break;
-      case 1: wire[at] = static_cast<std::uint8_t>(chance.bits()); break;
-      case 2: wire.erase(wire.begin() + static_cast<std::ptrdiff_t>(at)); break;
-      default: wire.insert(wire.begin() + static_cast<std::ptrdiff_t>(at), static_cast<std::uint8_t>(chance.bits())); break;
+      case 0:
+        wire[at] = static_cast<std::uint8_t>(wire[at] ^ (1u << chance.below(8)));
+        break;
+      case 1:
+        wire[at] = static_cast<std::uint8_t>(chance.bits());
+        break;
+      case 2:
+        wire.erase(wire.begin() + static_cast<std::ptrdiff_t>(at));
+        break;
+      default:
+        wire.insert(wire.begin() + static_cast<std::ptrdiff_t>(at), static_cast<std::uint8_t>(chance.bits()));
+        break;
     }
   }
 }
@@ -74,14 +83,29 @@ void read_payload(const frame& f, const board_parts& parts) {
   message_answer g;
   message_telemetry h;
   switch (f.type) {
-    case FRAME_HELLO_REQUEST: get_hello_request(&f, &a); break;
-    case FRAME_ARM: get_arm(&f, &b); break;
-    case FRAME_COMMAND: get_command(&f, &parts, &c); break;
-    case FRAME_CLEAR_TRIP: get_clear_trip(&f, &d); break;
-    case FRAME_HELLO: get_hello(&f, &e); break;
-    case FRAME_ANSWER: get_answer(&f, &g); break;
-    case FRAME_TELEMETRY: get_telemetry(&f, &parts, &h); break;
-    default: break;
+    case FRAME_HELLO_REQUEST:
+      get_hello_request(&f, &a);
+      break;
+    case FRAME_ARM:
+      get_arm(&f, &b);
+      break;
+    case FRAME_COMMAND:
+      get_command(&f, &parts, &c);
+      break;
+    case FRAME_CLEAR_TRIP:
+      get_clear_trip(&f, &d);
+      break;
+    case FRAME_HELLO:
+      get_hello(&f, &e);
+      break;
+    case FRAME_ANSWER:
+      get_answer(&f, &g);
+      break;
+    case FRAME_TELEMETRY:
+      get_telemetry(&f, &parts, &h);
+      break;
+    default:
+      break;
   }
 }
 
@@ -131,7 +155,8 @@ int main(int argc, char** argv) {
       }
       mutants_taken += damaged && another;
       if (!damaged && taken != 1) {
-        std::printf("seed %llu, round %llu: a whole frame was taken %d times\n", static_cast<unsigned long long>(seed), static_cast<unsigned long long>(rounds), taken);
+        std::printf("seed %llu, round %llu: a whole frame was taken %d times\n", static_cast<unsigned long long>(seed),
+                    static_cast<unsigned long long>(rounds), taken);
         wrong = true;
       }
     }
@@ -153,7 +178,8 @@ int main(int argc, char** argv) {
       supervisor_tick(&device, now_us);
       const std::uint16_t most = *std::max_element(std::begin(device.duty), std::end(device.duty));
       if ((most > 0 && device.state != DEVICE_ARMED) || most > LIMIT_HIGHEST_DUTY) {
-        std::printf("seed %llu, round %llu: duty %u in state %u\n", static_cast<unsigned long long>(seed), static_cast<unsigned long long>(rounds), most, device.state);
+        std::printf("seed %llu, round %llu: duty %u in state %u\n", static_cast<unsigned long long>(seed),
+                    static_cast<unsigned long long>(rounds), most, device.state);
         wrong = true;
       }
     }
@@ -175,7 +201,8 @@ int main(int argc, char** argv) {
     }
     ++logs;
   }
-  std::printf("%llu rounds: %llu frames taken, %llu damaged frames taken, %llu logs; %s\n", static_cast<unsigned long long>(rounds), static_cast<unsigned long long>(frames),
-              static_cast<unsigned long long>(mutants_taken), static_cast<unsigned long long>(logs), wrong ? "FINDING" : "no finding");
+  std::printf("%llu rounds: %llu frames taken, %llu damaged frames taken, %llu logs; %s\n", static_cast<unsigned long long>(rounds),
+              static_cast<unsigned long long>(frames), static_cast<unsigned long long>(mutants_taken),
+              static_cast<unsigned long long>(logs), wrong ? "FINDING" : "no finding");
   return wrong || mutants_taken > 0;
 }

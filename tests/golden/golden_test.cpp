@@ -44,8 +44,7 @@ plant::Plant limb_of(const sim::Recording& golden) {
   return sim::read_plant(sim::YamlMap(yaml).require("plant", "the limb of a golden run"), folder);
 }
 
-Difference largest_difference(const plant::Plant& limb, const sim::Recording& golden, const sim::Recording& duty,
-                              plant::Method method) {
+Difference largest_difference(const plant::Plant& limb, const sim::Recording& golden, const sim::Recording& duty, plant::Method method) {
   plant::Integrator run(limb, plant::Start{}, {.method = method, .relative_tolerance = 1e-9});
   Difference largest;
   std::size_t row = 0;

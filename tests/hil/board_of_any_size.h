@@ -55,8 +55,12 @@ struct BoardOfAnySize : sinew::hil::Link {
     if (f.type == FRAME_HELLO_REQUEST) {
       session = f.session;
       state = DEVICE_DISARMED;
-      const message_hello hello{.firmware_hash = SINEW_FIRMWARE_HASH, .limits_hash = limits, .reset_cause = RESET_POWER_ON,
-                                .state = state, .trip_cause = TRIP_NONE, .parts = said};
+      const message_hello hello{.firmware_hash = SINEW_FIRMWARE_HASH,
+                                .limits_hash = limits,
+                                .reset_cause = RESET_POWER_ON,
+                                .state = state,
+                                .trip_cause = TRIP_NONE,
+                                .parts = said};
       put_hello(&reply, &hello);
       say(reply);
     } else if (f.type == FRAME_COMMAND) {
@@ -73,7 +77,8 @@ struct BoardOfAnySize : sinew::hil::Link {
   }
   void step() {
     now_us += 1000;
-    for (std::uint8_t j = 0; j < parts.coils; ++j) temperature_degC[j] += 1e-3 * (duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    for (std::uint8_t j = 0; j < parts.coils; ++j)
+      temperature_degC[j] += 1e-3 * (duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
     for (const std::uint8_t byte : std::exchange(in, {})) {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A board in memory, of BOARD_COILS coils: the device's own codec and supervisor, two coils that warm as they should, time that goes on as asked.
-// What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
+// A board in memory, of BOARD_COILS coils: the device's own codec and supervisor, two coils that warm as they should, time that goes on as
+// asked. What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct FakeBoard : sinew::hil::Link {
   std::uint32_t forced_raw = 0x12345;  // instead of A's word, unless it is this
   std::uint32_t firmware_hash = SINEW_FIRMWARE_HASH, limits = limits_hash(BOARD_COILS);
   board_parts parts{BOARD_COILS, BOARD_THERMOCOUPLES, BOARD_ANGLES};  // as its hello says
-  double device_rate = 1.0;  // its crystal, against the host's
+  double device_rate = 1.0;                                           // its crystal, against the host's
   std::int64_t lost_from_us = -1;
   int swallow_answers_to = -1;              // a frame type
   std::uint8_t trip_on_disarm = TRIP_NONE;  // just before it
@@ -37,7 +37,9 @@ struct FakeBoard : sinew::hil::Link {
     frame_decoder_start(&decoder, &parts);
     supervisor_start(&s, TRIP_NONE, 0);
   }
-  std::uint32_t device_us() const { return static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(now_us) * device_rate)); }
+  std::uint32_t device_us() const {
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(static_cast<double>(now_us) * device_rate));
+  }
 
   std::int64_t send(std::span<const std::uint8_t> bytes) override {
     if (lost_from_us >= 0 && now_us >= lost_from_us) throw sinew::hil::LinkLost("pulled");
@@ -91,10 +93,18 @@ struct FakeBoard : sinew::hil::Link {
       message_command command;
       get_command(&f, &decoder.parts, &command);
       switch (supervisor_command(&s, &command, f.time_us, device_us())) {
-        case COMMAND_TAKEN: last_command = f.sequence; break;
-        case COMMAND_STALE: ++counters[COUNT_STALE]; break;
-        case COMMAND_NOT_ARMED: ++counters[COUNT_NOT_ARMED]; break;
-        case COMMAND_TOO_MUCH: ++counters[COUNT_TOO_MUCH_DUTY]; break;
+        case COMMAND_TAKEN:
+          last_command = f.sequence;
+          break;
+        case COMMAND_STALE:
+          ++counters[COUNT_STALE];
+          break;
+        case COMMAND_NOT_ARMED:
+          ++counters[COUNT_NOT_ARMED];
+          break;
+        case COMMAND_TOO_MUCH:
+          ++counters[COUNT_TOO_MUCH_DUTY];
+          break;
       }
     } else if (f.type == FRAME_ARM) {
       answer_to(f, static_cast<std::uint8_t>(supervisor_arm(&s, device_us())));
@@ -110,7 +120,8 @@ struct FakeBoard : sinew::hil::Link {
   }
   void step() {
     now_us += 1000;
-    for (std::size_t j = 0; j < BOARD_COILS; ++j) temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    for (std::size_t j = 0; j < BOARD_COILS; ++j)
+      temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
     for (const std::uint8_t byte : std::exchange(in, {})) {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);

@@ -92,8 +92,8 @@ struct Decoded {
 };
 
 bool same(const frame& a, const frame& b) {
-  return a.version == b.version && a.type == b.type && a.session == b.session && a.sequence == b.sequence &&
-         a.time_us == b.time_us && a.length == b.length && std::memcmp(a.payload, b.payload, a.length) == 0;
+  return a.version == b.version && a.type == b.type && a.session == b.session && a.sequence == b.sequence && a.time_us == b.time_us &&
+         a.length == b.length && std::memcmp(a.payload, b.payload, a.length) == 0;
 }
 
 }  // namespace
@@ -117,7 +117,8 @@ TEST_CASE("frame: a disarm frame is, byte for byte, the one of docs/protocol.md"
 TEST_CASE("frame: what is encoded is decoded, for every type and any number of parts, and has no zero but its last byte") {
   for (const std::uint8_t type : all_types)
     for (std::uint64_t n = 0; n < 200; ++n) {
-      const board_parts parts{static_cast<std::uint8_t>(1 + n % BOARD_PARTS_MOST), static_cast<std::uint8_t>(n / 3 % (BOARD_PARTS_MOST + 1)),
+      const board_parts parts{static_cast<std::uint8_t>(1 + n % BOARD_PARTS_MOST),
+                              static_cast<std::uint8_t>(n / 3 % (BOARD_PARTS_MOST + 1)),
                               static_cast<std::uint8_t>(n / 5 % (BOARD_PARTS_MOST + 1))};
       const frame f = some_frame(type, n, parts);
       const Wire wire = encoded(f);
@@ -244,7 +245,8 @@ TEST_CASE("frame: a command or telemetry for a board with other parts has a bad 
 
 TEST_CASE("frame: as long as the board's parts are not known, telemetry of any board is a whole frame") {
   Decoded decoded(board_parts{});
-  for (const board_parts& parts : {board_parts{1, 0, 0}, two_coils, most_parts}) decoded.take(encoded(some_frame(FRAME_TELEMETRY, 2, parts)));
+  for (const board_parts& parts : {board_parts{1, 0, 0}, two_coils, most_parts})
+    decoded.take(encoded(some_frame(FRAME_TELEMETRY, 2, parts)));
   CHECK(decoded.frames.size() == 3);
   CHECK(decoded.refused() == 0);
 }
@@ -269,33 +271,33 @@ TEST_CASE("message: commands, telemetry and hello of 1, 2, 4 and 8 coils are, by
     board_parts parts;
     const char *command, *telemetry, *hello;
   } const vectors[] = {
-    {{1, 1, 1},
-           "060204020105010101010103016402dc059aa295e100",
-           "0602830201050101010101050170110102010102640790014006c40901022a05f01f85ee0102010202020302040205020602070208020902"
-           "0a020b020c05e170bbe500",
-           "0602810201050101010101140178563412f0debc9a0302010101015eba8fbe00"},
-    {{2, 2, 1},
-           "060204020105010101010103016402c802dc04e519590100",
-           "0602830201050101010101050170110102010103016402c80b9001400690014406c4090103dc0501022a05f01f85ee010201020202030204"
-           "02050206020702080209020a020b020c05c0a2f9eb00",
-           "0602810201050101010101140178563412f0debc9a030201020201c457e49700"},
-    {{4, 4, 2},
-           "060204020105010101010103016402c8062c019001dc05dd21960100",
-           "06028302010501010101010501701101020101050102036402c8172c01900190014006900144069001480690014c06c4090103dc050103f4"
-           "0101060cfeffff2a09f01ff11f85ee61f401020102020203020402050206020702080209020a020b020c05d68e9c4f00",
-           "0602810201050101010101140178563412f0debc9a0302010404024add3a5c00"},
-    {{8, 8, 8},
-           "060204020105010101010103016402c80e2c019001f4015802bc022003dc0545e733a500",
-           "0602830201050101010101050170110102010109010203040506076402c82f2c019001f4015802bc02200390014006900144069001480690"
-           "014c0690015006900154069001580690015c06c4090103dc050103f40101160cfeffff24faffff3cf6ffff54f2ffff6ceeffff2a18f01ff1"
-           "1ff21ff31ff41ff51ff61ff71f85ee61f43dfa1909f505d10bad11891701020102020203020402050206020702080209020a020b020c057f"
-           "49378400",
-           "0602810201050101010101140178563412f0debc9a0302010808083c82401900"},
-    {{4, 0, 2},
-           "060204020105010101010103016402c8062c019001dc05dd21960100",
-           "060283020105010101010105017011010201026402c8062c0190012a09f01ff11f85ee61f401020102020203020402050206020702080209"
-           "020a020b020c05f6489d8200",
-           "06028102010501010101010e0178563412f0debc9a0302010406024e18563800"},
+      {{1, 1, 1},
+       "060204020105010101010103016402dc059aa295e100",
+       "0602830201050101010101050170110102010102640790014006c40901022a05f01f85ee0102010202020302040205020602070208020902"
+       "0a020b020c05e170bbe500",
+       "0602810201050101010101140178563412f0debc9a0302010101015eba8fbe00"},
+      {{2, 2, 1},
+       "060204020105010101010103016402c802dc04e519590100",
+       "0602830201050101010101050170110102010103016402c80b9001400690014406c4090103dc0501022a05f01f85ee010201020202030204"
+       "02050206020702080209020a020b020c05c0a2f9eb00",
+       "0602810201050101010101140178563412f0debc9a030201020201c457e49700"},
+      {{4, 4, 2},
+       "060204020105010101010103016402c8062c019001dc05dd21960100",
+       "06028302010501010101010501701101020101050102036402c8172c01900190014006900144069001480690014c06c4090103dc050103f4"
+       "0101060cfeffff2a09f01ff11f85ee61f401020102020203020402050206020702080209020a020b020c05d68e9c4f00",
+       "0602810201050101010101140178563412f0debc9a0302010404024add3a5c00"},
+      {{8, 8, 8},
+       "060204020105010101010103016402c80e2c019001f4015802bc022003dc0545e733a500",
+       "0602830201050101010101050170110102010109010203040506076402c82f2c019001f4015802bc02200390014006900144069001480690"
+       "014c0690015006900154069001580690015c06c4090103dc050103f40101160cfeffff24faffff3cf6ffff54f2ffff6ceeffff2a18f01ff1"
+       "1ff21ff31ff41ff51ff61ff71f85ee61f43dfa1909f505d10bad11891701020102020203020402050206020702080209020a020b020c057f"
+       "49378400",
+       "0602810201050101010101140178563412f0debc9a0302010808083c82401900"},
+      {{4, 0, 2},
+       "060204020105010101010103016402c8062c019001dc05dd21960100",
+       "060283020105010101010105017011010201026402c8062c0190012a09f01ff11f85ee61f401020102020203020402050206020702080209"
+       "020a020b020c05f6489d8200",
+       "06028102010501010101010e0178563412f0debc9a0302010406024e18563800"},
   };
   for (const auto& [parts, command_hex, telemetry_hex, hello_hex] : vectors) {
     CAPTURE(static_cast<int>(parts.coils));
@@ -330,18 +332,24 @@ TEST_CASE("message: commands, telemetry and hello of 1, 2, 4 and 8 coils are, by
     CHECK(f.length == frame_payload_length(FRAME_TELEMETRY, &parts));
     CHECK(hexadecimal(encoded(f)) == telemetry_hex);
 
-    const message_hello hello{.firmware_hash = 0x12345678u, .limits_hash = 0x9abcdef0u, .reset_cause = RESET_WATCHDOG,
-                              .state = DEVICE_TRIPPED, .trip_cause = TRIP_SILENCE, .parts = parts};
+    const message_hello hello{.firmware_hash = 0x12345678u,
+                              .limits_hash = 0x9abcdef0u,
+                              .reset_cause = RESET_WATCHDOG,
+                              .state = DEVICE_TRIPPED,
+                              .trip_cause = TRIP_SILENCE,
+                              .parts = parts};
     put_hello(&f, &hello);
     CHECK(hexadecimal(encoded(f)) == hello_hex);
 
     // And back.
-    const Decoded decoded([&] {
-      Wire all;
-      for (const char* hex : {command_hex, telemetry_hex, hello_hex})
-        for (const char* at = hex; *at; at += 2) all.push_back(static_cast<std::uint8_t>(std::stoi(std::string(at, 2), nullptr, 16)));
-      return all;
-    }(), parts);
+    const Decoded decoded(
+        [&] {
+          Wire all;
+          for (const char* hex : {command_hex, telemetry_hex, hello_hex})
+            for (const char* at = hex; *at; at += 2) all.push_back(static_cast<std::uint8_t>(std::stoi(std::string(at, 2), nullptr, 16)));
+          return all;
+        }(),
+        parts);
     REQUIRE(decoded.frames.size() == 3);
     message_command command_back{};
     get_command(&decoded.frames[0], &parts, &command_back);
@@ -360,7 +368,8 @@ TEST_CASE("message: commands, telemetry and hello of 1, 2, 4 and 8 coils are, by
 }
 
 TEST_CASE("limits: their hash is another for another number of coils") {
-  for (std::uint8_t coils = 1; coils < BOARD_PARTS_MOST; ++coils) CHECK(limits_hash(coils) != limits_hash(static_cast<std::uint8_t>(coils + 1)));
+  for (std::uint8_t coils = 1; coils < BOARD_PARTS_MOST; ++coils)
+    CHECK(limits_hash(coils) != limits_hash(static_cast<std::uint8_t>(coils + 1)));
 }
 
 TEST_CASE("message: every payload reads back as it was written") {

@@ -19,8 +19,10 @@ using namespace sinew::hil;
 
 namespace {
 
-sim::Scenario scenario(const std::string& input = "{ duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 6 } } }", double period_s = 0.1) {
-  return sim::parse_scenario("format: 1\nduration_s: 8\nsample_period_s: " + std::to_string(period_s) + "\ninput: " + input + "\n", "s.yaml");
+sim::Scenario scenario(const std::string& input = "{ duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 6 } } }",
+                       double period_s = 0.1) {
+  return sim::parse_scenario("format: 1\nduration_s: 8\nsample_period_s: " + std::to_string(period_s) + "\ninput: " + input + "\n",
+                             "s.yaml");
 }
 std::string refusal(Link& link, const SessionSettings& settings = {}) {
   try {
@@ -90,7 +92,9 @@ TEST_CASE("session: boards of 1, 2, 4 and 8 coils run a scenario of a limb of as
 }
 
 TEST_CASE("session: a plant with another number of coils, thermocouples or angles than the board is refused, with both numbers") {
-  CHECK(refusal_of(scenario_of(4), {2, 2, 1}).find("the plant has 4 coils, the board 2; the plant has 4 thermocouples, the board 2; the plant has 2 angles, the board 1") == 0);
+  CHECK(refusal_of(scenario_of(4), {2, 2, 1})
+            .find("the plant has 4 coils, the board 2; the plant has 4 thermocouples, the board 2; the plant has 2 angles, the board 1") ==
+        0);
   CHECK(refusal_of(scenario_of(2), {8, 2, 1}).find("the plant has 2 coils, the board 8\n") == 0);
   CHECK(refusal_of(scenario_of(2), {2, 2, 0}).find("the plant has 1 angles, the board 0\n") == 0);
   BoardOfAnySize other_limits({4, 4, 2});
@@ -102,7 +106,8 @@ TEST_CASE("session: a hello of 0 or 9 coils, or of 9 thermocouples or angles, is
   const board_parts none{0, 2, 1}, nine{9, 2, 1}, thermocouples{2, 9, 1}, angles{2, 2, 9};
   CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &none).find("the board's hello, payload byte 11: 0 coils; must be 1 to 8\n") == 0);
   CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &nine).find("the board's hello, payload byte 11: 9 coils; must be 1 to 8\n") == 0);
-  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &thermocouples).find("payload byte 12: 9 thermocouples; must be 0 to 8\n") != std::string::npos);
+  CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &thermocouples).find("payload byte 12: 9 thermocouples; must be 0 to 8\n") !=
+        std::string::npos);
   CHECK(refusal_of(scenario_of(2), {2, 2, 1}, &angles).find("payload byte 13: 9 angles; must be 0 to 8\n") != std::string::npos);
 }
 

@@ -48,10 +48,15 @@ TEST_CASE("series: the four cases see what the paper gives them, in its order") 
 }
 TEST_CASE("series: of any plant, the tasks are made from its lists") {
   const auto plant_of = [](const std::string& channels) {
-    return sim::read_plant(sim::parse_yaml("format: 2\nlimb:\n  segments: [{ name: lower, axes: 1 }, { name: upper, axes: 1 }]\n"
-                                           "  coils:\n    - { name: A, segment: lower, direction_deg: 0 }\n    - { name: B, segment: lower, direction_deg: 180 }\n"
-                                           "    - { name: C, segment: upper, direction_deg: 0 }\n    - { name: D, segment: upper, direction_deg: 180 }\n"
-                                           "  channels:\n" + channels, "p.yaml"), ".");
+    return sim::read_plant(
+        sim::parse_yaml(
+            "format: 2\nlimb:\n  segments: [{ name: lower, axes: 1 }, { name: upper, axes: 1 }]\n"
+            "  coils:\n    - { name: A, segment: lower, direction_deg: 0 }\n    - { name: B, segment: lower, direction_deg: 180 }\n"
+            "    - { name: C, segment: upper, direction_deg: 0 }\n    - { name: D, segment: upper, direction_deg: 180 }\n"
+            "  channels:\n" +
+                channels,
+            "p.yaml"),
+        ".");
   };
   const auto names = [](const Task& task) {
     std::string text;
@@ -69,11 +74,14 @@ TEST_CASE("series: of any plant, the tasks are made from its lists") {
   // Where no channel that an input moves is measured, the only channel is predicted; of several, one must be named.
   CHECK(names(task_of(plant_of("    - { column: temperature_B_degC, thermocouple: B }\n").system(), 4)) ==
         "duty_A duty_B duty_C duty_D -> temperature_B_degC");
-  const plant::Plant hot = plant_of("    - { column: temperature_A_degC, thermocouple: A }\n    - { column: temperature_B_degC, thermocouple: B }\n");
+  const plant::Plant hot =
+      plant_of("    - { column: temperature_A_degC, thermocouple: A }\n    - { column: temperature_B_degC, thermocouple: B }\n");
   CHECK_THROWS_WITH(task_of(hot.system(), 4), "nothing says which channel of this plant is to be predicted");
 
-  const sim::Recording from = sim::parse_recording("time_s,duty_A,duty_B,duty_C,duty_D,angle_lower_deg,angle_upper_deg,temperature_C_degC\n"
-                                                   "0,0.1,0.2,0.3,0.4,5,6,30\n0.1,0.5,0.6,0.7,0.8,7,8,31\n", "r.csv", sim::columns_of(system));
+  const sim::Recording from = sim::parse_recording(
+      "time_s,duty_A,duty_B,duty_C,duty_D,angle_lower_deg,angle_upper_deg,temperature_C_degC\n"
+      "0,0.1,0.2,0.3,0.4,5,6,30\n0.1,0.5,0.6,0.7,0.8,7,8,31\n",
+      "r.csv", sim::columns_of(system));
   const Series series = series_of(from, task_of(system, 4));
   CHECK(series.v.col(1) == Vector<double>{{0.5, 0.6, 0.7, 31.0, 0.8}});
   CHECK(series.y == Eigen::Vector2d(5, 7));
@@ -105,7 +113,8 @@ TEST_CASE("series: what a case needs and a recording lacks is an error that name
   CHECK(held.v(0, 4) == 0.3);
   CHECK(held.y(4) == 6.0);
   CHECK(held.y(5) == 7.0);
-  CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n50,0,0,1,1,1\n"), 3, Missing::held).find("comes 49.8 s after") != std::string::npos);
+  CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n50,0,0,1,1,1\n"), 3, Missing::held).find("comes 49.8 s after") !=
+        std::string::npos);
   CHECK(message(recording("0,0,0,1,1,1\n0.01,0,0,1,1,1\n0.02,0,0,1,1,1\n"), 3) ==
         "a.csv: time_s = a sample every 0.01 s\n  the predictor works at 10 Hz, a sample every 0.1 s");
   CHECK(message(recording("0,0,0,1,1,1\n0.1,0,0,1,1,1\n0.2,0,0,1,1,1\n0.9,0,0,1,1,1\n"), 3).find("comes 0.7 s after") != std::string::npos);

@@ -3,9 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <unistd.h>
 #include <filesystem>
 #include <set>
-#include <unistd.h>
 
 #include "sim/input_error.h"
 #include "sim/text.h"
@@ -19,7 +19,9 @@ namespace {
 
 SetPlan plan_of(const std::string& domain) {
   SetPlan plan;
-  plan.scenario = sim::parse_scenario("format: 1\nseed: 3\nduration_s: 5\nplant: { base: paper_limb }\ninput: { babble: { lowest_deg: -45, highest_deg: 45 } }\n", "s.yaml");
+  plan.scenario = sim::parse_scenario(
+      "format: 1\nseed: 3\nduration_s: 5\nplant: { base: paper_limb }\ninput: { babble: { lowest_deg: -45, highest_deg: 45 } }\n",
+      "s.yaml");
   plan.scenario_yaml = sim::to_yaml(plan.scenario);
   plan.domain = read_domain(sim::parse_yaml(domain, "domain.yaml"), plan.scenario.plant.system());
   plan.domain_text = domain;
@@ -72,8 +74,11 @@ TEST_CASE("domain: what makes no scenario together is an error") {
   CHECK_THROWS_AS(drawn_run(other.scenario, other.domain, 0), sim::InputError);
 }
 TEST_CASE("domain: what is not there is an error with the place and what is near") {
-  CHECK(message("parameters: { heat_los_A_W_K: 0.04 }") == "domain.yaml:1:31: parameters.heat_los_A_W_K = 0.04\n  no such number to draw; did you mean heat_loss_A_W_K?");
-  CHECK(message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") != std::string::npos);
+  CHECK(message("parameters: { heat_los_A_W_K: 0.04 }") ==
+        "domain.yaml:1:31: parameters.heat_los_A_W_K = 0.04\n  no such number to draw; did you mean heat_loss_A_W_K?");
+  CHECK(
+      message("parameters: { heat_loss_A_W_K: { lowest: 2 } }").find("must give relative_deviation, or deviation, or lowest and highest") !=
+      std::string::npos);
   CHECK(message("sensors: { angle: { noise_degC: 1 } }").find("no such number of this sensor") != std::string::npos);
 }
 TEST_CASE("set: of a plant with other inputs and channels, it has its columns") {
@@ -82,10 +87,13 @@ TEST_CASE("set: of a plant with other inputs and channels, it has its columns") 
   plan.scenario = sim::parse_scenario(
       "format: 1\nduration_s: 2\nplant:\n  format: 2\n  limb:\n    segments: [{ name: limb, axes: 1 }]\n"
       "    coils: [{ name: L, segment: limb, direction_deg: 0 }]\n    channels: [{ column: angle_deg, bend: limb }]\n"
-      "input: { duty_L: { constant: { value_fraction: 0.3 } } }\n", "s.yaml");
+      "input: { duty_L: { constant: { value_fraction: 0.3 } } }\n",
+      "s.yaml");
   plan.scenario_yaml = sim::to_yaml(plan.scenario);
-  plan.domain = read_domain(sim::parse_yaml("parameters: { heat_loss_L_W_K: { relative_deviation: 0.1 } }\nsensors: { angle: { bias_deg: 1 } }\n", "d.yaml"),
-                            plan.scenario.plant.system());
+  plan.domain =
+      read_domain(sim::parse_yaml("parameters: { heat_loss_L_W_K: { relative_deviation: 0.1 } }\nsensors: { angle: { bias_deg: 1 } }\n",
+                                  "d.yaml"),
+                  plan.scenario.plant.system());
   plan.runs = 1;
   CHECK_THROWS_WITH(read_domain(sim::parse_yaml("sensors: { temperature_A: { bias_degC: 1 } }\n", "d.yaml"), plan.scenario.plant.system()),
                     doctest::Contains("no such sensor; there are angle"));
@@ -102,7 +110,8 @@ TEST_CASE("set: of a plant with other inputs and channels, it has its columns") 
 TEST_CASE("domain: those that are shipped are read, and draw from what is there") {
   const SetPlan plan = plan_of(domain);
   for (const std::string name : {"domain", "one_limb"}) {
-    const Domain shipped = read_domain(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios" / (name + ".yaml"), plan.scenario.plant.system());
+    const Domain shipped =
+        read_domain(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios" / (name + ".yaml"), plan.scenario.plant.system());
     CHECK(drawn_run(plan.scenario, shipped, 0).drawn.size() >= 9);
   }
 }
@@ -117,7 +126,7 @@ TEST_CASE("set: made in any order and taken up again, it has the same bytes; a r
   CHECK(set_in_hdf5(plan, a) == set_in_hdf5(plan, b));
   CHECK(is_there(plan, a, 1));
   CHECK_FALSE(is_there(plan_of("parameters: {}"), a, 1));  // of another plan
-  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);           // no manifest yet
+  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);  // no manifest yet
   sim::write_file_whole(a / "manifest.json", manifest_of(plan, a));
   CHECK(read_set(a, columns).size() == 3);
   sim::write_file_whole(a / "runs/0001.csv", sim::read_file(a / "runs/0000.csv"));

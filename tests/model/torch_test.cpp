@@ -47,14 +47,15 @@ TEST_CASE("network: outputs, gradients and one step of Adam are PyTorch's (tests
     const Shape shape{one.at("inputs"), one.at("hidden"), one.at("dense"), one.at("output_relu")};
     const Index T = one.at("steps"), B = one.at("streams");
     Weights<double> w = weights_from(one.at("weights"), shape);
-    Stretch<double> stretch{Matrix<double>(shape.inputs - 1, T * B), Matrix<double>(B, T), Matrix<double>::Zero(B, T),
-                            Matrix<double>(B, T), Matrix<double>::Constant(B, T, 1.0 / static_cast<double>(T * B))};
+    Stretch<double> stretch{Matrix<double>(shape.inputs - 1, T * B), Matrix<double>(B, T), Matrix<double>::Zero(B, T), Matrix<double>(B, T),
+                            Matrix<double>::Constant(B, T, 1.0 / static_cast<double>(T * B))};
     State<double> state(shape, B);
     Matrix<double> expected(B, T);
     for (Index t = 0; t < T; ++t)
       for (Index s = 0; s < B; ++s) {
         const auto tt = static_cast<std::size_t>(t), ss = static_cast<std::size_t>(s);
-        for (Index i = 0; i + 1 < shape.inputs; ++i) stretch.exogenous(i, t * B + s) = one.at("exogenous").at(tt).at(ss).at(static_cast<std::size_t>(i));
+        for (Index i = 0; i + 1 < shape.inputs; ++i)
+          stretch.exogenous(i, t * B + s) = one.at("exogenous").at(tt).at(ss).at(static_cast<std::size_t>(i));
         stretch.y_before(s, t) = one.at("before").at(tt).at(ss);
         stretch.target(s, t) = one.at("target").at(tt).at(ss);
         expected(s, t) = one.at("outputs").at(tt).at(ss);

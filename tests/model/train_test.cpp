@@ -141,7 +141,8 @@ TEST_CASE("training: the file that is shipped has every setting, at its default"
   CHECK(text(file.published.value()) == text(PublishedSettings{}));
   CHECK(text(file.stateful.value()) == text(StatefulSettings{}));
   const std::string whole = sim::read_file(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
-  StatefulSettings::fields(file.stateful.value(), [&](const auto&, const sim::Key& key) { CHECK(whole.find("\n  " + key.name + ": ") != std::string::npos); });
+  StatefulSettings::fields(file.stateful.value(),
+                           [&](const auto&, const sim::Key& key) { CHECK(whole.find("\n  " + key.name + ": ") != std::string::npos); });
 }
 TEST_CASE("predictor: step by step is what the unrolled network gives") {
   const Series series = first_order(3, 200);
@@ -152,13 +153,13 @@ TEST_CASE("predictor: step by step is what the unrolled network gives") {
   model.weights = first_weights({3, 16, 8, false}, 1);
   const ScaledSeries x = scaled(series, model.scaling);
   Unrolled<float> network(model.weights.shape, 199, 1);
-  Stretch<float> stretch{x.exogenous, x.y.head(199).transpose(), Matrix<float>::Ones(1, 199), Matrix<float>::Zero(1, 199), Matrix<float>::Zero(1, 199)};
+  Stretch<float> stretch{x.exogenous, x.y.head(199).transpose(), Matrix<float>::Ones(1, 199), Matrix<float>::Zero(1, 199),
+                         Matrix<float>::Zero(1, 199)};
   State<float> state(model.weights.shape, 1);
   state.last_output(0) = x.y(0);
   network.forward(model.weights, stretch, state);
   const Vector<double> angle = rollout(model, series);
-  for (Index t = 0; t < 199; ++t)
-    REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.y(network.outputs()(0, t))).epsilon(1e-4));
+  for (Index t = 0; t < 199; ++t) REQUIRE(angle(t + 1) == doctest::Approx(model.scaling.y(network.outputs()(0, t))).epsilon(1e-4));
 }
 TEST_CASE("predictor: a step allocates nothing") {
   const Series series = first_order(3, 50);

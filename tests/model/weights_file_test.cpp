@@ -69,8 +69,8 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
 }
 TEST_CASE("weights: what is given and what is predicted is read back, whatever the plant") {
   const Folder folder;
-  const sim::Column voltage{.name = "voltage_V", .words = "voltage", .unit = "V"}, level{.name = "level_fraction", .words = "level fraction", .unit = ""},
-      speed{.name = "speed_m_s", .words = "speed", .unit = "m_s"};
+  const sim::Column voltage{.name = "voltage_V", .words = "voltage", .unit = "V"},
+      level{.name = "level_fraction", .words = "level fraction", .unit = ""}, speed{.name = "speed_m_s", .words = "speed", .unit = "m_s"};
   Model model = some_model();
   model.task = {.paper_case = 2, .features = {{voltage, false}, {level, true}, {speed, true}}, .predicted = speed};
   model.scaling = {Vector<double>{{0.0, 1.0, 2.0}}, Vector<double>{{1.0, 2.0, 3.0}}, -1.0, 2.0};
@@ -93,10 +93,12 @@ TEST_CASE("weights: what is given and what is predicted is read back, whatever t
 TEST_CASE("weights: for the usual plant, the file says what it always said") {
   const Hdf5File file = parse_hdf5(to_hdf5(some_model()), "file");
   const std::string& said = file.text_attributes.at("/").at("sinew");
-  CHECK(said.find(R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
-                  R"({"name":"duty_B","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_B_degC","unit":"degC","offset":26.0,"span":51.0}],)"
-                  R"("input_order":"v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span",)"
-                  R"("output":{"name":"angle_deg","unit":"deg","offset":-40.0,"span":90.0})") != std::string::npos);
+  CHECK(
+      said.find(
+          R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
+          R"({"name":"duty_B","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_B_degC","unit":"degC","offset":26.0,"span":51.0}],)"
+          R"("input_order":"v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span",)"
+          R"("output":{"name":"angle_deg","unit":"deg","offset":-40.0,"span":90.0})") != std::string::npos);
 }
 TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is read where the rest is said") {
   // The names and shapes of Keras 2.11: kernel [inputs, 4 units], the weights' groups named after layers that were made before.
@@ -106,7 +108,8 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
     std::size_t count = 1;
     for (const auto e : extents) count *= e;
     array.extents = extents;
-    for (std::size_t i = 0; i < count; ++i) array.values.push_back(0.01 * static_cast<double>(file.arrays.size()) + 0.001 * static_cast<double>(i));
+    for (std::size_t i = 0; i < count; ++i)
+      array.values.push_back(0.01 * static_cast<double>(file.arrays.size()) + 0.001 * static_cast<double>(i));
     file.list_attributes["/" + layer]["weight_names"].push_back(weight);
   };
   put("lstm_2", "lstm_2/lstm_cell_2/kernel:0", {5, 8});
@@ -124,8 +127,11 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
   // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
   CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
   CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
-  CHECK(message(name) == "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are 0 and 1");
-  CHECK(message(name, {task_of_case(4), "published", -45.0, 45.0}) == "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
+  CHECK(message(name) ==
+        "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the "
+        "values that are 0 and 1");
+  CHECK(message(name, {task_of_case(4), "published", -45.0, 45.0}) ==
+        "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
 }
 TEST_CASE("weights: what does not fit is an error, never a layer left at zero") {
   const Folder folder;
@@ -144,12 +150,14 @@ TEST_CASE("weights: what does not fit is an error, never a layer left at zero") 
   CHECK(message(folder.write(to_bytes(bad))) == bias + " = not a number\n  weights must be finite");
   bad = good;
   bad.arrays[bias].values[3] += 0.5;
-  CHECK(message(folder.write(to_bytes(bad))).find("is not that of what is in the file: weights, scaling or names were changed") != std::string::npos);
+  CHECK(message(folder.write(to_bytes(bad))).find("is not that of what is in the file: weights, scaling or names were changed") !=
+        std::string::npos);
   bad = good;
   std::string& said = bad.text_attributes["/"]["sinew"];
   said.replace(said.find("\"span\":90.0"), 11, "\"span\":91.0");  // what is said of the weights counts too
   CHECK(message(folder.write(to_bytes(bad))).find("weights, scaling or names were changed") != std::string::npos);
-  CHECK(message(folder.write(to_hdf5(some_model())), {task_of_case(2), "", {}, {}}) == "case = 4\n  these are weights of another case than 2");
+  CHECK(message(folder.write(to_hdf5(some_model())), {task_of_case(2), "", {}, {}}) ==
+        "case = 4\n  these are weights of another case than 2");
   const std::string bytes = to_hdf5(some_model());
   CHECK_THROWS_AS(read_model(folder.write(bytes.substr(0, bytes.size() / 2))), sim::InputError);
   CHECK_THROWS_AS(read_model(folder.write("no HDF5 at all")), sim::InputError);

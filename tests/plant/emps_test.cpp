@@ -65,8 +65,8 @@ TEST_CASE("positioning axis: lists, files") { check_lists(axis(), "emps"); }
 TEST_CASE("positioning axis: dry friction and an offset explain the benchmark's recording to 2.6 mm, their absence to 92 mm") {
   const char* const file = "emps/DATA_EMPS.mat";
   const double gain = 35.15065188248547;
-  const auto without = open_loop_rms(axis(), {{"mass_kg", 212.358}, {"viscous_friction_Ns_m", 357.676}, {"drive_gain_N_V", gain}},
-                                     {0.0, 0.0}, file);
+  const auto without =
+      open_loop_rms(axis(), {{"mass_kg", 212.358}, {"viscous_friction_Ns_m", 357.676}, {"drive_gain_N_V", gain}}, {0.0, 0.0}, file);
   const auto with = open_loop_rms(axis(),
                                   {{"mass_kg", 91.0569},
                                    {"viscous_friction_Ns_m", 191.83},

@@ -17,13 +17,15 @@ template <class From, class To>
 constexpr bool goes_into = std::is_convertible_v<From, To> || std::is_constructible_v<To, From>;
 
 template <class List, class Key>
-concept ReadBy = requires(List list, Key key) { list[key]; };
+concept ReadBy = requires(List list, Key key) {
+  list[key];
+};
 
 // No index goes into any other.
 template <class... Key>
 constexpr bool all_apart() {
   const auto apart_from_others = []<class One>(std::type_identity<One>) {
-    return ((std::is_same_v<One, Key> || !goes_into<One, Key>) && ...);
+    return ((std::is_same_v<One, Key> || !goes_into<One, Key>)&&...);
   };
   return (apart_from_others(std::type_identity<Key>{}) && ...);
 }

@@ -77,8 +77,8 @@ TEST_CASE("integrator: a start that does not fit the limb is refused") {
 
 TEST_CASE("integrator: a request that does not fit the limb is refused") {
   const auto with_request = [](const SensitivityRequest& request) { Integrator(default_plant(), Start{}, {}, request); };
-  CHECK_THROWS_AS(with_request({{}, {StateId{0}}}), std::invalid_argument);   // not given, so there is nothing to vary
-  CHECK_THROWS_AS(with_request({{}, {StateId{99}}}), std::invalid_argument);  // no such state
+  CHECK_THROWS_AS(with_request({{}, {StateId{0}}}), std::invalid_argument);                        // not given, so there is nothing to vary
+  CHECK_THROWS_AS(with_request({{}, {StateId{99}}}), std::invalid_argument);                       // no such state
   CHECK_THROWS_AS(with_request({{ParameterId{parameters().size()}}, {}}), std::invalid_argument);  // no such parameter
 }
 

@@ -40,7 +40,8 @@ class Sum final : public System {
   explicit Sum(Between between) {
     name_ = "sum";
     words_ = "the sum";
-    inputs_.push_back({.column = "u", .name = "u", .part = "u", .words = "u", .unit = units::none, .range = {-10.0, 10.0}, .between = between});
+    inputs_.push_back(
+        {.column = "u", .name = "u", .part = "u", .words = "u", .unit = units::none, .range = {-10.0, 10.0}, .between = between});
     for (const char* column : {"x", "shown_u"}) {
       ChannelInfo info{};
       info.column = column;
@@ -49,7 +50,8 @@ class Sum final : public System {
       channels_.push_back(info);
     }
     parameters_.push_back(
-        {std::nullopt, "", Declaration{.name = "gain", .symbol = "g", .unit = units::none, .range = {0.0, 10.0}, .typical = 2.0, .meaning = ""}});
+        {std::nullopt, "",
+         Declaration{.name = "gain", .symbol = "g", .unit = units::none, .range = {0.0, 10.0}, .typical = 2.0, .meaning = ""}});
   }
   States states(const EffectsOn&) const override { return States({{"x", units::none, 1.0}}); }
   std::unique_ptr<Equations<double>> equations(const std::vector<double>& values, const EffectsOn&) const override {

@@ -71,9 +71,10 @@ TEST_CASE("silverbox: lists, files") { check_lists(oscillator(), "silverbox"); }
 // Values are those of a least-squares fit.
 TEST_CASE("silverbox: a cubic spring explains the benchmark's recording to 0.9 mV, a linear one to 6.4 mV") {
   const char* const file = "silverbox/multisine.csv";
-  const auto without = open_loop_rms(oscillator(),
-                                     {{"mass_s2", 5.12446e-6}, {"damping_s", 2.18007e-4}, {"stiffness_V_V", 0.977039}, {"drive_offset_V", -0.00539555}},
-                                     {-0.0503047, -3.59173}, file);
+  const auto without =
+      open_loop_rms(oscillator(),
+                    {{"mass_s2", 5.12446e-6}, {"damping_s", 2.18007e-4}, {"stiffness_V_V", 0.977039}, {"drive_offset_V", -0.00539555}},
+                    {-0.0503047, -3.59173}, file);
   const auto with = open_loop_rms(oscillator(),
                                   {{"mass_s2", 5.16795e-6},
                                    {"damping_s", 2.15785e-4},

@@ -67,7 +67,8 @@ TEST_CASE("tanks: each effect, by hand") {
   };
   const AtOnce without = with({});
   // Of 2 V that stand over, 0.2 in a second; a quarter of it into the lower tank.
-  const AtOnce overflow = with({{"upper_overflow.rate_1_s", 0.2}, {"upper_overflow.height_V", 14.0}, {"upper_overflow.share_fraction", 0.25}});
+  const AtOnce overflow =
+      with({{"upper_overflow.rate_1_s", 0.2}, {"upper_overflow.height_V", 14.0}, {"upper_overflow.share_fraction", 0.25}});
   CHECK(overflow.rates[0] - without.rates[0] == near_exactly(-0.4));
   CHECK(overflow.rates[1] - without.rates[1] == near_exactly(0.1));
   CHECK(with({{"sensor_saturation.share_fraction", 1.0}, {"sensor_saturation.highest_V", 10.0}}).readings[0] == near_exactly(10.0));

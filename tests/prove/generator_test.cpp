@@ -56,8 +56,7 @@ plant::Plant plant_of(const Concealed& concealed) {
   for (const auto& [name, value] : concealed.core_parameters) plant.set_in_file_units(catalogue().parameter(name), value);
   for (const prove::TruthEffect& effect : concealed.effects) {
     plant.turn(catalogue().effect(effect.name), true);
-    for (const auto& [name, value] : effect.parameters)
-      plant.set_in_file_units(catalogue().parameter(effect.name + "." + name), value);
+    for (const auto& [name, value] : effect.parameters) plant.set_in_file_units(catalogue().parameter(effect.name + "." + name), value);
   }
   return plant;
 }
@@ -71,8 +70,7 @@ Difference between(const std::vector<prove::Sample>& one, const std::vector<prov
   Difference largest;
   for (std::size_t k = 0; k < one.size(); ++k) {
     for (std::size_t j = 0; j < 2; ++j)
-      largest.temperature_K =
-          std::max(largest.temperature_K, std::abs(one[k].temperature_degC[j] - other[k].temperature_degC[j]));
+      largest.temperature_K = std::max(largest.temperature_K, std::abs(one[k].temperature_degC[j] - other[k].temperature_degC[j]));
     largest.angle_deg = std::max(largest.angle_deg, std::abs(one[k].angle_deg - other[k].angle_deg));
   }
   return largest;
@@ -83,8 +81,7 @@ Difference from_plant(const Concealed& concealed) {
   std::vector<sim::Sample> samples;
   for (const prove::Sample& row : concealed.training)
     samples.push_back({.time_s = row.time_s, .inputs = {row.duty.begin(), row.duty.end()}, .channels = {}});
-  plant::Integrator run(plant_of(concealed), plant::Start{},
-                        {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
+  plant::Integrator run(plant_of(concealed), plant::Start{}, {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
   std::vector<prove::Sample> rows;
   const auto failure = sim::replay(run, catalogue(), samples, [&](std::size_t k) {
     const std::vector<double> shown = run.readings();
@@ -119,8 +116,7 @@ TEST_CASE("generator: its limb is the plant's limb, for the core, every effect o
     CHECK(from_the_plant.angle_deg < (minor_loops ? 0.04 : 5e-5));
     if (kind.family == Family::clean) continue;
     // An agreement in which the effect had no part would say nothing.
-    const Difference from_the_core =
-        between(prove::simulate(made.core_parameters, {}, made.training), made.training_without_noise);
+    const Difference from_the_core = between(prove::simulate(made.core_parameters, {}, made.training), made.training_without_noise);
     CHECK(std::max(from_the_core.temperature_K, from_the_core.angle_deg) > 0.2);
   }
 }
@@ -131,8 +127,8 @@ TEST_CASE("generator: other forms become the catalogue's where they should" * lo
   const auto run = [&](std::string name, std::string form, Parameters parameters) {
     return prove::simulate({}, {{std::move(name), std::move(form), "", std::move(parameters), form.empty(), ""}}, duty);
   };
-  const auto agree = [&](const std::string& name, const std::string& form, const Parameters& parameters,
-                         const Parameters& catalogue, double tolerance) {
+  const auto agree = [&](const std::string& name, const std::string& form, const Parameters& parameters, const Parameters& catalogue,
+                         double tolerance) {
     CAPTURE(form);
     const Difference largest = between(run(name, form, parameters), run(name, "", catalogue));
     CHECK(largest.temperature_K < tolerance);
@@ -142,8 +138,7 @@ TEST_CASE("generator: other forms become the catalogue's where they should" * lo
   agree("supply_sag", "battery", {{"prompt_resistance_Ohm", 0.3}, {"slow_resistance_Ohm", 0.0}, {"recovery_s", 9.0}},
         {{"source_resistance_Ohm", 0.3}}, rounding);
   agree("latent_heat", "directional", {{"heating_J", 8.0}, {"cooling_J", 8.0}}, {{"latent_heat_J", 8.0}}, rounding);
-  agree("dry_friction", "stribeck",
-        {{"moment_Nm", 0.005}, {"smoothing_rad_s", 0.05}, {"peak", 0.0}, {"peak_speed_rad_s", 0.1}},
+  agree("dry_friction", "stribeck", {{"moment_Nm", 0.005}, {"smoothing_rad_s", 0.05}, {"peak", 0.0}, {"peak_speed_rad_s", 0.1}},
         {{"moment_Nm", 0.005}, {"smoothing_rad_s", 0.05}}, rounding);
   // Series in the small: x^3/3 of a ratio of 10 N to 1e5 N, x^2/2 of 10 cycles to 1e5, and of 120 s to 1e7 s.
   agree("stress_shift", "saturating", {{"shift_K_N", 3.0}, {"tension_N", 1e5}}, {{"shift_K_N", 3.0}}, 1e-5);
@@ -151,10 +146,7 @@ TEST_CASE("generator: other forms become the catalogue's where they should" * lo
   agree("angle_sensor_drift", "settling", {{"shift_deg", 1e5}, {"time_constant_s", 1e7}}, {{"rate_deg_s", 0.01}}, 1e-4);
   // Nodes so well joined that they are one: 60 W/K against the 0.05 W/K that leave it.
   agree("body_heat_storage", "ladder",
-        {{"conductance_W_K", 0.012},
-         {"heat_capacity_J_K", 6.0},
-         {"heat_loss_W_K", 0.05},
-         {"inner_conductance_W_K", 60.0}},
+        {{"conductance_W_K", 0.012}, {"heat_capacity_J_K", 6.0}, {"heat_loss_W_K", 0.05}, {"inner_conductance_W_K", 60.0}},
         {{"conductance_W_K", 0.012}, {"heat_capacity_J_K", 6.0}, {"heat_loss_W_K", 0.05}}, 0.02);
 }
 
@@ -173,12 +165,10 @@ TEST_CASE("generator: effects outside the catalogue follow their law, by hand" *
 
   SUBCASE("resistance that rises with temperature: x (1 + a x) = 49 K") {
     // a = 0.005: x = (sqrt(1 + 4 * 0.005 * 49) - 1) / 0.01 = (sqrt(1.98) - 1) / 0.01.
-    CHECK(run("hot_resistance", {{"slope_1_K", 0.005}}).back().temperature_degC[0] ==
-          by_hand(25.0 + (std::sqrt(1.98) - 1.0) / 0.01));
+    CHECK(run("hot_resistance", {{"slope_1_K", 0.005}}).back().temperature_degC[0] == by_hand(25.0 + (std::sqrt(1.98) - 1.0) / 0.01));
   }
   SUBCASE("a switch that fades: 0.1 / 0.6 of 30 % are lost, 5 %") {
-    CHECK(run("pulse_fade", {{"loss_fraction", 0.3}, {"time_constant_s", 6.0}}).back().temperature_degC[0] ==
-          by_hand(25.0 + 0.95 * 49.0));
+    CHECK(run("pulse_fade", {{"loss_fraction", 0.3}, {"time_constant_s", 6.0}}).back().temperature_degC[0] == by_hand(25.0 + 0.95 * 49.0));
   }
   SUBCASE("a switch that wakes: at half of 0.2 half of the dead angle is left") {
     CHECK(run("waking_switch", {{"angle_fraction", 0.04}, {"time_constant_s", 3.0}}).back().temperature_degC[0] ==
@@ -239,8 +229,7 @@ TEST_CASE("generator: every effect of the catalogue is concealed by its name, pl
     CHECK(truth.place == info.place);
     CHECK(truth.parameters.size() == info.parameters.size());
     for (const auto& [name, value] : truth.parameters) {
-      const plant::Declaration& declared =
-          catalogue().parameters()[catalogue().parameter(truth.name + "." + name)].declaration;
+      const plant::Declaration& declared = catalogue().parameters()[catalogue().parameter(truth.name + "." + name)].declaration;
       CHECK(value >= declared.range.lowest);
       CHECK(value <= declared.range.highest);
     }
@@ -323,8 +312,8 @@ TEST_CASE("generator: noise and steps are those of the sensors" * long_when_sani
     CAPTURE(c);
     const double step = c < 2 ? 0.25 : 1.0 / 32.0, noise = c < 2 ? 0.1 : 0.05;
     double sum = 0.0, squares = 0.0, n = 0.0;
-    for (const auto& [rows, truth] : {std::pair{&made.training, &made.training_without_noise},
-                                      std::pair{&made.heldout, &made.heldout_without_noise}})
+    for (const auto& [rows, truth] :
+         {std::pair{&made.training, &made.training_without_noise}, std::pair{&made.heldout, &made.heldout_without_noise}})
       for (std::size_t k = 0; k < rows->size(); ++k) {
         const double off = channel((*rows)[k], c) - channel((*truth)[k], c);
         CHECK(is_multiple(channel((*rows)[k], c), step));
@@ -345,8 +334,7 @@ TEST_CASE("generator: moving air wanders by a few tenths of a kelvin, in both wi
   double squares = 0.0, difference = 0.0;
   for (std::size_t k = 0; k < in_still_air.size(); ++k) {
     std::array<double, 2> off{};
-    for (std::size_t j = 0; j < 2; ++j)
-      off[j] = made.training_without_noise[k].temperature_degC[j] - in_still_air[k].temperature_degC[j];
+    for (std::size_t j = 0; j < 2; ++j) off[j] = made.training_without_noise[k].temperature_degC[j] - in_still_air[k].temperature_degC[j];
     squares += 0.5 * (off[0] * off[0] + off[1] * off[1]);
     difference += (off[0] - off[1]) * (off[0] - off[1]);
   }
@@ -470,18 +458,16 @@ TEST_CASE("generator: every disturbance does what it says and leaves the limb al
 }
 
 TEST_CASE("generator: what it does not know it says" * long_when_sanitized) {
-  CHECK_THROWS_WITH_AS(prove::make({Family::catalogue, "x", {"latent_heta"}}, 1, still(1.0, 1.0)),
-                       "no such effect to conceal: latent_heta", std::invalid_argument);
-  CHECK_THROWS_WITH_AS(prove::simulate({{"heat_loss_W_K", 1.0}}, {}, {}), "the core has no parameter heat_loss_W_K",
+  CHECK_THROWS_WITH_AS(prove::make({Family::catalogue, "x", {"latent_heta"}}, 1, still(1.0, 1.0)), "no such effect to conceal: latent_heta",
                        std::invalid_argument);
-  CHECK_THROWS_WITH_AS(prove::simulate({}, {{"latent_heat", "", "", {{"heat", 1.0}}, true, ""}}, {}),
-                       "latent_heat has no parameter heat", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(prove::simulate({{"heat_loss_W_K", 1.0}}, {}, {}), "the core has no parameter heat_loss_W_K", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(prove::simulate({}, {{"latent_heat", "", "", {{"heat", 1.0}}, true, ""}}, {}), "latent_heat has no parameter heat",
+                       std::invalid_argument);
 }
 
 TEST_CASE("generator: its chance is Philox4x32-10" * long_when_sanitized) {
   // Known answers of the authors' Random123 library.
-  CHECK(prove::philox({0, 0, 0, 0}, {0, 0}) ==
-        std::array<std::uint32_t, 4>{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u});
+  CHECK(prove::philox({0, 0, 0, 0}, {0, 0}) == std::array<std::uint32_t, 4>{0x6627e8d5u, 0xe169c58du, 0xbc57ac4cu, 0x9b00dbd8u});
   constexpr std::uint32_t ones = 0xffffffffu;
   CHECK(prove::philox({ones, ones, ones, ones}, {ones, ones}) ==
         std::array<std::uint32_t, 4>{0x408f276du, 0x41c83b0eu, 0xa20bc7c6u, 0x6d5451fdu});

@@ -49,13 +49,10 @@ TimePlot small_plot() {
   return {.title = "Temperature A",
           .y_label = "temperature / °C",
           .time_s = {0.0, 0.1, 0.2, 0.3},
-          .series = {{.name = "recording", .y = {25.0, 25.25, gap, 26.0}},
-                     {.name = "model", .y = {25.0, 25.1, 25.2, 25.3}}}};
+          .series = {{.name = "recording", .y = {25.0, 25.25, gap, 26.0}}, {.name = "model", .y = {25.0, 25.1, 25.2, 25.3}}}};
 }
 
-Page small_page() {
-  return {.title = "Step heating", .lead = "The model follows.", .blocks = {Section{"Time series"}, small_plot()}};
-}
+Page small_page() { return {.title = "Step heating", .lead = "The model follows.", .blocks = {Section{"Time series"}, small_plot()}}; }
 
 }  // namespace
 
@@ -71,8 +68,7 @@ TEST_CASE("a channel cannot break out of the page, wherever its name is shown") 
                  Code{evil, evil},
                  Table{.title = evil, .header = {evil}, .rows = {{.cells = {evil}, .note = evil}}, .caption = evil},
                  plot,
-                 ScatterPlot{.title = evil, .x_label = evil, .y_label = evil,
-                             .series = {{.name = evil, .x = {1.0}, .y = {2.0}}}}};
+                 ScatterPlot{.title = evil, .x_label = evil, .y_label = evil, .series = {{.name = evil, .x = {1.0}, .y = {2.0}}}}};
   const std::string html = to_html(page);
   CHECK_FALSE(contains(html.substr(0, html.find("report-data")), "<b>"));  // behind it, the library has its own
   CHECK_FALSE(contains(html, "</script><"));
@@ -84,11 +80,14 @@ TEST_CASE("a channel cannot break out of the page, wherever its name is shown") 
 }
 
 TEST_CASE("bytes that are no UTF-8 and control characters become the replacement character") {
-  CHECK(escaped("22 \xb0" "C") == "22 \uFFFD" "C");                   // Latin-1
+  CHECK(escaped("22 \xb0"
+                "C") ==
+        "22 \uFFFD"
+        "C");  // Latin-1
   CHECK(escaped("\x1b[2J") == "\uFFFD[2J");
-  CHECK(escaped("\xc0\xaf") == "\uFFFD\uFFFD");                       // an overlong slash
-  CHECK(escaped("\xed\xa0\x80") == "\uFFFD");                         // half of a surrogate pair
-  CHECK(escaped("\xe2\x82") == "\uFFFD");                             // cut short
+  CHECK(escaped("\xc0\xaf") == "\uFFFD\uFFFD");  // an overlong slash
+  CHECK(escaped("\xed\xa0\x80") == "\uFFFD");    // half of a surrogate pair
+  CHECK(escaped("\xe2\x82") == "\uFFFD");        // cut short
   CHECK(escaped("°±µ→𝛼") == "°±µ→𝛼");
 }
 
@@ -229,8 +228,7 @@ TEST_CASE("numbers are written the way a table wants them") {
 TEST_CASE("a plot whose columns disagree is refused by name") {
   TimePlot plot = small_plot();
   plot.series[1].y.pop_back();
-  CHECK_THROWS_WITH_AS(to_svg(plot, 400, 300),
-                       "plot \"Temperature A\": series \"model\" has 3 values of y for 4 points",
+  CHECK_THROWS_WITH_AS(to_svg(plot, 400, 300), "plot \"Temperature A\": series \"model\" has 3 values of y for 4 points",
                        std::invalid_argument);
   plot = small_plot();
   plot.series[0].lower = {1.0};
@@ -238,29 +236,25 @@ TEST_CASE("a plot whose columns disagree is refused by name") {
                        std::invalid_argument);
   plot = small_plot();
   plot.time_s[2] = 0.05;
-  CHECK_THROWS_WITH_AS(to_html(Page{.title = "", .blocks = {plot}}), "plot \"Temperature A\": time falls at row 2",
-                       std::invalid_argument);
+  CHECK_THROWS_WITH_AS(to_html(Page{.title = "", .blocks = {plot}}), "plot \"Temperature A\": time falls at row 2", std::invalid_argument);
   plot = small_plot();
   plot.series[0].color = "red;}</style>";
-  CHECK_THROWS_WITH_AS(
-      check(plot),
-      "plot \"Temperature A\": series \"recording\" has the color \"red;}</style>\", which is not of the form #rrggbb",
-      std::invalid_argument);
+  CHECK_THROWS_WITH_AS(check(plot),
+                       "plot \"Temperature A\": series \"recording\" has the color \"red;}</style>\", which is not of the form #rrggbb",
+                       std::invalid_argument);
 }
 
 TEST_CASE("without dygraphs a page with time plots says what to install, and one without needs nothing") {
-  CHECK_THROWS_WITH_AS(
-      to_html(small_page(), "/nowhere"),
-      "cannot read /nowhere/dygraph.min.css, which draws the plots of a page: install the Debian package "
-      "libjs-dygraphs",
-      std::runtime_error);
+  CHECK_THROWS_WITH_AS(to_html(small_page(), "/nowhere"),
+                       "cannot read /nowhere/dygraph.min.css, which draws the plots of a page: install the Debian package "
+                       "libjs-dygraphs",
+                       std::runtime_error);
   const Page words{.title = "Words", .blocks = {Section{"One", "text"}, ScatterPlot{.title = "s"}}};
   CHECK(contains(to_html(words, "/nowhere"), "<h2 id=\"section-1\">One</h2>"));
 }
 
 TEST_CASE("a page of more than four sections has a table of contents") {
-  Page page{.title = "",
-            .blocks = {Section{"1"}, Section{"2"}, Section{"3"}, Section{"4"}, Section{.heading = "4b", .depth = 2}}};
+  Page page{.title = "", .blocks = {Section{"1"}, Section{"2"}, Section{"3"}, Section{"4"}, Section{.heading = "4b", .depth = 2}}};
   CHECK_FALSE(contains(to_html(page), "class=\"contents\""));
   page.blocks.push_back(Section{"5"});
   const std::string html = to_html(page);
@@ -286,7 +280,7 @@ TEST_CASE("a figure draws a gap as a lifted pen") {
   const std::string svg = to_svg(plot, 400, 300);
   const std::size_t begin = svg.find("<g clip-path");
   const std::string drawn = svg.substr(begin, svg.find("</g>", begin) - begin);
-  CHECK(count(drawn, "<path") == 1);    // from the first point to the second
+  CHECK(count(drawn, "<path") == 1);  // from the first point to the second
   CHECK(count(drawn, "L") == 1);
   CHECK(count(drawn, "<circle") == 1);  // and the fourth stands alone
 }
@@ -303,8 +297,8 @@ TEST_CASE("a figure is the same bytes twice, escapes names, and shows title, uni
 }
 
 TEST_CASE("a figure too small for its data is refused") {
-  CHECK_THROWS_WITH_AS(to_svg(small_plot(), 60, 300),
-                       "the figure's size leaves no room for its data beside axes and legends", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(to_svg(small_plot(), 60, 300), "the figure's size leaves no room for its data beside axes and legends",
+                       std::invalid_argument);
   CHECK_THROWS_AS(to_svg(small_plot(), 400, 50), std::invalid_argument);
 }
 
@@ -314,8 +308,7 @@ TEST_CASE("a scatter figure shows arrows along a path that asks for them") {
     loop.x.push_back(std::cos(0.0628 * i));
     loop.y.push_back(std::sin(0.0628 * i));
   }
-  const ScatterPlot plot{
-      .title = "Hysteresis", .x_label = "temperature / °C", .y_label = "angle / °", .series = {loop}};
+  const ScatterPlot plot{.title = "Hysteresis", .x_label = "temperature / °C", .y_label = "angle / °", .series = {loop}};
   CHECK(count(to_svg(plot, 400, 400), "rotate(") == 5);  // four arrows and the label of the y axis
 }
 
@@ -328,8 +321,7 @@ TEST_CASE("display width counts columns, not bytes") {
 TEST_CASE("terminal tables line up under ° and ±, numbers to the right") {
   const Table table{.title = "Fit",
                     .header = {"channel", "RMSE", "share"},
-                    .rows = {{{"temperature A / °C", "1.25 ± 0.10", "54.6 %"}},
-                             {{"angle / °", "13.50 ± 0.40", "–"}, true, "see below"}}};
+                    .rows = {{{"temperature A / °C", "1.25 ± 0.10", "54.6 %"}}, {{"angle / °", "13.50 ± 0.40", "–"}, true, "see below"}}};
   CHECK(to_text(table) ==
         "Fit\n"
         "  channel                     RMSE   share\n"
@@ -340,8 +332,7 @@ TEST_CASE("terminal tables line up under ° and ±, numbers to the right") {
 }
 
 TEST_CASE("a terminal table too wide wraps its words and keeps its numbers") {
-  const Table table{.header = {"effect", "verdict"},
-                    .rows = {{{"1.41", "imitates the lag and leaves a residual at switch-off"}}}};
+  const Table table{.header = {"effect", "verdict"}, .rows = {{{"1.41", "imitates the lag and leaves a residual at switch-off"}}}};
   CHECK(to_text(table, 36) ==
         "effect  verdict\n"
         "──────  ────────────────────────────\n"
@@ -363,8 +354,7 @@ TEST_CASE("text is wrapped at words, with its own line feeds kept and every line
 }
 
 TEST_CASE("columns of numbers go right, phrases that begin with a number do not") {
-  const Table table{.header = {"a", "b", "c"},
-                    .rows = {{{"12.5 ± 0.3 %", "3 of 5 recordings", "±0.1"}}, {{"–", "2", "< 0.01"}}}};
+  const Table table{.header = {"a", "b", "c"}, .rows = {{{"12.5 ± 0.3 %", "3 of 5 recordings", "±0.1"}}, {{"–", "2", "< 0.01"}}}};
   CHECK(column_alignment(table) == std::vector<Align>{Align::right, Align::left, Align::right});
 }
 
@@ -372,8 +362,7 @@ TEST_CASE("markdown: a row a line, what would end a cell is escaped, emphasis is
   Table table;
   table.header = {"what", "how much"};
   table.rows = {{{"a|b", "1"}}, {{"two\nlines", ""}, true, "why"}};
-  CHECK(to_markdown(table) ==
-        "| what | how much |\n|---|---|\n| a\\|b | 1 |\n| **two lines** | why |\n");
+  CHECK(to_markdown(table) == "| what | how much |\n|---|---|\n| a\\|b | 1 |\n| **two lines** | why |\n");
 }
 
 }  // namespace report_report_test

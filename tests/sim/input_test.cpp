@@ -182,7 +182,8 @@ TEST_CASE("babble: setpoints are uniform in their range and held for times unifo
 
 TEST_CASE("babble: setpoints depend on the seed alone, not on what is measured") {
   const Input input = BabbleInput{};
-  Driver one(system_of_two_coils(), input, 5, 0.1), other(system_of_two_coils(), input, 5, 0.1), another_seed(system_of_two_coils(), input, 6, 0.1);
+  Driver one(system_of_two_coils(), input, 5, 0.1), other(system_of_two_coils(), input, 5, 0.1),
+      another_seed(system_of_two_coils(), input, 6, 0.1);
   bool same = true, different = false;
   for (std::int64_t tick = 0; tick < 2000; ++tick) {
     command_at(one, tick, 0.0);
@@ -197,7 +198,8 @@ TEST_CASE("babble: setpoints depend on the seed alone, not on what is measured")
 
 TEST_CASE("driver: goes on from its state as if it had not stopped") {
   const Input input = BabbleInput{};
-  Driver whole(system_of_two_coils(), input, 5, 0.1), first(system_of_two_coils(), input, 5, 0.1), second(system_of_two_coils(), input, 5, 0.1);
+  Driver whole(system_of_two_coils(), input, 5, 0.1), first(system_of_two_coils(), input, 5, 0.1),
+      second(system_of_two_coils(), input, 5, 0.1);
   for (std::int64_t tick = 0; tick < 1000; ++tick) {
     const double angle_deg = 40.0 * std::sin(0.05 * static_cast<double>(tick));
     const Command expected = command_at(whole, tick, angle_deg);
@@ -299,7 +301,8 @@ TEST_CASE("open loop: the pseudo-random sequences of the two coils are two seque
   OpenLoopInput open_loop{.signals = {{}, {}}};
   open_loop.signals[A] = open_loop.signals[B] = {PrbsSignal{0.0, 1.0, 0.1, 0.0, 1000.0}};
   const Input input = open_loop;
-  Driver driver(system_of_two_coils(), input, 1, 0.1), again(system_of_two_coils(), input, 1, 0.1), other(system_of_two_coils(), input, 2, 0.1);
+  Driver driver(system_of_two_coils(), input, 1, 0.1), again(system_of_two_coils(), input, 1, 0.1),
+      other(system_of_two_coils(), input, 2, 0.1);
   int equal = 0, equal_to_other = 0;
   constexpr int ticks = 1000;
   for (int tick = 0; tick < ticks; ++tick) {
@@ -316,8 +319,8 @@ TEST_CASE("open loop: the pseudo-random sequences of the two coils are two seque
 TEST_CASE("replay: each duty of a recording is held until the next, whatever the times") {
   ReplayInput replay;
   // Begins at 100 s; steps of 0.1, 0.25, 0.05 and 1.6 s.
-  replay.recording.samples = {sample(100.0, 0.1, 0.0), sample(100.1, 0.2, 0.5), sample(100.35, 0.3, 0.0),
-                              sample(100.4, 0.4, 0.0), sample(102.0, 0.5, 0.25)};
+  replay.recording.samples = {sample(100.0, 0.1, 0.0), sample(100.1, 0.2, 0.5), sample(100.35, 0.3, 0.0), sample(100.4, 0.4, 0.0),
+                              sample(102.0, 0.5, 0.25)};
   const Input input = replay;
   Driver driver(system_of_two_coils(), input, 1, 0.1);
   const std::vector<double> expected{0.1, 0.2, 0.2, 0.2, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4,

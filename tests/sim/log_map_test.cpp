@@ -106,7 +106,8 @@ TEST_CASE("map: units are converted to the one that ends the column's name") {
 }
 
 TEST_CASE("map: values that mean missing, by number and by word") {
-  const Conversion c = convert(with_columns("  x_V: {column: x, missing: [-999, ERR]}\n  y_V: y\n"), "t,x,y\n0,1,5\n1,-999.0,-999\n2,err,\n3,4,5\n");
+  const Conversion c =
+      convert(with_columns("  x_V: {column: x, missing: [-999, ERR]}\n  y_V: y\n"), "t,x,y\n0,1,5\n1,-999.0,-999\n2,err,\n3,4,5\n");
   CHECK(values(c, "x_V") == "1 - - 4");
   CHECK(values(c, "y_V") == "5 -999 - 5");
   CHECK(c.notes == "x_V: 2 missing samples, left missing (first on line 3)\ny_V: 1 missing sample, left missing (line 4)\n");
@@ -133,7 +134,8 @@ TEST_CASE("map: clocks") {
   CHECK(parse_clock("1:02:03")->seconds == 3723.0);
   CHECK(parse_clock("01:02")->seconds == 3720.0);
   CHECK(parse_clock("1970-01-02 00:00:01")->seconds == 86401.0);
-  for (const char* wrong : {"", "12", "1:2:3", "25:00:00", "10:60:00", "10:00:61", "10:00:00x", "2023-02-30 10:00:00", "10:00:-1", "a:b:c"}) {
+  for (const char* wrong :
+       {"", "12", "1:2:3", "25:00:00", "10:60:00", "10:00:61", "10:00:00x", "2023-02-30 10:00:00", "10:00:-1", "a:b:c"}) {
     CAPTURE(wrong);
     CHECK_FALSE(parse_clock(wrong).has_value());
   }
@@ -168,7 +170,8 @@ TEST_CASE("map: time that goes back far, or never forward, or is not there") {
         "log.csv:22:1: t = 3\n  goes back by 16 s; two recordings in one file? then cut it in two here\n  m.yaml:2:7: time says so");
   CHECK(error(with_columns("  x_V: x\n"), "t,x\n5,1\n5,2\n4,2\n") ==
         "log.csv:3: time\n  never moves forward in this file\n  m.yaml:2:7: time says so");
-  CHECK(error(with_columns("  x_V: x\n"), "t,x\n5,1\n,2\n") == "log.csv:3:1: t = (nothing)\n  every row needs its time\n  m.yaml:2:7: time says so");
+  CHECK(error(with_columns("  x_V: x\n"), "t,x\n5,1\n,2\n") ==
+        "log.csv:3:1: t = (nothing)\n  every row needs its time\n  m.yaml:2:7: time says so");
   CHECK(error(with_columns("  x_V: x\n"), "t,x\n5,1\n") == "log.csv: rows = 1\n  a recording has at least two rows");
   CHECK(error("format: 1\ntime: {column: t, unit: clock}\ncolumns: {x_V: x}\n", "t,x\n10:00:00,1\n10.5,2\n") ==
         "log.csv:3:1: t = 10.5\n  must be a time such as 10:30:48.949\n  m.yaml:2:7: time says so");
@@ -182,9 +185,10 @@ TEST_CASE("map: constants") {
 }
 
 TEST_CASE("map: a difference, of helpers that are not written") {
-  const Conversion c = convert("format: 1\ntime: t\nhelpers: {half_V: {column: x, scale: 0.5}}\ncolumns:\n"
-                               "  d_V: {difference: {of: y_V, less: half_V}}\n  y_V: y\n",
-                               "t,x,y\n0,2,10\n1,4,\n2,6,30\n");
+  const Conversion c = convert(
+      "format: 1\ntime: t\nhelpers: {half_V: {column: x, scale: 0.5}}\ncolumns:\n"
+      "  d_V: {difference: {of: y_V, less: half_V}}\n  y_V: y\n",
+      "t,x,y\n0,2,10\n1,4,\n2,6,30\n");
   CHECK(to_csv(c.table) == "time_s,d_V,y_V\n0,9,10\n1,,\n2,27,30\n");
 }
 
@@ -195,17 +199,20 @@ TEST_CASE("map: the direction from point to point is unwrapped over missing rows
   const Conversion c = convert("format: 1\ntime: t\n" + points + "columns: {turn_deg: {direction: {from: a, to: b}}}\n", log);
   CHECK(values(c, "turn_deg") == "135 225 - 405");
   // Base at 170 degrees, tip at -170: the tip is 20 ahead, not 340 behind.
-  const Conversion d = convert("format: 1\ntime: t\npoints: {o: {x: ox, y: oy}, a: {x: ax, y: ay}, b: {x: bx, y: by}}\n"
-                               "helpers: {base_deg: {direction: {from: o, to: a}}, tip_deg: {direction: {from: o, to: b}}}\n"
-                               "columns: {bend_deg: {difference: {of: tip_deg, less: base_deg}}}\n",
-                               "t,ox,oy,ax,ay,bx,by\n0,0,0,-0.984807753,0.173648178,-0.984807753,-0.173648178\n1,0,0,-1,0,0,1\n");
+  const Conversion d = convert(
+      "format: 1\ntime: t\npoints: {o: {x: ox, y: oy}, a: {x: ax, y: ay}, b: {x: bx, y: by}}\n"
+      "helpers: {base_deg: {direction: {from: o, to: a}}, tip_deg: {direction: {from: o, to: b}}}\n"
+      "columns: {bend_deg: {difference: {of: tip_deg, less: base_deg}}}\n",
+      "t,ox,oy,ax,ay,bx,by\n0,0,0,-0.984807753,0.173648178,-0.984807753,-0.173648178\n1,0,0,-1,0,0,1\n");
   CHECK(d.table.find("bend_deg")->values[0] == doctest::Approx(20.0).epsilon(1e-6));
   CHECK(d.table.find("bend_deg")->values[1] == doctest::Approx(-90.0).epsilon(1e-6));
 }
 
 TEST_CASE("map: two points in one place have no direction") {
-  const Conversion c = convert("format: 1\ntime: t\npoints: {a: {x: ax, y: ay}, b: {x: bx, y: by}}\n"
-                               "columns: {turn_deg: {direction: {from: a, to: b}}}\n", "t,ax,ay,bx,by\n0,1,1,1,1\n1,1,1,2,1\n");
+  const Conversion c = convert(
+      "format: 1\ntime: t\npoints: {a: {x: ax, y: ay}, b: {x: bx, y: by}}\n"
+      "columns: {turn_deg: {direction: {from: a, to: b}}}\n",
+      "t,ax,ay,bx,by\n0,1,1,1,1\n1,1,1,2,1\n");
   CHECK(values(c, "turn_deg") == "- 0");
 }
 
@@ -230,16 +237,19 @@ TEST_CASE("map: repeats of a slow converter are missing, and each reading counts
   CHECK(values(convert(with_columns("  T_degC: {column: x, repeats: {reading_every_s: 0.5}}\n"), log), "T_degC") == "20 - 21 - - 21 22");
   CHECK(values(convert(with_columns("  T_degC: {column: x, repeats: readings}\n"), log), "T_degC") == "20 20 21 21 21 21 22");
   // Before a reading is scaled, and over a row that is missing.
-  CHECK(values(convert(with_columns("  T_degC: {column: x, scale: 2, repeats: missing}\n"), "t,x\n0,1\n1,\n2,1\n3,2\n"), "T_degC") == "2 - - 4");
+  CHECK(values(convert(with_columns("  T_degC: {column: x, scale: 2, repeats: missing}\n"), "t,x\n0,1\n1,\n2,1\n3,2\n"), "T_degC") ==
+        "2 - - 4");
 }
 
 TEST_CASE("map: a point repeats where both coordinates do") {
-  const Conversion c = convert("format: 1\ntime: t\npoints: {a: {x: ax, y: ay, repeats: missing}, b: {x: bx, y: by}}\n"
-                               "columns: {turn_deg: {direction: {from: a, to: b}}}\n",
-                               "t,ax,ay,bx,by\n0,1,1,2,1\n1,1,1,2,1\n2,1,0,2,0\n");
+  const Conversion c = convert(
+      "format: 1\ntime: t\npoints: {a: {x: ax, y: ay, repeats: missing}, b: {x: bx, y: by}}\n"
+      "columns: {turn_deg: {direction: {from: a, to: b}}}\n",
+      "t,ax,ay,bx,by\n0,1,1,2,1\n1,1,1,2,1\n2,1,0,2,0\n");
   CHECK(values(c, "turn_deg") == "0 - 0");
-  CHECK(c.notes == "a: 1 row repeats the last reading, of 3; each reading is counted once (line 3)\n"
-                   "turn_deg: 1 missing sample, left missing (line 3)\n");
+  CHECK(c.notes ==
+        "a: 1 row repeats the last reading, of 3; each reading is counted once (line 3)\n"
+        "turn_deg: 1 missing sample, left missing (line 3)\n");
 }
 
 TEST_CASE("map: a converter that is slower than the logger is recognised where the values change fast") {
@@ -267,14 +277,16 @@ TEST_CASE("map: a value outside its range is an error with both places, unless t
         "log.csv:3:3: x = 1.25\n  duty_A is 1.25 here, and must lie in [0, 1]\n"
         "  is it in percent, or in counts? then say `unit: percent`, or `unit: counts_255`\n"
         "  m.yaml:4:3: columns.duty_A says so; `outside: clip` and `outside: missing` count such values");
-  CHECK(error(with_columns("  duty_A: x\n"), "t,x\n0,0\n1,-0.5\n").find("a duty has no direction: each part that is driven has a column of its own") != std::string::npos);
+  CHECK(error(with_columns("  duty_A: x\n"), "t,x\n0,0\n1,-0.5\n")
+            .find("a duty has no direction: each part that is driven has a column of its own") != std::string::npos);
   const Conversion clipped = convert(with_columns("  duty_A: {column: x, outside: clip}\n"), log);
   CHECK(values(clipped, "duty_A") == "0.5 1 0");
   CHECK(clipped.notes == "duty_A: 2 values outside its range, put to its edge (first on line 3)\n");
   const Conversion missing = convert(with_columns("  duty_A: {column: x, outside: missing}\n"), log);
   CHECK(values(missing, "duty_A") == "0.5 - -");
   CHECK(values(convert(with_columns("  duty_A: {column: x, scale: 0.5, offset: 0.25}\n"), log), "duty_A") == "0.5 0.875 0");
-  CHECK(error(with_columns("  T_degC: x\n"), "t,x\n0,20\n1,-300\n").starts_with("log.csv:3:3: x = -300\n  T_degC is -300 here, and must lie in [-273.15, inf]\n"));
+  CHECK(error(with_columns("  T_degC: x\n"), "t,x\n0,20\n1,-300\n")
+            .starts_with("log.csv:3:3: x = -300\n  T_degC is -300 here, and must lie in [-273.15, inf]\n"));
   CHECK(error(with_columns("  x_deg: {column: x, lowest: 0, highest: 1}\n"), log).starts_with("log.csv:3:3: x = 1.25\n"));
   CHECK(error(with_columns("  x_V: x\n  y_V: {column: x, sense: reversed}\n  d_V: {difference: {of: x_V, less: y_V}, highest: 2}\n"), log)
             .starts_with("log.csv:3: d_V\n  d_V is 2.5 here, and must lie in [-inf, 2]\n"));
@@ -284,7 +296,8 @@ TEST_CASE("map: a field that is no number has its place in the log and in the ma
   CHECK(error(with_columns("  x_V: {column: x}\n"), "t, x\n0,1\n1, what\n") ==
         "log.csv:3:4: x = what\n  must be a number; an empty field and nan are missing ones, and what `missing` names\n"
         "  m.yaml:4:17: columns.x_V.column reads it");
-  CHECK(error(with_columns("  x_V: x\n"), "t,x\n0,\n1,\n") == "m.yaml:4:3: columns.x_V = x\n  not one sample in log.csv is there: all 2 are missing");
+  CHECK(error(with_columns("  x_V: x\n"), "t,x\n0,\n1,\n") ==
+        "m.yaml:4:3: columns.x_V = x\n  not one sample in log.csv is there: all 2 are missing");
 }
 
 TEST_CASE("map: a column that is not there is named with the nearest, and a map that matches nothing says so") {
@@ -296,7 +309,8 @@ TEST_CASE("map: a column that is not there is named with the nearest, and a map 
         "m.yaml:2:7: time = t\n  no such column in log.csv:1\n  its columns are: a, b\n  nor is there: x\n"
         "  the map matches nothing in this file: is it for another logger?");
   CHECK(error(with_columns("  x_V: x\n"), "t;x\n0;1\n1;2\n").find("one column alone: is `delimiter` right?") != std::string::npos);
-  CHECK(error(with_columns("  x_V: {column: 5}\n"), "t,x\n0,1\n1,2\n") == "m.yaml:4:17: columns.x_V.column = 5\n  there are 2 columns in log.csv");
+  CHECK(error(with_columns("  x_V: {column: 5}\n"), "t,x\n0,1\n1,2\n") ==
+        "m.yaml:4:17: columns.x_V.column = 5\n  there are 2 columns in log.csv");
   CHECK(error(with_columns("  x_V: {column: x}\n"), "t,x,x\n0,1,1\n1,2,2\n") ==
         "m.yaml:4:17: columns.x_V.column = x\n  stands twice in the header of log.csv, as columns 2 and 3; name it by its number");
 }
@@ -305,14 +319,17 @@ TEST_CASE("map: variables of a file that is no text") {
   const auto convert_arrays = [](const std::string& map, std::vector<LogArray> arrays) {
     return apply_log_map(map_of(map), array_log(std::move(arrays), "d.mat"));
   };
-  const std::vector<LogArray> arrays{{"t", {0.0, 1.0, 2.0}}, {"q", {5.0, 6.0, 1.5}}, {"g", {35.0}}, {"tags[1]", {1, 2, 3}}, {"tags[2]", {4, 5, 6}}, {"short", {1, 2}}};
-  CHECK(to_csv(convert_arrays(with_columns("  q_m: q\n  tag_m: {column: \"tags[2]\"}\n"), arrays).table) == "time_s,q_m,tag_m\n0,5,4\n1,6,5\n2,1.5,6\n");
+  const std::vector<LogArray> arrays{{"t", {0.0, 1.0, 2.0}}, {"q", {5.0, 6.0, 1.5}}, {"g", {35.0}},
+                                     {"tags[1]", {1, 2, 3}}, {"tags[2]", {4, 5, 6}}, {"short", {1, 2}}};
+  CHECK(to_csv(convert_arrays(with_columns("  q_m: q\n  tag_m: {column: \"tags[2]\"}\n"), arrays).table) ==
+        "time_s,q_m,tag_m\n0,5,4\n1,6,5\n2,1.5,6\n");
   CHECK(to_csv(convert_arrays("format: 1\ntime: {period_s: 0.5}\ncolumns: {q_m: q}\n", arrays).table) == "time_s,q_m\n0,5\n0.5,6\n1,1.5\n");
   const auto error_of_arrays = [&](const std::string& columns) { return error_of([&] { convert_arrays(with_columns(columns), arrays); }); };
   CHECK(error_of_arrays("  q_m: g\n") == "m.yaml:4:8: columns.q_m = g\n  is a single number in d.mat, not a series; use `constant`");
   CHECK(error_of_arrays("  q_m: short\n") == "m.yaml:4:8: columns.q_m = short\n  has 2 values in d.mat, and t has 3");
   CHECK(error_of_arrays("  q_m: tags\n").find("it is a matrix: name its columns tags[1], tags[2] and so on") != std::string::npos);
-  CHECK(error_of_arrays("  q_m: 2\n") == "m.yaml:4:8: columns.q_m = 2\n  this file has variables; name one of them: t, q, g, tags[1], tags[2], short");
+  CHECK(error_of_arrays("  q_m: 2\n") ==
+        "m.yaml:4:8: columns.q_m = 2\n  this file has variables; name one of them: t, q, g, tags[1], tags[2], short");
   CHECK(error_of_arrays("  q_m: {column: q, highest: 5.5}\n") ==
         "d.mat: q, sample 2 = 6\n  q_m is 6 here, and must lie in [-inf, 5.5]\n"
         "  m.yaml:4:3: columns.q_m says so; `outside: clip` and `outside: missing` count such values");
@@ -328,16 +345,19 @@ TEST_CASE("map: every mistake in it has its place") {
   CHECK(map_error(head + "columns:\n") == "m.yaml:3:1: columns = (nothing)\n  names no column");
   CHECK(map_error(head + "colums: {x_V: x}\ncolumns: {x_V: x}\n") == "m.yaml:3:1: colums\n  no such key here; did you mean columns?");
   CHECK(map_error("format: 1\ntime: {column: t, period_s: 1}\n") ==
-        "m.yaml:2:7: time = { a map }\n  needs either `column`, the file's column of time, or `period_s`, where it has none: one row each period");
+        "m.yaml:2:7: time = { a map }\n  needs either `column`, the file's column of time, or `period_s`, where it has none: one row each "
+        "period");
   CHECK(map_error("format: 1\ntime: {column: t, unit: msec}\n") ==
         "m.yaml:2:25: time.unit = msec\n  must be one of: s, ms, us, min, h, ms_of_day, clock; did you mean ms?");
   CHECK(map_error("format: 1\ntime: {period_s: 0}\n") == "m.yaml:2:18: time.period_s = 0\n  must be greater than 0");
-  CHECK(map_error("format: 1\ntime: {period_s: 1/0}\n") == "m.yaml:2:18: time.period_s = 1/0\n  must be a number, or a ratio such as 1/255");
+  CHECK(map_error("format: 1\ntime: {period_s: 1/0}\n") ==
+        "m.yaml:2:18: time.period_s = 1/0\n  must be a number, or a ratio such as 1/255");
   CHECK(map_error(head + "columns: {x_V: {}}\n") ==
         "m.yaml:3:11: columns.x_V = { a map }\n"
         "  needs exactly one of `column`, `constant`, `difference`, `direction`: where its values come from");
   CHECK(map_error(head + "columns: {x_V: {colum: x}}\n") == "m.yaml:3:17: columns.x_V.colum\n  no such key here; did you mean column?");
-  CHECK(map_error(head + "columns: {x_V: {column: x, scael: 2}}\n") == "m.yaml:3:28: columns.x_V.scael\n  no such key here; did you mean scale?");
+  CHECK(map_error(head + "columns: {x_V: {column: x, scael: 2}}\n") ==
+        "m.yaml:3:28: columns.x_V.scael\n  no such key here; did you mean scale?");
   CHECK(map_error(head + "columns: {x_V: {column: x, scale: 0}}\n") == "m.yaml:3:35: columns.x_V.scale = 0\n  must not be 0");
   CHECK(map_error(head + "columns: {x_V: {column: x, constant: 0}}\n").find("needs exactly one of") != std::string::npos);
   CHECK(map_error(head + "columns: {x_V: {column: 0}}\n") == "m.yaml:3:25: columns.x_V.column = 0\n  columns are numbered from 1");
@@ -356,7 +376,8 @@ TEST_CASE("map: every mistake in it has its place") {
         "m.yaml:3:10: columns = { a map }\n  nothing of this is read from the file");
   CHECK(map_error(head + "helpers: {x_V: x}\ncolumns: {x_V: x}\n") == "m.yaml:4:11: columns.x_V\n  stands twice; the first is in line 3");
   CHECK(map_error(head + "columns: {x_V: x, d_V: {difference: {of: x_V, less: xV}}}\n") ==
-        "m.yaml:3:53: columns.d_V.difference.less = xV\n  no such column in `helpers` or `columns`; did you mean x_V?\n  there are: x_V, d_V");
+        "m.yaml:3:53: columns.d_V.difference.less = xV\n  no such column in `helpers` or `columns`; did you mean x_V?\n  there are: x_V, "
+        "d_V");
   CHECK(map_error(head + "columns: {a_V: {difference: {of: b_V, less: x_V}}, b_V: {difference: {of: x_V, less: a_V}}, x_V: x}\n") ==
         "m.yaml:3:11: columns.a_V = { a map }\n  is computed from itself, through `difference`");
   CHECK(map_error(head + "points: {p: {x: a, y: b}}\ncolumns: {a_deg: {direction: {from: p, to: q}}}\n") ==
@@ -364,10 +385,12 @@ TEST_CASE("map: every mistake in it has its place") {
   CHECK(map_error(head + "points: {p: {x: a}}\ncolumns: {x_V: x}\n") ==
         "m.yaml:3:13: points.p.y\n  is missing: the column of its second coordinate");
   CHECK(map_error("format: 1\nfile: {delimiter: semikolon}\ntime: t\n") ==
-        "m.yaml:2:19: file.delimiter = semikolon\n  must be one of: comma, semicolon, tab, spaces, bar, ,, ;, \\x09,  , |; did you mean semicolon?");
+        "m.yaml:2:19: file.delimiter = semikolon\n  must be one of: comma, semicolon, tab, spaces, bar, ,, ;, \\x09,  , |; did you mean "
+        "semicolon?");
   CHECK(map_error("format: 1\nfile: {decimal: comma}\ntime: t\n") ==
         "m.yaml:2:17: file.decimal = comma\n  a comma cannot be in the numbers and between them; which delimiter has the file?");
-  CHECK(map_error("format: 1\nfile: {text_lines: [\"*\"]}\ntime: t\n") == "m.yaml:2:21: file.text_lines[0] = *\n  this pattern matches every line");
+  CHECK(map_error("format: 1\nfile: {text_lines: [\"*\"]}\ntime: t\n") ==
+        "m.yaml:2:21: file.text_lines[0] = *\n  this pattern matches every line");
   CHECK(map_error("format: 1\nfile: {lines_before_header: -1}\ntime: t\n") ==
         "m.yaml:2:29: file.lines_before_header = -1\n  must be a number of lines, or `any`, which looks for the header");
   CHECK(map_error("format: 1\nfile: {header: false}\ntime: t\ncolumns: {x_V: 2}\n") ==
@@ -395,8 +418,9 @@ TEST_CASE("map: those that ship read the data at hand") {
     return;
   }
   const auto with = [&](const char* map, const char* log) { return convert_log(data / log, read_log_map(source / "plant" / map)); };
-  for (const auto& [log, driven, end] : {std::tuple{"2023-4-5_103045.csv", "limb0_reverse", -1.0}, std::tuple{"2023-4-5_103831.csv", "limb0_forward", 1.0},
-                                         std::tuple{"2023-4-5_104441.csv", "limb1_reverse", -1.0}, std::tuple{"2023-4-5_105056.csv", "limb1_forward", 1.0}}) {
+  for (const auto& [log, driven, end] :
+       {std::tuple{"2023-4-5_103045.csv", "limb0_reverse", -1.0}, std::tuple{"2023-4-5_103831.csv", "limb0_forward", 1.0},
+        std::tuple{"2023-4-5_104441.csv", "limb1_reverse", -1.0}, std::tuple{"2023-4-5_105056.csv", "limb1_forward", 1.0}}) {
     CAPTURE(log);
     const Conversion lab = with("limbs/lab_two_limbs_2023.map.yaml", (std::string("lab_two_limbs_2023/") + log).c_str());
     REQUIRE(lab.table.columns.size() == 11);
@@ -424,7 +448,8 @@ TEST_CASE("map: those that ship read the data at hand") {
   for (const char* coil : {"px", "nx", "py", "ny"}) {
     CAPTURE(coil);
     const std::string name = coil;
-    const Conversion c = with(("limbs/two_axis_limb_calibration_" + name + ".map.yaml").c_str(), ("two_axis_limb/calibration_" + name + ".csv").c_str());
+    const Conversion c =
+        with(("limbs/two_axis_limb_calibration_" + name + ".map.yaml").c_str(), ("two_axis_limb/calibration_" + name + ".csv").c_str());
     for (const TableColumn& column : c.table.columns) {
       if (column.name.starts_with("duty")) CHECK(column.values[0] == (column.name == "duty_" + name ? 20.0 / 255.0 : 0.0));
     }

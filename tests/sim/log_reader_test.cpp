@@ -141,8 +141,7 @@ TEST_CASE("log: what is no text, and what has no rows, is an error") {
   CHECK(error_of_text(std::string("t,x\n0,\0\n", 8)) == "log.csv:2: a NUL byte\n  this is not a text file, or it is damaged");
   CHECK(error_of_text("t,x\r0,1\r") == "log.csv:1: line ends = CR alone\n  save the file with LF or CR LF at the end of each line");
   CHECK(error_of_text("t,x\n") == "log.csv: rows = 0\n  there is nothing below the header");
-  CHECK(error_of_text("t,x\n0,1\n", {.lines_before = 9}) ==
-        "log.csv: lines = 2\n  the map says that 9 stand before the header");
+  CHECK(error_of_text("t,x\n0,1\n", {.lines_before = 9}) == "log.csv: lines = 2\n  the map says that 9 stand before the header");
   CHECK(error_of_text("t,x\n0,1,2,3\n").starts_with("log.csv:2: fields in this row = 4\n  the header has 2\n"));
 }
 

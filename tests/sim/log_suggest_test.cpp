@@ -50,11 +50,12 @@ TEST_CASE("suggest: time, duty, temperature, angle and counts are known by name 
 }
 
 TEST_CASE("suggest: delimiter, decimal comma, clock, and no header") {
-  CHECK(suggested("clock;x\n10:00:00,5;1,25\n10:00:01,5;1,5\n").starts_with(
-      "format: 1\nfile: {delimiter: semicolon, decimal: comma}\ntime: {column: \"clock\", unit: clock}"));
+  CHECK(suggested("clock;x\n10:00:00,5;1,25\n10:00:01,5;1,5\n")
+            .starts_with("format: 1\nfile: {delimiter: semicolon, decimal: comma}\ntime: {column: \"clock\", unit: clock}"));
   CHECK(suggested("0.0\t5\n0.1\t6\n0.2\t9\n").starts_with("format: 1\nfile: {header: false, delimiter: tab}\ntime: {column: 1, unit: s}"));
   CHECK(suggested("ready\n0 5\nstate 3\n100 6\n200 9\n")
-            .starts_with("format: 1\nfile: {header: false, lines_before_rows: 1, delimiter: spaces, text_lines: ignore}\ntime: {column: 1, unit: ms}"));
+            .starts_with("format: 1\nfile: {header: false, lines_before_rows: 1, delimiter: spaces, text_lines: ignore}\ntime: {column: 1, "
+                         "unit: ms}"));
 }
 
 TEST_CASE("suggest: points, and a converter that repeats its readings") {
@@ -89,9 +90,9 @@ TEST_CASE("suggest: for the data at hand it prints maps that convert them") {
     MESSAGE("SKIPPED: suggestions for recordings: no " << data.string());
     return;
   }
-  for (const char* name : {"lab_two_limbs_2023/2023-4-5_103045.csv", "two_axis_limb/data_random_walk_stiff_1.csv", "two_axis_limb/calibration_nx.csv",
-                           "two_axis_limb/calibration_py.csv", "emps/DATA_EMPS.mat", "cascaded_tanks/estimation.csv", "silverbox/multisine.csv",
-                           "paper_limb_bidirectional_0_190s.csv"}) {
+  for (const char* name : {"lab_two_limbs_2023/2023-4-5_103045.csv", "two_axis_limb/data_random_walk_stiff_1.csv",
+                           "two_axis_limb/calibration_nx.csv", "two_axis_limb/calibration_py.csv", "emps/DATA_EMPS.mat",
+                           "cascaded_tanks/estimation.csv", "silverbox/multisine.csv", "paper_limb_bidirectional_0_190s.csv"}) {
     CAPTURE(name);
     const LogMap map = parse_log_map(parse_yaml(suggest_map(data / name), "suggested.yaml"));
     CHECK(convert_log(data / name, map).table.rows() > 1000);

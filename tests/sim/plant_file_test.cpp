@@ -24,9 +24,7 @@ using namespace sinew::sim;
 
 namespace {
 
-plant::Plant read(const std::string& text, const fs::path& folder = ".") {
-  return read_plant(parse_yaml(text, "p.yaml"), folder);
-}
+plant::Plant read(const std::string& text, const fs::path& folder = ".") { return read_plant(parse_yaml(text, "p.yaml"), folder); }
 
 template <class Action>
 std::string error_of(Action action) {
@@ -133,8 +131,7 @@ TEST_CASE("plant file: written with a margin it reads back inside another map") 
 }
 
 TEST_CASE("plant file: angles are degrees in the file and radians inside") {
-  const plant::Plant limb =
-      read("parameters: { angle_offset_deg: 90 }\neffects: { angle_sensor_drift: { rate_deg_s: -0.5 } }\n");
+  const plant::Plant limb = read("parameters: { angle_offset_deg: 90 }\neffects: { angle_sensor_drift: { rate_deg_s: -0.5 } }\n");
   // pi/2, and -0.5 * pi/180; one rounding each.
   CHECK(value(limb, "angle_offset_deg") == doctest::Approx(1.5707963267948966).epsilon(3e-16));
   CHECK(value(limb, "angle_sensor_drift.rate_deg_s") == doctest::Approx(-0.008726646259971648).epsilon(3e-16));
@@ -193,8 +190,7 @@ TEST_CASE("plant file: a null value turns an effect off") {
 TEST_CASE("plant file: a toggle is true or false") {
   CHECK(is_on(read("effects: { coil_slack: { enabled: true } }"), "coil_slack"));
   CHECK_FALSE(is_on(read("effects: { coil_slack: { enabled: false } }"), "coil_slack"));
-  CHECK(reading_error("effects: { coil_slack: { enabled: 1 } }") ==
-        "p.yaml:1:35: effects.coil_slack.enabled = 1\n  must be true or false");
+  CHECK(reading_error("effects: { coil_slack: { enabled: 1 } }") == "p.yaml:1:35: effects.coil_slack.enabled = 1\n  must be true or false");
 }
 
 TEST_CASE("plant file: a sign is 1 or -1") {
@@ -259,8 +255,7 @@ TEST_CASE("plant file: both ends of every range can be read, and nothing beyond"
 
 TEST_CASE("plant file: maps where lists or words stand are errors") {
   CHECK(reading_error("effects: [ thermocouple_lag ]") == "p.yaml:1:10: effects = [ a list ]\n  must be a map");
-  CHECK(reading_error("effects: { thermocouple_lag: 1.2 }") ==
-        "p.yaml:1:30: effects.thermocouple_lag = 1.2\n  must be a map");
+  CHECK(reading_error("effects: { thermocouple_lag: 1.2 }") == "p.yaml:1:30: effects.thermocouple_lag = 1.2\n  must be a map");
   CHECK(reading_error("parameters: [ 1, 2 ]") == "p.yaml:1:13: parameters = [ a list ]\n  must be a map");
   CHECK(reading_error("parameters: { heat_loss_A_W_K: 0.04 W/K }") ==
         "p.yaml:1:32: parameters.heat_loss_A_W_K = 0.04 W/K\n  must be a number alone; its unit stands in the key");
@@ -269,8 +264,7 @@ TEST_CASE("plant file: maps where lists or words stand are errors") {
 TEST_CASE("plant file: a file of another format is refused") {
   CHECK(read("format: 1\n") == plant::default_plant());
   CHECK(read("format: 2\n") == plant::default_plant());
-  CHECK(reading_error("format: 3\nparameters: {}\n") ==
-        "p.yaml:1:9: format = 3\n  must be 1 or 2, the formats that this version reads");
+  CHECK(reading_error("format: 3\nparameters: {}\n") == "p.yaml:1:9: format = 3\n  must be 1 or 2, the formats that this version reads");
 }
 
 TEST_CASE("plant file: a base gives what the file leaves out, and the file has the last word") {
@@ -296,8 +290,7 @@ TEST_CASE("plant file: an effect of the base is turned off by its null") {
   const Folder folder;
   folder.write("lagging.yaml", "effects: { thermocouple_lag: { time_constant_s: 2 } }");
   CHECK(is_on(read("base: lagging.yaml", folder.path()), "thermocouple_lag"));
-  CHECK_FALSE(is_on(read("base: lagging.yaml\neffects: { thermocouple_lag: { time_constant_s: 0 } }", folder.path()),
-                    "thermocouple_lag"));
+  CHECK_FALSE(is_on(read("base: lagging.yaml\neffects: { thermocouple_lag: { time_constant_s: 0 } }", folder.path()), "thermocouple_lag"));
 }
 
 TEST_CASE("plant file: a base is looked for beside the file that names it, at every step") {
@@ -333,8 +326,7 @@ TEST_CASE("plant file: a plant cannot be its own base, at whatever distance") {
   const fs::path self = folder.write("self.yaml", "base: self.yaml\n");
   CHECK(error_of([&] { read_plant_file(self); }) == self.string() + ":1:7: base = self.yaml\n  a plant cannot be its own base");
   const fs::path dotted = folder.write("dotted.yaml", "base: ./dotted.yaml\n");
-  CHECK(error_of([&] { read_plant_file(dotted); }) ==
-        dotted.string() + ":1:7: base = ./dotted.yaml\n  a plant cannot be its own base");
+  CHECK(error_of([&] { read_plant_file(dotted); }) == dotted.string() + ":1:7: base = ./dotted.yaml\n  a plant cannot be its own base");
   const fs::path one = folder.write("one.yaml", "base: two.yaml\n");
   const fs::path two = folder.write("two.yaml", "base: one.yaml\n");
   CHECK(error_of([&] { read_plant_file(one); }) == two.string() + ":1:7: base = one.yaml\n  a plant cannot be its own base");
@@ -373,9 +365,10 @@ const std::string two_coils_written =
 }  // namespace
 
 TEST_CASE("plant file, format 2: a structure is read, written and read back the same") {
-  const plant::Plant limb = read(robot + "parameters: { heat_loss_D_W_K: 0.05, bend_sign_tip: -1, angle_offset_base_y_deg: 2.5 }\n"
-                                         "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
-                                         "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  const plant::Plant limb = read(robot +
+                                 "parameters: { heat_loss_D_W_K: 0.05, bend_sign_tip: -1, angle_offset_base_y_deg: 2.5 }\n"
+                                 "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                 "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
   CHECK(limb.system().inputs().size() == 4);
   CHECK(limb.system().channels().size() == 4);
   CHECK(value(limb, "heat_loss_D_W_K") == 0.05);
@@ -394,8 +387,9 @@ TEST_CASE("plant file, format 2: a structure is read, written and read back the 
 
 TEST_CASE("plant file, format 2: any values of any structure that are written read back bit for bit") {
   Chance chance(81);
-  const std::string own = "effects:\n  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n"
-                          "  cubic_stiffening: { stiffness_Nm_rad3: 0.1, tip: { stiffness_Nm_rad3: 0.2 }, base_x: { stiffness_Nm_rad3: 0.3 } }\n";
+  const std::string own =
+      "effects:\n  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n"
+      "  cubic_stiffening: { stiffness_Nm_rad3: 0.1, tip: { stiffness_Nm_rad3: 0.2 }, base_x: { stiffness_Nm_rad3: 0.3 } }\n";
   const plant::Plant shaped = read(robot + own);
   for (int i = 0; i < 200; ++i) {
     plant::Plant limb = shaped;
@@ -413,7 +407,8 @@ TEST_CASE("plant file, format 2: any values of any structure that are written re
 TEST_CASE("plant file, format 2: a file says so where it needs it, and only there") {
   CHECK(plant_file_text(plant::default_plant()).starts_with("format: 1\nparameters:\n"));
   CHECK(plant_file_text(read("effects: { latent_heat: { latent_heat_J: 12 } }")).starts_with("format: 1\n"));
-  CHECK(plant_file_text(read("format: 2\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }")).starts_with("format: 2\nparameters:"));
+  CHECK(plant_file_text(read("format: 2\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }"))
+            .starts_with("format: 2\nparameters:"));
   CHECK(plant_file_text(read("format: 2\n" + two_coils_written)).starts_with("format: 2\nlimb:\n"));
   // What is off is not written, and needs nothing.
   const plant::Plant off = read("format: 2\neffects: { latent_heat: { latent_heat_J: 0, B: { latent_heat_J: 0 } } }");
@@ -443,16 +438,19 @@ TEST_CASE("plant file, format 2: an error of the structure points at the word th
   CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils: [{name: A, direction_deg: 0}]\n"
                       "  channels: [{column: angle_deg, bend: arm}, {column: angle_deg, camera: arm}]\n") ==
         "p.yaml:5:55: limb.channels[1].column = angle_deg\n  this name stands twice");
-  CHECK(reading_error("format: 2\nlimb: {}\n") ==
-        "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
+  CHECK(reading_error("format: 2\nlimb: {}\n") == "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
   // Inside a scenario the path begins with the plant.
   const YamlValue root = parse_yaml("plant:\n  limb: { segments: 1, coils: 2, channels: 3 }\n", "s.yaml");
-  CHECK(error_of([&] { read_plant(*YamlMap(root).find("plant"), "."); }).starts_with("s.yaml:2:21: plant.limb.segments = 1\n  must be a list"));
+  CHECK(error_of([&] {
+          read_plant(*YamlMap(root).find("plant"), ".");
+        }).starts_with("s.yaml:2:21: plant.limb.segments = 1\n  must be a list"));
 }
 
 TEST_CASE("plant file, format 2: parameters go by the names of the parts that are there") {
-  CHECK(reading_error(robot + "parameters: { beam_stiffness_Nm_rad: 0.05 }\n").find("no such key here; did you mean beam_stiffness_") != std::string::npos);
-  CHECK(reading_error(robot + "parameters: { heat_loss_E_W_K: 0.05 }\n").find("no such key here; did you mean heat_loss_") != std::string::npos);
+  CHECK(reading_error(robot + "parameters: { beam_stiffness_Nm_rad: 0.05 }\n").find("no such key here; did you mean beam_stiffness_") !=
+        std::string::npos);
+  CHECK(reading_error(robot + "parameters: { heat_loss_E_W_K: 0.05 }\n").find("no such key here; did you mean heat_loss_") !=
+        std::string::npos);
   CHECK(reading_error("format: 2\n" + two_coils_written + "parameters: { heat_loss_B_W_K: 7 }\n") ==
         "p.yaml:6:32: parameters.heat_loss_B_W_K = 7\n  must lie in [0.002, 1] W/K");
 }
@@ -468,7 +466,8 @@ TEST_CASE("plant file: values of a part's own need a part that the effect acts o
 
 TEST_CASE("plant file: values of a part's own are complete, known and in their range, beside complete shared ones") {
   CHECK(reading_error("effects:\n  viscoelastic_creep: { stiffness_Nm_rad: 0.02, time_constant_s: 25 }\n"
-                      "  sheath_heat_storage:\n    { conductance_W_K: 0.04, heat_capacity_J_K: 2, heat_loss_W_K: 0.03, A: { conductance_W_K: 0.02 } }\n") ==
+                      "  sheath_heat_storage:\n    { conductance_W_K: 0.04, heat_capacity_J_K: 2, heat_loss_W_K: 0.03, A: { "
+                      "conductance_W_K: 0.02 } }\n") ==
         "p.yaml:4:76: effects.sheath_heat_storage.A.heat_capacity_J_K\n"
         "  is missing: an effect that is named gives all its parameters; heat that warms one sheath by one kelvin");
   CHECK(reading_error("effects: { latent_heat: { B: { latent_heat_J: 15 } } }") ==
@@ -482,14 +481,16 @@ TEST_CASE("plant file: values of a part's own are complete, known and in their r
 
 TEST_CASE("plant file: a file may give a part of its base values of its own, and keeps those that the base gives") {
   const Folder folder;
-  folder.write("base.yaml", robot + "parameters: { heat_loss_C_W_K: 0.055, angle_offset_tip_deg: 7.7 }\n"
-                                    "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
-                                    "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
+  folder.write("base.yaml", robot +
+                                "parameters: { heat_loss_C_W_K: 0.055, angle_offset_tip_deg: 7.7 }\n"
+                                "effects:\n  latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }\n"
+                                "  gravity_load: { moment_Nm: 0.01, tilt_deg: 29 }\n");
   const plant::Plant base = read("base: base.yaml", folder.path());
-  const plant::Plant limb = read("format: 2\nbase: base.yaml\nparameters: { heat_loss_D_W_K: 0.06 }\n"
-                                 "effects:\n  latent_heat: { latent_heat_J: 10, C: { latent_heat_J: 18 } }\n"
-                                 "  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n",
-                                 folder.path());
+  const plant::Plant limb = read(
+      "format: 2\nbase: base.yaml\nparameters: { heat_loss_D_W_K: 0.06 }\n"
+      "effects:\n  latent_heat: { latent_heat_J: 10, C: { latent_heat_J: 18 } }\n"
+      "  thermocouple_lag: { time_constant_s: 1, C: { time_constant_s: 2 } }\n",
+      folder.path());
   CHECK(limb.system().structure_yaml() == base.system().structure_yaml());
   CHECK(value(limb, "heat_loss_C_W_K") == 0.055);
   CHECK(value(limb, "heat_loss_D_W_K") == 0.06);
@@ -501,7 +502,8 @@ TEST_CASE("plant file: a file may give a part of its base values of its own, and
   CHECK(value(limb, "latent_heat.C.latent_heat_J") == 18.0);
   CHECK(value(limb, "thermocouple_lag.C.time_constant_s") == 2.0);
   // A part that has values of its own already is given others.
-  const plant::Plant again = read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 16 } } }", folder.path());
+  const plant::Plant again =
+      read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 16 } } }", folder.path());
   CHECK(value(again, "latent_heat.B.latent_heat_J") == 16.0);
   CHECK(plant_file_text(read(plant_file_text(limb))) == plant_file_text(limb));
 }
@@ -512,8 +514,9 @@ TEST_CASE("plant file: a structure stands in one place, the file or its base") {
   CHECK(error_of([&] { read("format: 2\nbase: base.yaml\n" + two_coils_written, folder.path()); }) ==
         "p.yaml:4:3: limb = { a map }\n  a plant has its structure from its base; leave out one of the two");
   // An error in values of a base's part points into the file that gives them.
-  CHECK(error_of([&] { read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 1, E: { latent_heat_J: 2 } } }", folder.path()); }) ==
-        "p.yaml:2:48: effects.latent_heat.E = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B, C, D");
+  CHECK(
+      error_of([&] { read("base: base.yaml\neffects: { latent_heat: { latent_heat_J: 1, E: { latent_heat_J: 2 } } }", folder.path()); }) ==
+      "p.yaml:2:48: effects.latent_heat.E = { a map }\n  no such parameter, and no part that this effect acts on; these are A, B, C, D");
 }
 
 }  // namespace sim_plant_file_test

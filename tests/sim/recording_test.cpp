@@ -43,10 +43,9 @@ const std::string logger_header =
 const std::string logger_top = "CV Data Logger started on:,2021-03-04\nanything, at all\n" + logger_header;
 
 // A row of the logger: only the columns that are used differ from row to row.
-std::string logger_row(const std::string& clock_ms, const std::string& pwm_0, const std::string& pwm_1,
-                       const std::string& tl, const std::string& tr, const std::string& bl) {
-  return clock_ms + ",0,30," + pwm_0 + ',' + pwm_1 + ",251,1,285,2,12.5," + tl + ',' + tr + ",0,0,0,0," + bl +
-         ",7.5,1,1,1\n";
+std::string logger_row(const std::string& clock_ms, const std::string& pwm_0, const std::string& pwm_1, const std::string& tl,
+                       const std::string& tr, const std::string& bl) {
+  return clock_ms + ",0,30," + pwm_0 + ',' + pwm_1 + ",251,1,285,2,12.5," + tl + ',' + tr + ",0,0,0,0," + bl + ",7.5,1,1,1\n";
 }
 
 std::string rows(std::initializer_list<const char*> times) {
@@ -76,8 +75,7 @@ bool same_bits(double a, double b) {
 
 bool same_bits(const Sample& a, const Sample& b) {
   const auto same = [](double x, double y) { return same_bits(x, y); };
-  return same_bits(a.time_s, b.time_s) && std::ranges::equal(a.inputs, b.inputs, same) &&
-         std::ranges::equal(a.channels, b.channels, same);
+  return same_bits(a.time_s, b.time_s) && std::ranges::equal(a.inputs, b.inputs, same) && std::ranges::equal(a.channels, b.channels, same);
 }
 
 // What every recording promises, whatever it was read from; empty when it holds.
@@ -199,8 +197,7 @@ TEST_CASE("recording: no duty in the first row is an error") {
 }
 
 TEST_CASE("recording: a row without a readable time is an error") {
-  CHECK(error_of(header + rows({"0"}) + ",0.5,0,20,21,3\n") ==
-        "r.csv:3:1: time_s = (empty)\n  every row needs its time");
+  CHECK(error_of(header + rows({"0"}) + ",0.5,0,20,21,3\n") == "r.csv:3:1: time_s = (empty)\n  every row needs its time");
   CHECK(error_of(header + rows({"0", "nan"})) == "r.csv:3:1: time_s = nan\n  every row needs its time");
   CHECK(error_of(header + rows({"0", "12:30"})) ==
         "r.csv:3:1: time_s = 12:30\n  must be a number; a missing sample is an empty field or nan");
@@ -226,17 +223,14 @@ TEST_CASE("recording: a duty outside [0, 1] is an error, with a hint") {
   CHECK(error_of(header + "0,0,-0.25,20,21,3\n") ==
         "r.csv:2:5: duty_B = -0.25\n  must lie in [0, 1]\n"
         "  it has no direction: each part that is driven has a column of its own");
-  CHECK(error_of(header + "0,0,255,20,21,3\n") ==
-        "r.csv:2:5: duty_B = 255\n  must lie in [0, 1]\n  if it counts to 255, divide it by 255");
+  CHECK(error_of(header + "0,0,255,20,21,3\n") == "r.csv:2:5: duty_B = 255\n  must lie in [0, 1]\n  if it counts to 255, divide it by 255");
   CHECK(error_of(header + "0,0,256,20,21,3\n") == "r.csv:2:5: duty_B = 256\n  must lie in [0, 1]");
   CHECK(parse(header + "0,0,1,20,21,3\n1,-0,1,20,21,3\n").samples.size() == 2);
 }
 
 TEST_CASE("recording: impossible temperatures and angles are errors") {
-  CHECK(error_of(header + "0,0,0,-273.16,21,3\n") ==
-        "r.csv:2:7: temperature_A_degC = -273.16\n  must lie in [-273.15, 10000] degC");
-  CHECK(error_of(header + "0,0,0,20,21,-360.5\n") ==
-        "r.csv:2:13: angle_deg = -360.5\n  must lie in [-360, 360] deg");
+  CHECK(error_of(header + "0,0,0,-273.16,21,3\n") == "r.csv:2:7: temperature_A_degC = -273.16\n  must lie in [-273.15, 10000] degC");
+  CHECK(error_of(header + "0,0,0,20,21,-360.5\n") == "r.csv:2:13: angle_deg = -360.5\n  must lie in [-360, 360] deg");
   CHECK(parse(header + "0,0,0,-273.15,21,360\n1,0,0,20,21,-360\n").samples.size() == 2);
 }
 
@@ -260,8 +254,7 @@ TEST_CASE("recording: missing fields in a dropped row are not counted as missing
 
 TEST_CASE("recording: a row that goes back in time by a little is dropped and counted") {
   // 0.3 after 1.0 goes back by 7 periods of 0.1 s; 0.9 is still behind.
-  const Recording r = parse(
-      header + rows({"0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1", "0.3", "0.9", "1.1"}));
+  const Recording r = parse(header + rows({"0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1", "0.3", "0.9", "1.1"}));
   CHECK(r.samples.size() == 12);
   CHECK(r.notes.backward_rows.count == 2);
   CHECK(r.notes.backward_rows.first_line == 13);
@@ -302,11 +295,9 @@ TEST_CASE("recording: a full last line needs no line end") {
 TEST_CASE("recording: too few or too many fields elsewhere are an error") {
   CHECK(error_of(header + rows({"0"}) + "0.1,0.5,0,20,21\n" + rows({"0.2"})) ==
         "r.csv:3: fields in this row = 5\n  the header has 6 columns");
-  CHECK(error_of(header + rows({"0"}) + "0.1,0.5,0,20,21,3,4,5\n") ==
-        "r.csv:3:19: fields in this row = 8\n  the header has 6 columns");
+  CHECK(error_of(header + rows({"0"}) + "0.1,0.5,0,20,21,3,4,5\n") == "r.csv:3:19: fields in this row = 8\n  the header has 6 columns");
   // No line end does not make a long row a cut one.
-  CHECK(error_of(header + rows({"0", "1"}) + "2,0.5,0,20,21,3,4") ==
-        "r.csv:4:17: fields in this row = 7\n  the header has 6 columns");
+  CHECK(error_of(header + rows({"0", "1"}) + "2,0.5,0,20,21,3,4") == "r.csv:4:17: fields in this row = 7\n  the header has 6 columns");
 }
 
 TEST_CASE("recording: Windows line ends, a byte-order mark, blank lines and late comments are counted") {
@@ -331,8 +322,7 @@ TEST_CASE("recording: Windows line ends, a byte-order mark, blank lines and late
       w.notes.summary().starts_with("1 byte-order mark, passed over (line 1)\n"
                                     "7 lines end as on Windows, CR LF (first on line 1)\n"));
   // Columns of an error in the first line do not count the mark.
-  CHECK(error_of("\xef\xbb\xbftime_s,time_s\n") ==
-        "r.csv:1:8: column = time_s\n  stands twice in the header; leave one out");
+  CHECK(error_of("\xef\xbb\xbftime_s,time_s\n") == "r.csv:1:8: column = time_s\n  stands twice in the header; leave one out");
 }
 
 TEST_CASE("recording: uneven steps and gaps are kept and counted") {
@@ -352,11 +342,9 @@ TEST_CASE("recording: uneven steps and gaps are kept and counted") {
 }
 
 TEST_CASE("recording: files that are no text are errors") {
-  CHECK(error_of(header + "0,0.5,0,2" + "\0"s + ",21,3\n") ==
-        "r.csv:2:10: a NUL byte\n  this is not a text file, or it is damaged");
+  CHECK(error_of(header + "0,0.5,0,2" + "\0"s + ",21,3\n") == "r.csv:2:10: a NUL byte\n  this is not a text file, or it is damaged");
   CHECK(error_of("\xff\xfet") == "r.csv: text in UTF-16\n  save it as UTF-8");
-  CHECK(error_of("time_s,duty_A\r0,0\r1,0\r") ==
-        "r.csv:1: line ends = CR alone\n  save the file with LF or CR LF at the end of each line");
+  CHECK(error_of("time_s,duty_A\r0,0\r1,0\r") == "r.csv:1: line ends = CR alone\n  save the file with LF or CR LF at the end of each line");
 }
 
 TEST_CASE("recording: an empty file, a header alone and a single row are errors") {
@@ -392,11 +380,10 @@ TEST_CASE("recording: written and read again it is the same to the last bit") {
 }
 
 TEST_CASE("recording: the bytes that are written") {
-  const Recording r{
-      .name = "",
-      .columns = columns,
-      .comments = {"one\ntwo", ""},
-      .samples = {{0.0, {0.5, 0.0}, {20.25, missing, -3.0}}, {0.1, {0.5, 1.0}, {missing, 21.0, missing}}}};
+  const Recording r{.name = "",
+                    .columns = columns,
+                    .comments = {"one\ntwo", ""},
+                    .samples = {{0.0, {0.5, 0.0}, {20.25, missing, -3.0}}, {0.1, {0.5, 1.0}, {missing, 21.0, missing}}}};
   CHECK(to_csv(r) == "# one\n# two\n#\n" + header + "0,0.5,0,20.25,,-3\n0.1,0.5,1,,21,\n");
 }
 
@@ -411,16 +398,15 @@ TEST_CASE("recording: a file on disk, and its path in messages") {
   CHECK(back.samples.size() == 2);
   write_file_whole(file, header);
   CHECK_THROWS_WITH_AS(read_recording(file, columns),
-                       (file.string() + ": rows = 0\n  a recording has at least two rows below its header").c_str(),
-                       InputError);
+                       (file.string() + ": rows = 0\n  a recording has at least two rows below its header").c_str(), InputError);
   fs::remove_all(folder);
-  CHECK_THROWS_WITH_AS(read_logger(file, *sinew::plant::two_coil_limb()), (file.string() + ": cannot read\n  No such file or directory").c_str(),
-                       InputError);
+  CHECK_THROWS_WITH_AS(read_logger(file, *sinew::plant::two_coil_limb()),
+                       (file.string() + ": cannot read\n  No such file or directory").c_str(), InputError);
 }
 
 TEST_CASE("logger: time from the first row on, pwm_0 and Tl as coil A, pwm_1 and Tr as coil B") {
-  const std::string text = logger_top + logger_row("36000000", "0.5", "0", "27.75", "28.25", "-3.5") +
-                           logger_row("36000103", "0", "0.25", "28", "28.5", "-4");
+  const std::string text =
+      logger_top + logger_row("36000000", "0.5", "0", "27.75", "28.25", "-3.5") + logger_row("36000103", "0", "0.25", "28", "28.5", "-4");
   const Recording r = parse_log(text);
   REQUIRE(r.samples.size() == 2);
   CHECK(r.samples[0].time_s == 0.0);
@@ -437,8 +423,8 @@ TEST_CASE("logger: time from the first row on, pwm_0 and Tl as coil A, pwm_1 and
 }
 
 TEST_CASE("logger: what is converted reads as a recording with the same samples") {
-  const Recording r = parse_log(logger_top + logger_row("86399950", "0.1", "0", "27.75", "", "-3.5") +
-                                logger_row("48", "0.3", "0.25", "28", "28.5", "-4"));
+  const Recording r =
+      parse_log(logger_top + logger_row("86399950", "0.1", "0", "27.75", "", "-3.5") + logger_row("48", "0.3", "0.25", "28", "28.5", "-4"));
   const Recording back = parse(to_csv(r));
   CHECK(back.comments == r.comments);
   REQUIRE(back.samples.size() == 2);
@@ -454,8 +440,7 @@ TEST_CASE("logger: the names of columns may differ in letter case and spaces") {
   // Spaces within a name are part of it.
   const std::size_t at = upper.find("TIMESTAMP");
   upper.replace(at, upper.find(',', at) - at, "TIMESTAMP (MILLISEC SINCE MIDNIGHT TODAY)");
-  const Recording r =
-      parse_log(upper + logger_row("0", "0.5", "0", "20", "21", "3") + logger_row("100", "0.5", "0", "20", "21", "3"));
+  const Recording r = parse_log(upper + logger_row("0", "0.5", "0", "20", "21", "3") + logger_row("100", "0.5", "0", "20", "21", "3"));
   CHECK(r.samples.size() == 2);
   CHECK(r.notes.extra_column_names == std::vector<std::string>{"TESTTIME"});
 }
@@ -501,9 +486,8 @@ TEST_CASE("logger: errors name the logger's columns and point at them") {
             ", Test time, theta_targ, pwm_0, pwm_1, x_251, y_251, x_285, "
             "y_285, theta, Tl, Tr, Vl, Vr, Al, Ar, B1, Br, T_time, B_time, pctime\n"
             "  Bl: did you mean B1?");
-  CHECK(logger_error_of(header + rows({"0", "0.1"})) == "log.csv: no header\n  none of the first lines begins with " +
-                                                            clock_name +
-                                                            "\n  this is a recording already: nothing to convert");
+  CHECK(logger_error_of(header + rows({"0", "0.1"})) ==
+        "log.csv: no header\n  none of the first lines begins with " + clock_name + "\n  this is a recording already: nothing to convert");
   CHECK(logger_error_of("a\nb\nTimestamp (milisec since midnight today),pwm_0\n1,2\n") ==
         "log.csv: no header\n  none of the first lines begins with " + clock_name +
             "\n  expected two lines of preamble, then the logger's 21 columns"

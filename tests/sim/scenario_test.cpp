@@ -334,11 +334,13 @@ TEST_CASE("scenario: what ends before it begins is an error at its end") {
 
 TEST_CASE("scenario: two inputs at once are an error") {
   const std::string babble = "babble: { lowest_deg: 0, highest_deg: 45 }", duty = "duty_A: { constant: { value_fraction: 0.5 } }",
-                    replay = "replay: { recording: r.csv }", complaint = "s.yaml:3:8: input = { a map }\n  one of babble, replay, or duty_A and duty_B";
+                    replay = "replay: { recording: r.csv }",
+                    complaint = "s.yaml:3:8: input = { a map }\n  one of babble, replay, or duty_A and duty_B";
   CHECK(parsing_error(head + "input: { " + babble + ", " + duty + " }\n") == complaint);
   CHECK(parsing_error(head + "input: { " + babble + ", " + replay + " }\n") == complaint);
   CHECK(parsing_error(head + "input: { " + replay + ", " + duty + " }\n") == complaint);
-  CHECK(parsing_error(head + "input: { duty_A: { constant: { value_fraction: 1 }, step: { height_fraction: 1, from_s: 0, until_s: 1 } } }\n") ==
+  CHECK(parsing_error(head +
+                      "input: { duty_A: { constant: { value_fraction: 1 }, step: { height_fraction: 1, from_s: 0, until_s: 1 } } }\n") ==
         "s.yaml:3:59: input.duty_A.step = { a map }\n  one signal a map; write a list for a sum of signals");
   CHECK(parsing_error(head + "input: { duty_A: {} }\n") ==
         "s.yaml:3:18: input.duty_A = { a map }\n  must be one of constant, step, ramp, sine, chirp, prbs");

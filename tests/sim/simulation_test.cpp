@@ -75,8 +75,9 @@ void check_resuming(const Scenario& scenario, double stop_s) {
   CHECK(parts.json == whole.json);
 }
 
-const std::string babbling = "format: 1\nseed: 3\nduration_s: 40\ninput: { babble: { lowest_deg: -45, highest_deg: 45, longest_hold_s: 8 } }\n"
-                             "numerics: { restart_period_s: 2.0 }\n";
+const std::string babbling =
+    "format: 1\nseed: 3\nduration_s: 40\ninput: { babble: { lowest_deg: -45, highest_deg: 45, longest_hold_s: 8 } }\n"
+    "numerics: { restart_period_s: 2.0 }\n";
 // A delay that is no whole number of samples, and a change of airflow between two samples, not at a checkpoint.
 const std::string with_effects =
     "format: 1\nduration_s: 40\nplant:\n  effects:\n    input_delay: { delay_s: 0.37 }\n"
@@ -167,8 +168,7 @@ TEST_CASE("simulation: so does one with every effect on") {
   Scenario scenario = parse(babbling);
   const plant::System& system = scenario.plant.system();
   for (const auto& effect : system.effects())
-    for (const plant::ParameterId p : effect.parameters)
-      scenario.plant.set_in_file_units(p, system.parameters()[p].declaration.typical);
+    for (const plant::ParameterId p : effect.parameters) scenario.plant.set_in_file_units(p, system.parameters()[p].declaration.typical);
   scenario.plant.set_in_file_units(system.parameter("airflow_change.onset_s"), 13.57);
   scenario.plant.turn_on_by_strength();
   REQUIRE(std::ranges::all_of(scenario.plant.on(), [](bool on) { return on; }));
@@ -194,10 +194,11 @@ TEST_CASE("simulation: so does one that leaves the choice of the integrator to t
 
 TEST_CASE("simulation: so do an open loop and a replay") {
   const Folder folder;
-  Scenario scenario = parse("format: 1\nduration_s: 20\ninput:\n  duty_A:\n"
-                            "    - prbs: { low_fraction: 0.1, high_fraction: 0.5, hold_s: 1.3, from_s: 2, until_s: 15 }\n"
-                            "    - sine: { mean_fraction: 0.1, amplitude_fraction: 0.1, period_s: 3, from_s: 5, until_s: 12 }\n"
-                            "numerics: { restart_period_s: 3 }\n");
+  Scenario scenario = parse(
+      "format: 1\nduration_s: 20\ninput:\n  duty_A:\n"
+      "    - prbs: { low_fraction: 0.1, high_fraction: 0.5, hold_s: 1.3, from_s: 2, until_s: 15 }\n"
+      "    - sine: { mean_fraction: 0.1, amplitude_fraction: 0.1, period_s: 3, from_s: 5, until_s: 12 }\n"
+      "numerics: { restart_period_s: 3 }\n");
   check_resuming(scenario, 9.0);
   folder.write("r.csv", run(scenario).recording_csv);
   scenario = parse_scenario("format: 1\nduration_s: 20\ninput: { replay: { recording: r.csv } }\nnumerics: { restart_period_s: 3 }\n",
@@ -246,9 +247,7 @@ TEST_CASE("simulation: a checkpoint of another scenario, or of another seed, is 
 }
 
 TEST_CASE("simulation: text that is no checkpoint is refused") {
-  const auto refusal = [](const std::string& text) {
-    return error_of([&] { checkpoint_from_json(text, "c.json", "s"); });
-  };
+  const auto refusal = [](const std::string& text) { return error_of([&] { checkpoint_from_json(text, "c.json", "s"); }); };
   const std::string begins = "c.json\n  is no checkpoint of `sinew run`: ";
   CHECK(refusal("").starts_with(begins));
   CHECK(refusal("{}").starts_with(begins));
@@ -300,10 +299,10 @@ TEST_CASE("simulation: the recording has a row a sample, and reads back without 
 TEST_CASE("simulation: the truth has a row a sample and a column a state") {
   const RunResult result = run(parse(with_effects));
   CHECK(lines(result.truth_csv) == 2 + 401);
-  CHECK(result.truth_csv.starts_with(
-      "# The simulated limb's own state, for people; nothing past the seam reads it.\n"
-      "time_s,temperature_A_degC,temperature_B_degC,martensite_A_fraction,martensite_B_fraction,angle_rad,"
-      "angular_velocity_rad_s,"));
+  CHECK(
+      result.truth_csv.starts_with("# The simulated limb's own state, for people; nothing past the seam reads it.\n"
+                                   "time_s,temperature_A_degC,temperature_B_degC,martensite_A_fraction,martensite_B_fraction,angle_rad,"
+                                   "angular_velocity_rad_s,"));
 }
 
 TEST_CASE("simulation: without input a limb at rest stays at rest") {
@@ -318,8 +317,9 @@ TEST_CASE("simulation: without input a limb at rest stays at rest") {
 
 TEST_CASE("simulation: a wire without transformation heat warms as a first-order lag does") {
   const Recording recording = parse_recording(
-      run(parse("format: 1\nduration_s: 20\ninput: { duty_A: { step: { height_fraction: 0.5, from_s: 0, until_s: 20 } } }\n" +
-                noise_free)).recording_csv, "r", columns);
+      run(parse("format: 1\nduration_s: 20\ninput: { duty_A: { step: { height_fraction: 0.5, from_s: 0, until_s: 20 } } }\n" + noise_free))
+          .recording_csv,
+      "r", columns);
   // By hand: 0.5 * 7^2 / 2.5 = 9.8 W over 0.04 W/K is a rise of 245 K with a time constant of 0.85/0.04 = 21.25 s.
   for (const Sample& sample : recording.samples) {
     const double expected_degC = 25.0 + 245.0 * (1.0 - std::exp(-sample.time_s / 21.25));
@@ -331,9 +331,11 @@ TEST_CASE("simulation: a wire without transformation heat warms as a first-order
 }
 
 TEST_CASE("simulation: a command acts from its sample on, and the measurement is the one before it") {
-  const Recording recording = parse_recording(
-      run(parse("format: 1\nduration_s: 2\ninput: { duty_A: { step: { height_fraction: 1, from_s: 1, until_s: 2 } } }\n" +
-                noise_free)).recording_csv, "r", columns);
+  const Recording recording =
+      parse_recording(run(parse("format: 1\nduration_s: 2\ninput: { duty_A: { step: { height_fraction: 1, from_s: 1, until_s: 2 } } }\n" +
+                                noise_free))
+                          .recording_csv,
+                      "r", columns);
   CHECK(recording.samples[9].inputs[A] == 0.0);
   CHECK(recording.samples[10].inputs[A] == 1.0);
   CHECK(recording.samples[10].channels[A] == 25.0);
@@ -384,12 +386,12 @@ TEST_CASE("simulation: a run's own duty, replayed on the same limb, gives the sa
     replaying.plant = scenario.plant;
     replaying.start = scenario.start;
     // Other restarts on purpose: 60 s instead of 2 s.
-    const Recording before = parse_recording(original.recording_csv, "r", columns), after = parse_recording(run(replaying).recording_csv, "r", columns);
+    const Recording before = parse_recording(original.recording_csv, "r", columns),
+                    after = parse_recording(run(replaying).recording_csv, "r", columns);
     REQUIRE(after.samples.size() == before.samples.size());
     for (std::size_t k = 0; k < before.samples.size(); ++k) {
       CHECK(after.samples[k].inputs == before.samples[k].inputs);
-      for (const std::size_t j : {A, B})
-        CHECK(std::abs(after.samples[k].channels[j] - before.samples[k].channels[j]) < 1e-4);
+      for (const std::size_t j : {A, B}) CHECK(std::abs(after.samples[k].channels[j] - before.samples[k].channels[j]) < 1e-4);
       CHECK(std::abs(after.samples[k].channels[angle] - before.samples[k].channels[angle]) < 1e-3);
     }
     // And with the same restarts the same bytes.
@@ -406,8 +408,7 @@ TEST_CASE("simulation: so does replaying in the recording's own times") {
     std::size_t visited = 0;
     const auto failure = replay(limb, scenario.plant.system(), recording.samples, [&](std::size_t k) {
       const auto shown = in_file_units(scenario.plant.system(), limb.readings());
-      for (const std::size_t j : {A, B})
-        CHECK(std::abs(shown[j] - recording.samples[k].channels[j]) < 1e-4);
+      for (const std::size_t j : {A, B}) CHECK(std::abs(shown[j] - recording.samples[k].channels[j]) < 1e-4);
       CHECK(std::abs(shown[angle] - recording.samples[k].channels[angle]) < 1e-3);
       ++visited;
     });
@@ -474,8 +475,10 @@ TEST_CASE("simulation: an integrator that may take too few steps fails where it 
 }
 
 TEST_CASE("simulation: a backend that has failed goes on giving nothing") {
-  const Scenario scenario = parse("format: 1\nduration_s: 10\nplant: { parameters: { heat_capacity_A_J_K: 0.05 }, effects: { convection_nonlinearity: { slope_1_K: 0.1 } } }\n"
-                                  "start: { temperature_A_degC: -1000 }\n");
+  const Scenario scenario = parse(
+      "format: 1\nduration_s: 10\nplant: { parameters: { heat_capacity_A_J_K: 0.05 }, effects: { convection_nonlinearity: { slope_1_K: 0.1 "
+      "} } }\n"
+      "start: { temperature_A_degC: -1000 }\n");
   SimulatedBackend limb(scenario);
   CHECK_FALSE(std::isnan(limb.begin().channels[A]));
   for (std::int64_t tick = 0; tick < 3; ++tick) {

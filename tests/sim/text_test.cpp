@@ -35,9 +35,7 @@ class Folder {
   Folder& operator=(const Folder&) = delete;
   ~Folder() { fs::remove_all(path); }
 
-  std::size_t entries() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-  }
+  std::size_t entries() const { return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator())); }
 
   fs::path path;
 };
@@ -99,9 +97,8 @@ TEST_CASE("parse_number: the whole token, spaces aside, or nothing") {
     REQUIRE(parse_number(word).has_value());
     CHECK(std::isnan(*parse_number(word)));
   }
-  for (const std::string_view word :
-       {"",     " ",   "+",    "-",    "+-1",      "-+1",    "--1",  "++1",   "1 2",    "1,5", "1.2.3", "1e",
-        "0x10", "inf", "-inf", "+inf", "infinity", "nan(1)", "nano", "1e999", "twelve", "1s",  "."}) {
+  for (const std::string_view word : {"",     " ",   "+",    "-",    "+-1",      "-+1",    "--1",  "++1",   "1 2",    "1,5", "1.2.3", "1e",
+                                      "0x10", "inf", "-inf", "+inf", "infinity", "nan(1)", "nano", "1e999", "twelve", "1s",  "."}) {
     CAPTURE(word);
     CHECK_FALSE(parse_number(word).has_value());
   }
@@ -145,10 +142,8 @@ TEST_CASE("write_file_whole: a device is written to, not replaced") {
 TEST_CASE("write_file_whole: a failure names the path and the reason, and leaves nothing behind") {
   const Folder folder;
   const fs::path nowhere = folder.path / "no" / "such" / "a.csv";
-  CHECK(message_of([&] { write_file_whole(nowhere, "x"); }) ==
-        nowhere.string() + ": cannot write\n  No such file or directory");
-  CHECK(message_of([&] { write_file_whole(folder.path, "x"); }) ==
-        folder.path.string() + ": cannot write\n  Is a directory");
+  CHECK(message_of([&] { write_file_whole(nowhere, "x"); }) == nowhere.string() + ": cannot write\n  No such file or directory");
+  CHECK(message_of([&] { write_file_whole(folder.path, "x"); }) == folder.path.string() + ": cannot write\n  Is a directory");
   // A folder in the place of the partial file.
   fs::create_directory(folder.path / "b.csv.partial");
   CHECK(message_of([&] { write_file_whole(folder.path / "b.csv", "x"); }) ==
@@ -179,8 +174,7 @@ TEST_CASE("input error: place, key and value on the first line, advice indented 
   CHECK(whole.column == 42);
   CHECK(whole.value == "-1.2");
   CHECK(std::string(InputError({.file = "a.csv", .line = 3, .key = "no header"}).what()) == "a.csv:3: no header");
-  CHECK(std::string(InputError({.key = "--seed", .value = "x", .advice = "a number"}).what()) ==
-        "--seed = x\n  a number");
+  CHECK(std::string(InputError({.key = "--seed", .value = "x", .advice = "a number"}).what()) == "--seed = x\n  a number");
   CHECK(std::string(InputError({.file = "a.csv"}).what()) == "a.csv");
   // What a file holds cannot send commands to the terminal.
   CHECK(std::string(InputError({.file = "a", .key = "k", .value = "\x1b[2J\n"}).what()) == "a: k = \\x1b[2J\\x0a");

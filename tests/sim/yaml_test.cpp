@@ -208,8 +208,7 @@ TEST_CASE("yaml: an unknown key is an error with the nearest that was asked for"
   CHECK(read("seed: 1\nsample_perod_s: 2\n", "") == "t.yaml:2:1: sample_perod_s\n  no such key here; did you mean sample_period_s?");
   CHECK(read("Seed: 1\n", "") == "t.yaml:1:1: Seed\n  no such key here; did you mean seed?");
   CHECK(read("{ seed: 1, sede: 2 }", "see there") == "t.yaml:1:12: sede\n  no such key here; did you mean seed?\n  see there");
-  CHECK(read("gravity: 1\n", "") ==
-        "t.yaml:1:1: gravity\n  no such key here; what may stand here: duration_s, sample_period_s, seed");
+  CHECK(read("gravity: 1\n", "") == "t.yaml:1:1: gravity\n  no such key here; what may stand here: duration_s, sample_period_s, seed");
 }
 
 TEST_CASE("yaml: a key with another unit is nearest to the one with the same words") {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Both solvers against each other, against a method that shares nothing with them, and against their tolerance.
 #include "plant/integrator.h"
+#include "tests/long_when_sanitized.h"
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
-#include "tests/long_when_sanitized.h"
 
 namespace validation_convergence_test {
 

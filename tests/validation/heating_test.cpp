@@ -49,9 +49,9 @@ TEST_CASE("a wire heats and cools by the exponential law, across every jump of t
 }
 
 TEST_CASE("how a wire's temperature depends on its parameters is the derivative of the exponential law") {
-  const SensitivityRequest request{{parameter_id("supply_voltage_V"), parameter_id("resistance_A_Ohm"),
-                                    parameter_id("heat_capacity_A_J_K"), parameter_id("heat_loss_A_W_K"),
-                                    parameter_id("ambient_temperature_degC"), parameter_id("resistance_B_Ohm")},
+  const SensitivityRequest request{{parameter_id("supply_voltage_V"), parameter_id("resistance_A_Ohm"), parameter_id("heat_capacity_A_J_K"),
+                                    parameter_id("heat_loss_A_W_K"), parameter_id("ambient_temperature_degC"),
+                                    parameter_id("resistance_B_Ohm")},
                                    {StateId{core_state::temperature + A}}};
   std::vector<std::optional<double>> given(6);
   given[0] = 40.0;
@@ -75,8 +75,7 @@ TEST_CASE("how a wire's temperature depends on its parameters is the derivative 
       for (std::size_t k = 0; k < expected.size(); ++k) {
         CAPTURE(k);
         // Steps are chosen for the temperature alone, to 1.5e-7 of 50 K as above; the sensitivities' equations are as smooth.
-        CHECK(measured(0, static_cast<Eigen::Index>(k)) ==
-              doctest::Approx(expected[k]).epsilon(1e-5).scale(std::abs(expected[k]) + 1e-9));
+        CHECK(measured(0, static_cast<Eigen::Index>(k)) == doctest::Approx(expected[k]).epsilon(1e-5).scale(std::abs(expected[k]) + 1e-9));
       }
     }
   }
@@ -125,8 +124,7 @@ TEST_CASE("a cold limb that is bent by hand and let go springs back as its two r
     for (const double t : {0.002, 0.01, 0.05, 0.2}) {
       advance(run, t);
       // theta = 0.3 (s_fast e^(s_slow t) - s_slow e^(s_fast t)) / (s_fast - s_slow): at rest at first.
-      const double expected_rad =
-          0.3 * (fast_1_s * std::exp(slow_1_s * t) - slow_1_s * std::exp(fast_1_s * t)) / (fast_1_s - slow_1_s);
+      const double expected_rad = 0.3 * (fast_1_s * std::exp(slow_1_s * t) - slow_1_s * std::exp(fast_1_s * t)) / (fast_1_s - slow_1_s);
       CHECK(std::abs(run.state()[4] - expected_rad) < 1e-7);  // a hundred steps of 1e-9 rad
     }
   }

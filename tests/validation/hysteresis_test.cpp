@@ -23,9 +23,7 @@ Plant slow_limb() {
   return limb;
 }
 
-double logistic(double temperature_degC, double midpoint_degC) {
-  return 1.0 / (1.0 + std::exp((temperature_degC - midpoint_degC) / 7.0));
-}
+double logistic(double temperature_degC, double midpoint_degC) { return 1.0 / (1.0 + std::exp((temperature_degC - midpoint_degC) / 7.0)); }
 
 // The fraction that follows an envelope is late by the follow time, to first order; the next order is 1e-8.
 double late_fraction(double temperature_degC, double midpoint_degC, double rate_K_s) {
@@ -39,9 +37,7 @@ double seconds_from_to(double from_degC, double to_degC, double at_duty) {
   const double aim_degC = 25.0 + at_duty / duty * settled_K;
   return capacity_J_K / loss_W_K * std::log((aim_degC - from_degC) / (aim_degC - to_degC));
 }
-double rate_K_s(double temperature_degC, double at_duty) {
-  return (at_duty * 19.6 - loss_W_K * (temperature_degC - 25.0)) / capacity_J_K;
-}
+double rate_K_s(double temperature_degC, double at_duty) { return (at_duty * 19.6 - loss_W_K * (temperature_degC - 25.0)) / capacity_J_K; }
 
 class Ramp {
  public:
@@ -75,7 +71,7 @@ const double three_K = 7.0 * std::log(3.0);  // from a midpoint to where an enve
 TEST_CASE("heated, the fraction is held until the heating envelope takes it down") {
   for (const Method method : {Method::cvode, Method::arkode}) {
     Ramp ramp(method);
-    const double cold = logistic(25.0, 60.0);  // at rest on the cooling envelope: 0.9933
+    const double cold = logistic(25.0, 60.0);                      // at rest on the cooling envelope: 0.9933
     CHECK(ramp.to(39.0) == doctest::Approx(cold).epsilon(1e-12));  // by hand: the heating envelope passes it at 40 degC
     CHECK(std::abs(ramp.to(75.0 - three_K) - late_fraction(75.0 - three_K, 75.0, rate_K_s(75.0 - three_K, duty))) < tolerance);
     CHECK(std::abs(ramp.to(75.0) - 0.5) < 5e-5);  // 5 ms late at 0.2 K/s: 3.5e-5

@@ -85,8 +85,8 @@ TEST_CASE("a run that goes on from a checkpoint where it was restarted ends as t
 
 TEST_CASE("the method that was chosen at the start stays chosen when a run goes on from a checkpoint") {
   // Dry friction is stiff at rest and not in motion; a stop is stiff only in contact.
-  for (const Plant& limb : {limb_with("dry_friction", {{"moment_Nm", 0.003}}),
-                                   limb_with("hard_stop", {{"stiffness_Nm_rad", 50.0}}), default_plant()}) {
+  for (const Plant& limb :
+       {limb_with("dry_friction", {{"moment_Nm", 0.003}}), limb_with("hard_stop", {{"stiffness_Nm_rad", 50.0}}), default_plant()}) {
     Integrator watched = in_the_middle(limb, Method::automatic);
     Integrator resumed(limb, watched.checkpoint(), {.method = Method::automatic});
     CHECK(finish(resumed).state == finish(watched).state);

@@ -20,8 +20,8 @@ struct Sample {
 };
 
 // States and readings at the sample times, which must increase and not be those of a jump.
-inline std::vector<Sample> runge_kutta(const plant::Plant& limb, const std::vector<std::optional<double>>& given,
-                                       const Profile& profile, const std::vector<double>& sample_times_s, double step_s) {
+inline std::vector<Sample> runge_kutta(const plant::Plant& limb, const std::vector<std::optional<double>>& given, const Profile& profile,
+                                       const std::vector<double>& sample_times_s, double step_s) {
   const auto equations = limb.equations();
   const std::size_t n = limb.states().size();
   plant::Situation situation = idle(limb);

@@ -2,10 +2,10 @@
 // Sensitivities of both methods against differences of runs that share nothing with them but the equations: Runge-Kutta
 // with a fixed step, which is smooth in the parameters, so that the steps of the differences may be small.
 #include "plant/integrator.h"
+#include "tests/long_when_sanitized.h"
 #include "tests/plant/limb/one_instant.h"
 #include "tests/validation/drive.h"
 #include "tests/validation/runge_kutta.h"
-#include "tests/long_when_sanitized.h"
 
 namespace validation_sensitivity_test {
 
@@ -34,8 +34,7 @@ struct Trial {
   std::vector<double> sample_times_s() const { return sample_times_between_jumps(profile.end_s); }
   // A change of this size is large: of a parameter in internal units, or of a first value.
   double size(std::size_t column) const {
-    if (column >= request.parameters.size())
-      return limb.states()[request.initial_states[column - request.parameters.size()]].scale;
+    if (column >= request.parameters.size()) return limb.states()[request.initial_states[column - request.parameters.size()]].scale;
     const Declaration& declared = parameters()[request.parameters[column]].declaration;
     return std::max(std::abs(declared.typical), declared.prior_deviation) * declared.unit.internal_per_unit;
   }
@@ -58,8 +57,8 @@ Eigen::MatrixXd moved(const Trial& trial, std::size_t column, double by) {
   const auto samples = runge_kutta(limb, given, trial.profile, trial.sample_times_s(), trial.step_s);
   Eigen::MatrixXd result(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(samples.size()));
   for (std::size_t k = 0; k < samples.size(); ++k)
-    result.col(static_cast<Eigen::Index>(k)) << samples[k].reading[A], samples[k].reading[B],
-        samples[k].reading[angle], Eigen::Map<const Eigen::VectorXd>(samples[k].state.data(), static_cast<Eigen::Index>(samples[k].state.size()));
+    result.col(static_cast<Eigen::Index>(k)) << samples[k].reading[A], samples[k].reading[B], samples[k].reading[angle],
+        Eigen::Map<const Eigen::VectorXd>(samples[k].state.data(), static_cast<Eigen::Index>(samples[k].state.size()));
   return result;
 }
 
@@ -73,14 +72,16 @@ Eigen::MatrixXd difference_quotient(const Trial& trial, std::size_t column, doub
 std::vector<Eigen::MatrixXd> integrated(const Trial& trial, Method method) {
   Integrator run(trial.limb, Start{trial.given, {}}, {.method = method, .relative_tolerance = 1e-10, .most_steps = 1000000}, trial.request);
   const auto times_s = trial.sample_times_s();
-  std::vector<Eigen::MatrixXd> columns(trial.request.columns(), Eigen::MatrixXd(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(times_s.size())));
+  std::vector<Eigen::MatrixXd> columns(trial.request.columns(),
+                                       Eigen::MatrixXd(static_cast<Eigen::Index>(trial.rows()), static_cast<Eigen::Index>(times_s.size())));
   drive(run, trial.profile, times_s, [&](std::size_t k) {
     std::vector<double> reading;
     Eigen::MatrixXd of_reading;
     run.readings_with_sensitivity(reading, of_reading);
     const Eigen::MatrixXd of_state = run.state_sensitivity();
     for (std::size_t c = 0; c < columns.size(); ++c)
-      columns[c].col(static_cast<Eigen::Index>(k)) << of_reading.col(static_cast<Eigen::Index>(c)), of_state.col(static_cast<Eigen::Index>(c));
+      columns[c].col(static_cast<Eigen::Index>(k)) << of_reading.col(static_cast<Eigen::Index>(c)),
+          of_state.col(static_cast<Eigen::Index>(c));
   });
   return columns;
 }
@@ -115,8 +116,7 @@ void check(const Trial& trial) {
   for (std::size_t c = 0; c < trial.request.columns(); ++c) {
     const Eigen::MatrixXd expected = difference_quotient(trial, c, 1e-6 * trial.size(c));
     Disagreement of_differences;
-    if (trial.at_two_steps)
-      of_differences = disagreement(trial, c, difference_quotient(trial, c, 1e-5 * trial.size(c)), expected);
+    if (trial.at_two_steps) of_differences = disagreement(trial, c, difference_quotient(trial, c, 1e-5 * trial.size(c)), expected);
     const Disagreement of_cvode = disagreement(trial, c, cvode[c], expected);
     const Disagreement of_arkode = disagreement(trial, c, arkode[c], expected);
     INFO(trial.name(c), ": differences ", of_differences.elsewhere, ", cvode ", of_cvode.elsewhere, " (angular velocity ",
@@ -154,8 +154,7 @@ std::vector<ParameterId> real_parameters(std::optional<EffectId> effect) {
 std::vector<std::optional<double>> in_motion(const Plant& limb) {
   std::vector<std::optional<double>> given{40.0, 30.0, 0.97, 0.992, 0.1, 0.5};
   const States layout = limb.states();
-  for (std::size_t i = given.size(); i < layout.size(); ++i)
-    given.push_back(layout[StateId{i}].unit.text == "degC" ? 33.0 : 0.05);
+  for (std::size_t i = given.size(); i < layout.size(); ++i) given.push_back(layout[StateId{i}].unit.text == "degC" ? 33.0 : 0.05);
   return given;
 }
 
@@ -196,7 +195,8 @@ TEST_CASE("sensitivities are what differences say: every effect's strength at it
     const ParameterId strength = effects()[e].strength;
     const Declaration& declared = parameters()[strength].declaration;
     if (declared.kind != Kind::real) continue;
-    Trial trial{.limb = typical(e), .given = {}, .request = {{strength}, {}}, .step_s = stable_step_s(name), .tolerance = tolerance_of(name)};
+    Trial trial{
+        .limb = typical(e), .given = {}, .request = {{strength}, {}}, .step_s = stable_step_s(name), .tolerance = tolerance_of(name)};
     trial.profile.end_s = 24.0;  // both coils have pulled
     trial.limb.set_in_file_units(strength, *declared.null_value);
     trial.side = *declared.null_value == declared.range.lowest ? 1 : *declared.null_value == declared.range.highest ? -1 : 0;
@@ -222,7 +222,8 @@ TEST_CASE("while the limb stands still and steps are long, its sensitivities sta
         run->hold({0.6, 0.0});
         advance(*run, 0.1 * tick);
       }
-      worst_rad = std::max(worst_rad, std::abs(cvode.state_sensitivity()(core_state::angle, 0) - arkode.state_sensitivity()(core_state::angle, 0)));
+      worst_rad =
+          std::max(worst_rad, std::abs(cvode.state_sensitivity()(core_state::angle, 0) - arkode.state_sensitivity()(core_state::angle, 0)));
     }
     CAPTURE(tolerance);
     CHECK(cvode.state_sensitivity()(core_state::angle, 0) > 0.04);

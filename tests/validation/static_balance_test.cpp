@@ -42,9 +42,7 @@ constexpr double rest_rad = 1e-12;
 
 TEST_CASE("at rest the core's beam stands where tensions and bending balance") {
   std::mt19937_64 bits(4711);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53);
-  };
+  const auto between = [&](double low, double high) { return low + (high - low) * (static_cast<double>(bits() >> 11) * 0x1p-53); };
   for (int n = 0; n < 50; ++n) {
     Plant limb = default_plant();
     const double ka = between(200.0, 400.0), km = between(50.0, 200.0);
@@ -92,7 +90,8 @@ TEST_CASE("at rest with weight, stiffening, a stop, slack, an R-phase, creep and
     double t_a, t_b, xi_a, xi_b;
   };
   // Hot A, hot B (so that it leans on the stop from the other side), both half-way, and one where the cold coil is slack.
-  for (const Case& c : {Case{95.0, 25.0, 0.05, 0.99}, Case{25.0, 95.0, 0.99, 0.05}, Case{67.0, 67.0, 0.5, 0.5}, Case{25.0, 120.0, 1.0, 0.0}}) {
+  for (const Case& c :
+       {Case{95.0, 25.0, 0.05, 0.99}, Case{25.0, 95.0, 0.99, 0.05}, Case{67.0, 67.0, 0.5, 0.5}, Case{25.0, 120.0, 1.0, 0.0}}) {
     std::vector<std::optional<double>> given(limb.states().size());
     given[0] = c.t_a;
     given[1] = c.t_b;
@@ -117,8 +116,13 @@ TEST_CASE("at rest with stress shift, fractions and bend settle together") {
     double shift_K_N;
     std::vector<double> temperature_degC;
   };
-  for (const auto& [shift_K_N, temperature_degC] :
-       {Case{0.8, {25.0, 25.0}}, {0.8, {62.0, 25.0}}, {0.8, {30.0, 66.0}}, {0.8, {62.0, 62.0}}, {2.5, {25.0, 25.0}}, {2.5, {70.0, 25.0}}, {5.0, {70.0, 25.0}}}) {
+  for (const auto& [shift_K_N, temperature_degC] : {Case{0.8, {25.0, 25.0}},
+                                                    {0.8, {62.0, 25.0}},
+                                                    {0.8, {30.0, 66.0}},
+                                                    {0.8, {62.0, 62.0}},
+                                                    {2.5, {25.0, 25.0}},
+                                                    {2.5, {70.0, 25.0}},
+                                                    {5.0, {70.0, 25.0}}}) {
     CAPTURE(shift_K_N);
     CAPTURE(temperature_degC[A]);
     CAPTURE(temperature_degC[B]);
@@ -155,8 +159,7 @@ TEST_CASE("at rest neither fractions nor limb want to move, however strong the s
         given[0] = warm_degC;
         given[1] = other_degC;
         const auto at = at_one_instant(limb, {}, at_rest(limb, given));
-        for (const std::size_t j : coils)
-          not_at_rest += std::abs(at.now.cooling_envelope[j] - at.now.martensite_fraction[j]) > rest_rad;
+        for (const std::size_t j : coils) not_at_rest += std::abs(at.now.cooling_envelope[j] - at.now.martensite_fraction[j]) > rest_rad;
         not_at_rest += std::abs(at.now.moment_Nm[0] / 0.05) > rest_rad;
       }
   CHECK(not_at_rest == 0);

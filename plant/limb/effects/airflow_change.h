@@ -23,12 +23,22 @@ struct AirflowChange {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.relative_change,
-          Declaration{.name = "relative_change", .symbol = "alpha", .unit = units::none, .range = {-0.9, 10.0},
-                      .typical = 0.25, .null_value = 0.0, .prior_deviation = 0.3,
-                      .meaning = "relative change of the heat loss coefficient", .source = "a light draught"});
-    visit(self.onset_s, Declaration{.name = "onset_s", .symbol = "t_e", .unit = units::s, .range = {0.0, 1.0e6},
-                                    .typical = 300.0, .prior_deviation = 300.0, .meaning = "time of the change"});
+    visit(self.relative_change, Declaration{.name = "relative_change",
+                                            .symbol = "alpha",
+                                            .unit = units::none,
+                                            .range = {-0.9, 10.0},
+                                            .typical = 0.25,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 0.3,
+                                            .meaning = "relative change of the heat loss coefficient",
+                                            .source = "a light draught"});
+    visit(self.onset_s, Declaration{.name = "onset_s",
+                                    .symbol = "t_e",
+                                    .unit = units::s,
+                                    .range = {0.0, 1.0e6},
+                                    .typical = 300.0,
+                                    .prior_deviation = 300.0,
+                                    .meaning = "time of the change"});
   }
 
   void environment(Instant<S>& now, std::size_t) const {

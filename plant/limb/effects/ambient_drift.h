@@ -24,9 +24,15 @@ struct AmbientDrift {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.rate_K_s, Declaration{.name = "rate_K_s", .symbol = "s", .unit = units::K_s, .range = {-1.0, 1.0},
-                                     .typical = 0.005, .null_value = 0.0, .prior_deviation = 0.01,
-                                     .meaning = "rate at which the surroundings warm", .source = "a few kelvin in ten minutes"});
+    visit(self.rate_K_s, Declaration{.name = "rate_K_s",
+                                     .symbol = "s",
+                                     .unit = units::K_s,
+                                     .range = {-1.0, 1.0},
+                                     .typical = 0.005,
+                                     .null_value = 0.0,
+                                     .prior_deviation = 0.01,
+                                     .meaning = "rate at which the surroundings warm",
+                                     .source = "a few kelvin in ten minutes"});
   }
 
   void environment(Instant<S>& now, std::size_t) const {

@@ -24,9 +24,15 @@ struct AngleSensorDrift {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.rate_rad_s, Declaration{.name = "rate_deg_s", .symbol = "d_theta", .unit = units::deg_s, .range = {-1.0, 1.0},
-                                       .typical = 0.005, .null_value = 0.0, .prior_deviation = 0.01,
-                                       .meaning = "rate at which the reading drifts", .source = "a few degrees in ten minutes"});
+    visit(self.rate_rad_s, Declaration{.name = "rate_deg_s",
+                                       .symbol = "d_theta",
+                                       .unit = units::deg_s,
+                                       .range = {-1.0, 1.0},
+                                       .typical = 0.005,
+                                       .null_value = 0.0,
+                                       .prior_deviation = 0.01,
+                                       .meaning = "rate at which the reading drifts",
+                                       .source = "a few degrees in ten minutes"});
   }
 
   void reading(Instant<S>& now, std::size_t bend) const {

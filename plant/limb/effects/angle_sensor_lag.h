@@ -23,10 +23,15 @@ struct AngleSensorLag {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.time_constant_s,
-          Declaration{.name = "time_constant_s", .symbol = "tau_theta", .unit = units::s, .range = {0.0, 30.0},
-                      .typical = 0.4, .null_value = 0.0, .prior_deviation = 1.0, .meaning = "time constant of the bend sensor",
-                      .source = "sensor's own filter"});
+    visit(self.time_constant_s, Declaration{.name = "time_constant_s",
+                                            .symbol = "tau_theta",
+                                            .unit = units::s,
+                                            .range = {0.0, 30.0},
+                                            .typical = 0.4,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 1.0,
+                                            .meaning = "time constant of the bend sensor",
+                                            .source = "sensor's own filter"});
   }
 
   void rest(const Instant<S>& now, std::size_t bend, S* own) const { own[0] = now.angle_rad[bend]; }

@@ -26,18 +26,31 @@ struct BodyHeatStorage {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.conductance_W_K,
-          Declaration{.name = "conductance_W_K", .symbol = "G_b", .unit = units::W_K, .range = {0.0, 1.0}, .typical = 0.01,
-                      .null_value = 0.0, .prior_deviation = 0.02, .meaning = "heat from one wire to the body, per kelvin",
-                      .source = "conduction through a few millimetres of silicone"});
-    visit(self.heat_capacity_J_K,
-          Declaration{.name = "heat_capacity_J_K", .symbol = "C_b", .unit = units::J_K, .range = {0.05, 500.0},
-                      .typical = 8.0, .prior_deviation = 8.0, .meaning = "heat that warms the body by one kelvin",
-                      .source = "silicone 1.3 J/(g K), some grams of it near the wires"});
-    visit(self.heat_loss_W_K,
-          Declaration{.name = "heat_loss_W_K", .symbol = "h_b", .unit = units::W_K, .range = {0.0, 5.0}, .typical = 0.05,
-                      .prior_deviation = 0.05, .meaning = "heat that the body loses to the surroundings, per kelvin",
-                      .source = "natural convection over the body's surface"});
+    visit(self.conductance_W_K, Declaration{.name = "conductance_W_K",
+                                            .symbol = "G_b",
+                                            .unit = units::W_K,
+                                            .range = {0.0, 1.0},
+                                            .typical = 0.01,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 0.02,
+                                            .meaning = "heat from one wire to the body, per kelvin",
+                                            .source = "conduction through a few millimetres of silicone"});
+    visit(self.heat_capacity_J_K, Declaration{.name = "heat_capacity_J_K",
+                                              .symbol = "C_b",
+                                              .unit = units::J_K,
+                                              .range = {0.05, 500.0},
+                                              .typical = 8.0,
+                                              .prior_deviation = 8.0,
+                                              .meaning = "heat that warms the body by one kelvin",
+                                              .source = "silicone 1.3 J/(g K), some grams of it near the wires"});
+    visit(self.heat_loss_W_K, Declaration{.name = "heat_loss_W_K",
+                                          .symbol = "h_b",
+                                          .unit = units::W_K,
+                                          .range = {0.0, 5.0},
+                                          .typical = 0.05,
+                                          .prior_deviation = 0.05,
+                                          .meaning = "heat that the body loses to the surroundings, per kelvin",
+                                          .source = "natural convection over the body's surface"});
   }
 
   void rest(const Instant<S>& now, std::size_t, S* own) const { own[0] = now.ambient_temperature_degC; }

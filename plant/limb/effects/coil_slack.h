@@ -22,8 +22,13 @@ struct CoilSlack {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.enabled, Declaration{.name = "enabled", .symbol = "on", .unit = units::none, .kind = Kind::toggle,
-                                    .range = {0.0, 1.0}, .typical = 1.0, .null_value = 0.0,
+    visit(self.enabled, Declaration{.name = "enabled",
+                                    .symbol = "on",
+                                    .unit = units::none,
+                                    .kind = Kind::toggle,
+                                    .range = {0.0, 1.0},
+                                    .typical = 1.0,
+                                    .null_value = 0.0,
                                     .meaning = "whether a coil can go slack"});
   }
 

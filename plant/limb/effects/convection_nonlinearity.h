@@ -22,16 +22,19 @@ struct ConvectionNonlinearity {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.slope_1_K,
-          Declaration{.name = "slope_1_K", .symbol = "beta", .unit = units::per_K, .range = {0.0, 0.1}, .typical = 0.004,
-                      .null_value = 0.0, .prior_deviation = 0.005,
-                      .meaning = "relative growth of the heat loss coefficient per kelvin above ambient",
-                      .source = "h ~ (T - T_inf)^0.25 has 0.25/50 K"});
+    visit(self.slope_1_K, Declaration{.name = "slope_1_K",
+                                      .symbol = "beta",
+                                      .unit = units::per_K,
+                                      .range = {0.0, 0.1},
+                                      .typical = 0.004,
+                                      .null_value = 0.0,
+                                      .prior_deviation = 0.005,
+                                      .meaning = "relative growth of the heat loss coefficient per kelvin above ambient",
+                                      .source = "h ~ (T - T_inf)^0.25 has 0.25/50 K"});
   }
 
   void environment(Instant<S>& now, std::size_t coil) const {
-    now.heat_loss_W_K[coil] =
-        now.heat_loss_W_K[coil] * (1.0 + slope_1_K * (now.temperature_degC[coil] - now.ambient_temperature_degC));
+    now.heat_loss_W_K[coil] = now.heat_loss_W_K[coil] * (1.0 + slope_1_K * (now.temperature_degC[coil] - now.ambient_temperature_degC));
   }
 };
 

@@ -23,11 +23,15 @@ struct CrossHeating {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.conductance_W_K,
-          Declaration{.name = "conductance_W_K", .symbol = "G_AB", .unit = units::W_K, .range = {0.0, 1.0},
-                      .typical = 0.005, .null_value = 0.0, .prior_deviation = 0.01,
-                      .meaning = "heat that crosses from wire to wire, per kelvin between them",
-                      .source = "conduction through the body's width"});
+    visit(self.conductance_W_K, Declaration{.name = "conductance_W_K",
+                                            .symbol = "G_AB",
+                                            .unit = units::W_K,
+                                            .range = {0.0, 1.0},
+                                            .typical = 0.005,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 0.01,
+                                            .meaning = "heat that crosses from wire to wire, per kelvin between them",
+                                            .source = "conduction through the body's width"});
   }
 
   S heat_from_a_to_b_W(const S& temperature_a_degC, const S& temperature_b_degC) const {

@@ -22,10 +22,15 @@ struct CubicStiffening {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.stiffness_Nm_rad3,
-          Declaration{.name = "stiffness_Nm_rad3", .symbol = "k_3", .unit = units::Nm_rad3, .range = {0.0, 10.0},
-                      .typical = 0.05, .null_value = 0.0, .prior_deviation = 0.1, .meaning = "coefficient of the cubic moment",
-                      .source = "hyperelastic bending at 1 rad"});
+    visit(self.stiffness_Nm_rad3, Declaration{.name = "stiffness_Nm_rad3",
+                                              .symbol = "k_3",
+                                              .unit = units::Nm_rad3,
+                                              .range = {0.0, 10.0},
+                                              .typical = 0.05,
+                                              .null_value = 0.0,
+                                              .prior_deviation = 0.1,
+                                              .meaning = "coefficient of the cubic moment",
+                                              .source = "hyperelastic bending at 1 rad"});
   }
 
   void moment(Instant<S>& now, std::size_t bend) const {

@@ -23,12 +23,22 @@ struct DryFriction {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.moment_Nm, Declaration{.name = "moment_Nm", .symbol = "M_f", .unit = units::Nm, .range = {0.0, 0.5},
-                                      .typical = 0.003, .null_value = 0.0, .prior_deviation = 0.004,
-                                      .meaning = "moment of friction", .source = "a few per cent of the coils' moment"});
-    visit(self.smoothing_rad_s,
-          Declaration{.name = "smoothing_rad_s", .symbol = "omega_s", .unit = units::rad_s, .range = {0.001, 10.0},
-                      .typical = 0.05, .prior_deviation = 0.05, .meaning = "angular velocity at which it is nearly full"});
+    visit(self.moment_Nm, Declaration{.name = "moment_Nm",
+                                      .symbol = "M_f",
+                                      .unit = units::Nm,
+                                      .range = {0.0, 0.5},
+                                      .typical = 0.003,
+                                      .null_value = 0.0,
+                                      .prior_deviation = 0.004,
+                                      .meaning = "moment of friction",
+                                      .source = "a few per cent of the coils' moment"});
+    visit(self.smoothing_rad_s, Declaration{.name = "smoothing_rad_s",
+                                            .symbol = "omega_s",
+                                            .unit = units::rad_s,
+                                            .range = {0.001, 10.0},
+                                            .typical = 0.05,
+                                            .prior_deviation = 0.05,
+                                            .meaning = "angular velocity at which it is nearly full"});
   }
 
   void moment(Instant<S>& now, std::size_t bend) const {

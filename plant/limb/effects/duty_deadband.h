@@ -22,10 +22,15 @@ struct DutyDeadband {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.threshold_fraction,
-          Declaration{.name = "threshold_fraction", .symbol = "u_0", .unit = units::none, .range = {0.0, 1.0},
-                      .typical = 0.05, .null_value = 0.0, .prior_deviation = 0.05,
-                      .meaning = "duty below which nothing flows", .source = "MOSFET and driver"});
+    visit(self.threshold_fraction, Declaration{.name = "threshold_fraction",
+                                               .symbol = "u_0",
+                                               .unit = units::none,
+                                               .range = {0.0, 1.0},
+                                               .typical = 0.05,
+                                               .null_value = 0.0,
+                                               .prior_deviation = 0.05,
+                                               .meaning = "duty below which nothing flows",
+                                               .source = "MOSFET and driver"});
   }
 
   void electrics(Instant<S>& now, std::size_t coil) const {

@@ -23,10 +23,15 @@ struct Fatigue {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.loss_per_cycle,
-          Declaration{.name = "loss_per_cycle", .symbol = "kappa", .unit = units::none, .range = {0.0, 0.1},
-                      .typical = 0.003, .null_value = 0.0, .prior_deviation = 0.005,
-                      .meaning = "share of the transformation stretch lost per full cycle", .source = "overloaded Flexinol"});
+    visit(self.loss_per_cycle, Declaration{.name = "loss_per_cycle",
+                                           .symbol = "kappa",
+                                           .unit = units::none,
+                                           .range = {0.0, 0.1},
+                                           .typical = 0.003,
+                                           .null_value = 0.0,
+                                           .prior_deviation = 0.005,
+                                           .meaning = "share of the transformation stretch lost per full cycle",
+                                           .source = "overloaded Flexinol"});
   }
 
   void rest(const Instant<S>&, std::size_t, S* own) const { own[0] = S(0.0); }

@@ -23,11 +23,21 @@ struct GravityLoad {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.moment_Nm, Declaration{.name = "moment_Nm", .symbol = "m g l", .unit = units::Nm, .range = {0.0, 1.0},
-                                      .typical = 0.01, .null_value = 0.0, .prior_deviation = 0.01,
-                                      .meaning = "weight times lever", .source = "20 g at 5 cm is 0.01 N m"});
-    visit(self.tilt_rad, Declaration{.name = "tilt_deg", .symbol = "phi", .unit = units::deg, .range = {-180.0, 180.0},
-                                     .typical = 20.0, .prior_deviation = 60.0,
+    visit(self.moment_Nm, Declaration{.name = "moment_Nm",
+                                      .symbol = "m g l",
+                                      .unit = units::Nm,
+                                      .range = {0.0, 1.0},
+                                      .typical = 0.01,
+                                      .null_value = 0.0,
+                                      .prior_deviation = 0.01,
+                                      .meaning = "weight times lever",
+                                      .source = "20 g at 5 cm is 0.01 N m"});
+    visit(self.tilt_rad, Declaration{.name = "tilt_deg",
+                                     .symbol = "phi",
+                                     .unit = units::deg,
+                                     .range = {-180.0, 180.0},
+                                     .typical = 20.0,
+                                     .prior_deviation = 60.0,
                                      .meaning = "angle from the plane of bending's vertical when the limb is straight"});
   }
 

@@ -23,18 +23,27 @@ struct HardStop {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.stiffness_Nm_rad,
-          Declaration{.name = "stiffness_Nm_rad", .symbol = "k_c", .unit = units::Nm_rad, .range = {0.0, 100.0},
-                      .typical = 0.2, .null_value = 0.0, .prior_deviation = 0.5, .meaning = "stiffness of the contact",
-                      .source = "a soft body on a bench"});
-    visit(self.angle_rad, Declaration{.name = "angle_deg", .symbol = "theta_c", .unit = units::deg, .range = {1.0, 180.0},
-                                      .typical = 25.0, .prior_deviation = 10.0, .meaning = "bend at which it touches"});
+    visit(self.stiffness_Nm_rad, Declaration{.name = "stiffness_Nm_rad",
+                                             .symbol = "k_c",
+                                             .unit = units::Nm_rad,
+                                             .range = {0.0, 100.0},
+                                             .typical = 0.2,
+                                             .null_value = 0.0,
+                                             .prior_deviation = 0.5,
+                                             .meaning = "stiffness of the contact",
+                                             .source = "a soft body on a bench"});
+    visit(self.angle_rad, Declaration{.name = "angle_deg",
+                                      .symbol = "theta_c",
+                                      .unit = units::deg,
+                                      .range = {1.0, 180.0},
+                                      .typical = 25.0,
+                                      .prior_deviation = 10.0,
+                                      .meaning = "bend at which it touches"});
   }
 
   void moment(Instant<S>& now, std::size_t bend) const {
     const double side = value_of(now.angle_rad[bend]) < 0.0 ? -1.0 : 1.0;
-    now.moment_Nm[bend] =
-        now.moment_Nm[bend] - stiffness_Nm_rad * side * positive_part(S(side * now.angle_rad[bend] - angle_rad));
+    now.moment_Nm[bend] = now.moment_Nm[bend] - stiffness_Nm_rad * side * positive_part(S(side * now.angle_rad[bend] - angle_rad));
   }
 };
 

@@ -22,9 +22,15 @@ struct InputDelay {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.delay_s, Declaration{.name = "delay_s", .symbol = "d", .unit = units::s, .range = {0.0, 5.0}, .typical = 0.3,
-                                    .null_value = 0.0, .prior_deviation = 0.3,
-                                    .meaning = "time from a command to the current", .source = "serial link at 10 Hz"});
+    visit(self.delay_s, Declaration{.name = "delay_s",
+                                    .symbol = "d",
+                                    .unit = units::s,
+                                    .range = {0.0, 5.0},
+                                    .typical = 0.3,
+                                    .null_value = 0.0,
+                                    .prior_deviation = 0.3,
+                                    .meaning = "time from a command to the current",
+                                    .source = "serial link at 10 Hz"});
   }
 
   // Edges of the duty come later by this; the integrator moves them.

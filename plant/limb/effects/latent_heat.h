@@ -22,10 +22,15 @@ struct LatentHeat {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.latent_heat_J,
-          Declaration{.name = "latent_heat_J", .symbol = "L", .unit = units::J, .range = {0.0, 100.0}, .typical = 8.0,
-                      .null_value = 0.0, .prior_deviation = 12.0, .meaning = "latent heat of one whole wire",
-                      .source = "24 J/g times 0.8 g is 19 J"});
+    visit(self.latent_heat_J, Declaration{.name = "latent_heat_J",
+                                          .symbol = "L",
+                                          .unit = units::J,
+                                          .range = {0.0, 100.0},
+                                          .typical = 8.0,
+                                          .null_value = 0.0,
+                                          .prior_deviation = 12.0,
+                                          .meaning = "latent heat of one whole wire",
+                                          .source = "24 J/g times 0.8 g is 19 J"});
   }
 
   void heat(Instant<S>& now, std::size_t coil) const { now.latent_heat_J[coil] += latent_heat_J; }

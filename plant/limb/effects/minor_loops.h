@@ -23,10 +23,15 @@ struct MinorLoops {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.slope_share,
-          Declaration{.name = "slope_share", .symbol = "mu", .unit = units::none, .range = {0.0, 1.0}, .typical = 0.2,
-                      .null_value = 0.0, .prior_deviation = 0.3,
-                      .meaning = "slope inside the loop as a share of the envelope's", .source = "minor loops of Ni-Ti coils"});
+    visit(self.slope_share, Declaration{.name = "slope_share",
+                                        .symbol = "mu",
+                                        .unit = units::none,
+                                        .range = {0.0, 1.0},
+                                        .typical = 0.2,
+                                        .null_value = 0.0,
+                                        .prior_deviation = 0.3,
+                                        .meaning = "slope inside the loop as a share of the envelope's",
+                                        .source = "minor loops of Ni-Ti coils"});
   }
 
   void transformation(Instant<S>& now, std::size_t coil) const {

@@ -25,16 +25,30 @@ struct RPhase {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.share, Declaration{.name = "share", .symbol = "f", .unit = units::none, .range = {0.0, 1.0}, .typical = 0.2,
-                                  .null_value = 0.0, .prior_deviation = 0.2,
+    visit(self.share, Declaration{.name = "share",
+                                  .symbol = "f",
+                                  .unit = units::none,
+                                  .range = {0.0, 1.0},
+                                  .typical = 0.2,
+                                  .null_value = 0.0,
+                                  .prior_deviation = 0.2,
                                   .meaning = "share of the transformation stretch that the R-phase recovers",
                                   .source = "R-phase strain is a tenth to a fifth of the whole"});
-    visit(self.midpoint_degC,
-          Declaration{.name = "midpoint_degC", .symbol = "T_R", .unit = units::degC, .range = {-20.0, 150.0}, .typical = 45.0,
-                      .prior_deviation = 10.0, .meaning = "temperature at which half of it is recovered",
-                      .source = "some 15 K below the main transformation"});
-    visit(self.width_K, Declaration{.name = "width_K", .symbol = "w_R", .unit = units::K, .range = {0.5, 50.0},
-                                    .typical = 4.0, .prior_deviation = 3.0, .meaning = "width of its transformation"});
+    visit(self.midpoint_degC, Declaration{.name = "midpoint_degC",
+                                          .symbol = "T_R",
+                                          .unit = units::degC,
+                                          .range = {-20.0, 150.0},
+                                          .typical = 45.0,
+                                          .prior_deviation = 10.0,
+                                          .meaning = "temperature at which half of it is recovered",
+                                          .source = "some 15 K below the main transformation"});
+    visit(self.width_K, Declaration{.name = "width_K",
+                                    .symbol = "w_R",
+                                    .unit = units::K,
+                                    .range = {0.5, 50.0},
+                                    .typical = 4.0,
+                                    .prior_deviation = 3.0,
+                                    .meaning = "width of its transformation"});
   }
 
   void stretch(Instant<S>& now, std::size_t coil) const {

@@ -22,10 +22,15 @@ struct ResistanceChange {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.relative_increase,
-          Declaration{.name = "relative_increase", .symbol = "rho", .unit = units::none, .range = {-0.5, 2.0},
-                      .typical = 0.15, .null_value = 0.0, .prior_deviation = 0.2,
-                      .meaning = "by which share martensite resists more than austenite", .source = "10 to 20 % for Ni-Ti"});
+    visit(self.relative_increase, Declaration{.name = "relative_increase",
+                                              .symbol = "rho",
+                                              .unit = units::none,
+                                              .range = {-0.5, 2.0},
+                                              .typical = 0.15,
+                                              .null_value = 0.0,
+                                              .prior_deviation = 0.2,
+                                              .meaning = "by which share martensite resists more than austenite",
+                                              .source = "10 to 20 % for Ni-Ti"});
   }
 
   void electrics(Instant<S>& now, std::size_t coil) const {

@@ -28,18 +28,31 @@ struct SheathHeatStorage {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.conductance_W_K,
-          Declaration{.name = "conductance_W_K", .symbol = "G_s", .unit = units::W_K, .range = {0.0, 1.0}, .typical = 0.03,
-                      .null_value = 0.0, .prior_deviation = 0.04, .meaning = "heat from a wire to its sheath, per kelvin",
-                      .source = "conduction through a millimetre of epoxy or silicone"});
-    visit(self.heat_capacity_J_K,
-          Declaration{.name = "heat_capacity_J_K", .symbol = "C_s", .unit = units::J_K, .range = {0.05, 50.0}, .typical = 2.0,
-                      .prior_deviation = 2.0, .meaning = "heat that warms one sheath by one kelvin",
-                      .source = "1.3 J/(g K), a gram or two"});
-    visit(self.heat_loss_W_K,
-          Declaration{.name = "heat_loss_W_K", .symbol = "h_s", .unit = units::W_K, .range = {0.0, 1.0}, .typical = 0.03,
-                      .prior_deviation = 0.03, .meaning = "heat that a sheath loses to the surroundings, per kelvin",
-                      .source = "natural convection over its surface"});
+    visit(self.conductance_W_K, Declaration{.name = "conductance_W_K",
+                                            .symbol = "G_s",
+                                            .unit = units::W_K,
+                                            .range = {0.0, 1.0},
+                                            .typical = 0.03,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 0.04,
+                                            .meaning = "heat from a wire to its sheath, per kelvin",
+                                            .source = "conduction through a millimetre of epoxy or silicone"});
+    visit(self.heat_capacity_J_K, Declaration{.name = "heat_capacity_J_K",
+                                              .symbol = "C_s",
+                                              .unit = units::J_K,
+                                              .range = {0.05, 50.0},
+                                              .typical = 2.0,
+                                              .prior_deviation = 2.0,
+                                              .meaning = "heat that warms one sheath by one kelvin",
+                                              .source = "1.3 J/(g K), a gram or two"});
+    visit(self.heat_loss_W_K, Declaration{.name = "heat_loss_W_K",
+                                          .symbol = "h_s",
+                                          .unit = units::W_K,
+                                          .range = {0.0, 1.0},
+                                          .typical = 0.03,
+                                          .prior_deviation = 0.03,
+                                          .meaning = "heat that a sheath loses to the surroundings, per kelvin",
+                                          .source = "natural convection over its surface"});
   }
 
   void rest(const Instant<S>& now, std::size_t, S* own) const { own[0] = now.ambient_temperature_degC; }
@@ -48,8 +61,7 @@ struct SheathHeatStorage {
     now.heat_to_surroundings_W += heat_loss_W_K * (own[0] - now.ambient_temperature_degC);
   }
   void rates(const Instant<S>& now, std::size_t coil, const S* own, S* rate) const {
-    rate[0] = (conductance_W_K * (now.temperature_degC[coil] - own[0]) -
-               heat_loss_W_K * (own[0] - now.ambient_temperature_degC)) /
+    rate[0] = (conductance_W_K * (now.temperature_degC[coil] - own[0]) - heat_loss_W_K * (own[0] - now.ambient_temperature_degC)) /
               heat_capacity_J_K;
   }
   S stored_heat_J(const Instant<S>&, std::size_t, const S* own) const { return heat_capacity_J_K * own[0]; }

@@ -23,10 +23,15 @@ struct SupplySag {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.source_resistance_Ohm,
-          Declaration{.name = "source_resistance_Ohm", .symbol = "R_src", .unit = units::Ohm, .range = {0.0, 5.0},
-                      .typical = 0.2, .null_value = 0.0, .prior_deviation = 0.3,
-                      .meaning = "inner resistance of the supply, its leads and the switch", .source = "bench supply and leads"});
+    visit(self.source_resistance_Ohm, Declaration{.name = "source_resistance_Ohm",
+                                                  .symbol = "R_src",
+                                                  .unit = units::Ohm,
+                                                  .range = {0.0, 5.0},
+                                                  .typical = 0.2,
+                                                  .null_value = 0.0,
+                                                  .prior_deviation = 0.3,
+                                                  .meaning = "inner resistance of the supply, its leads and the switch",
+                                                  .source = "bench supply and leads"});
   }
 
   void electrics(Instant<S>& now, std::size_t) const {

@@ -23,8 +23,13 @@ struct ThermocoupleHeatSink {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.gain, Declaration{.name = "gain", .symbol = "g", .unit = units::none, .range = {0.2, 1.0}, .typical = 0.9,
-                                 .null_value = 1.0, .prior_deviation = 0.1,
+    visit(self.gain, Declaration{.name = "gain",
+                                 .symbol = "g",
+                                 .unit = units::none,
+                                 .range = {0.2, 1.0},
+                                 .typical = 0.9,
+                                 .null_value = 1.0,
+                                 .prior_deviation = 0.1,
                                  .meaning = "share of the wire's temperature rise that the thermocouple shows",
                                  .source = "30 AWG leads in epoxy"});
   }

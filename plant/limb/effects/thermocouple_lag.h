@@ -24,17 +24,21 @@ struct ThermocoupleLag {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.time_constant_s,
-          Declaration{.name = "time_constant_s", .symbol = "tau_s", .unit = units::s, .range = {0.0, 30.0}, .typical = 1.5,
-                      .null_value = 0.0, .prior_deviation = 3.0, .meaning = "time constant of the bead",
-                      .source = "epoxy bead of a few millimetres"});
+    visit(self.time_constant_s, Declaration{.name = "time_constant_s",
+                                            .symbol = "tau_s",
+                                            .unit = units::s,
+                                            .range = {0.0, 30.0},
+                                            .typical = 1.5,
+                                            .null_value = 0.0,
+                                            .prior_deviation = 3.0,
+                                            .meaning = "time constant of the bead",
+                                            .source = "epoxy bead of a few millimetres"});
   }
 
   void rest(const Instant<S>& now, std::size_t coil, S* own) const { own[0] = now.temperature_degC[coil]; }
   void rates(const Instant<S>& now, std::size_t coil, const S* own, S* rate) const {
-    rate[0] = value_of(time_constant_s) < Smoothing::shortest_lag_s
-                  ? now.temperature_rate_K_s[coil]
-                  : (now.temperature_degC[coil] - own[0]) / time_constant_s;
+    rate[0] = value_of(time_constant_s) < Smoothing::shortest_lag_s ? now.temperature_rate_K_s[coil]
+                                                                    : (now.temperature_degC[coil] - own[0]) / time_constant_s;
   }
   void reading(Instant<S>& now, std::size_t coil, const S* own) const {
     now.shown_temperature_degC[coil] = value_of(time_constant_s) < Smoothing::shortest_lag_s

@@ -24,13 +24,23 @@ struct ViscoelasticCreep {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.stiffness_Nm_rad,
-          Declaration{.name = "stiffness_Nm_rad", .symbol = "k_v", .unit = units::Nm_rad, .range = {0.0, 1.0},
-                      .typical = 0.015, .null_value = 0.0, .prior_deviation = 0.03,
-                      .meaning = "stiffness of the branch that relaxes", .source = "a fraction of the beam's own stiffness"});
-    visit(self.time_constant_s,
-          Declaration{.name = "time_constant_s", .symbol = "tau_v", .unit = units::s, .range = {0.05, 5000.0}, .typical = 20.0,
-                      .prior_deviation = 30.0, .meaning = "time in which it relaxes", .source = "seconds to minutes for silicone"});
+    visit(self.stiffness_Nm_rad, Declaration{.name = "stiffness_Nm_rad",
+                                             .symbol = "k_v",
+                                             .unit = units::Nm_rad,
+                                             .range = {0.0, 1.0},
+                                             .typical = 0.015,
+                                             .null_value = 0.0,
+                                             .prior_deviation = 0.03,
+                                             .meaning = "stiffness of the branch that relaxes",
+                                             .source = "a fraction of the beam's own stiffness"});
+    visit(self.time_constant_s, Declaration{.name = "time_constant_s",
+                                            .symbol = "tau_v",
+                                            .unit = units::s,
+                                            .range = {0.05, 5000.0},
+                                            .typical = 20.0,
+                                            .prior_deviation = 30.0,
+                                            .meaning = "time in which it relaxes",
+                                            .source = "seconds to minutes for silicone"});
   }
 
   void rest(const Instant<S>& now, std::size_t bend, S* own) const { own[0] = now.angle_rad[bend]; }

@@ -17,7 +17,7 @@ TEST_CASE("coil: cold it is as soft as martensite, hot as stiff as austenite, be
 TEST_CASE("coil: tension is stiffness times what is stretched over the length it has now") {
   CHECK(coil_tension_N(313.0, 0.030, 0.0, 0.028) == by_hand(9.39));
   CHECK(coil_tension_N(113.0, 0.030, 1.0, 0.028) == doctest::Approx(0.226).epsilon(1e-13));
-  CHECK(coil_tension_N(213.0, 0.030, 0.5, 0.028) == by_hand(3.408));  // by hand: 213 * 16 mm
+  CHECK(coil_tension_N(213.0, 0.030, 0.5, 0.028) == by_hand(3.408));                          // by hand: 213 * 16 mm
   CHECK(coil_tension_N(113.0, 0.020, 1.0, 0.028) == doctest::Approx(-0.904).epsilon(1e-13));  // the core lets it push
 }
 

@@ -45,23 +45,21 @@ Plant any_limb(Chance& chance) {
 
 // States from cold to burning hot, on and beside both envelopes, bent up to 60 degrees, moving.
 std::vector<double> any_core_state(Chance& chance) {
-  return {chance.between(0.0, 150.0), chance.between(0.0, 150.0), chance.between(-0.01, 1.01),
-          chance.between(-0.01, 1.01), chance.between(-1.0, 1.0), chance.between(-5.0, 5.0)};
+  return {chance.between(0.0, 150.0),  chance.between(0.0, 150.0), chance.between(-0.01, 1.01),
+          chance.between(-0.01, 1.01), chance.between(-1.0, 1.0),  chance.between(-5.0, 5.0)};
 }
 
 Situation any_situation(Chance& chance) {
   Situation given{.time_s = chance.between(0.0, 900.0), .inputs = {0.0, 0.0}};
   given.segment_start_s = chance.between(0.0, given.time_s);
-  for (const std::size_t j : coils)
-    given.inputs[j] = chance.between(0.0, 1.0) < 0.3 ? 0.0 : chance.between(0.0, 1.0);
+  for (const std::size_t j : coils) given.inputs[j] = chance.between(0.0, 1.0) < 0.3 ? 0.0 : chance.between(0.0, 1.0);
   return given;
 }
 
 // Adds the states of the effects that are on: anything at all.
 std::vector<double> with_own_states(const Plant& limb, std::vector<double> y, Chance& chance) {
   const States layout = limb.states();
-  for (std::size_t i = y.size(); i < layout.size(); ++i)
-    y.push_back(layout[StateId{i}].scale * chance.between(-3.0, 3.0));
+  for (std::size_t i = y.size(); i < layout.size(); ++i) y.push_back(layout[StateId{i}].scale * chance.between(-3.0, 3.0));
   return y;
 }
 
@@ -76,8 +74,7 @@ bool same_bits(double left, double right) { return std::bit_cast<std::uint64_t>(
 bool same_as_core(const OneInstant& with, const OneInstant& core) {
   bool same = same_bits(with.reading[angle], core.reading[angle]);
   for (std::size_t i = 0; i < core_state::count; ++i) same = same && same_bits(with.rates[i], core.rates[i]);
-  for (const std::size_t j : coils)
-    same = same && same_bits(with.reading[j], core.reading[j]);
+  for (const std::size_t j : coils) same = same && same_bits(with.reading[j], core.reading[j]);
   return same;
 }
 
@@ -225,8 +222,7 @@ TEST_CASE("every effect vanishes as its strength goes to null: half the strength
         const auto with = at_one_instant(limb, given, with_own_states(limb, y, chance));
         const auto core = at_one_instant(default_plant(), given, y);
         for (std::size_t i = 0; i < core_state::count; ++i) sum += std::abs(with.rates[i] - core.rates[i]);
-        for (const std::size_t j : coils)
-          sum += std::abs(with.reading[j] - core.reading[j]);
+        for (const std::size_t j : coils) sum += std::abs(with.reading[j] - core.reading[j]);
         sum += std::abs(with.reading[angle] - core.reading[angle]);
       }
       return sum;

@@ -5,9 +5,9 @@
 
 #include "plant/integrator.h"
 #include "sim/simulation.h"
+#include "tests/long_when_sanitized.h"
 #include "tests/plant/limb/general.h"
 #include "tests/plant/limb/one_instant.h"
-#include "tests/long_when_sanitized.h"
 
 namespace plant_limb_general_test {
 
@@ -29,7 +29,8 @@ constexpr std::size_t temperature = 0, martensite = 3, angle = 6, angular_veloci
 }
 
 bool same_bits(const std::vector<double>& left, const std::vector<double>& right) {
-  return std::ranges::equal(left, right, [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); });
+  return std::ranges::equal(left, right,
+                            [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); });
 }
 
 // Something else at every call, the same everywhere.
@@ -196,7 +197,8 @@ TEST_CASE("general limb: a bend stretches a coil by what it shares with it, and 
       std::vector<double> y{60.0, 0.4, 0.3, 0.1, 0.0, 0.0};
       y[2 + b] += 1.0;
       const double taken_m = here.now.stretch_m[0] - at_one_instant(any, {}, y).now.stretch_m[0];
-      CHECK(here.now.moment_Nm[b] == doctest::Approx(here.now.tension_N[0] * taken_m - 0.05 * (b == 0 ? 0.3 : 0.1)).epsilon(1e-12).scale(0.05));
+      CHECK(here.now.moment_Nm[b] ==
+            doctest::Approx(here.now.tension_N[0] * taken_m - 0.05 * (b == 0 ? 0.3 : 0.1)).epsilon(1e-12).scale(0.05));
     }
   }
 }
@@ -280,8 +282,7 @@ TEST_CASE("cross heating: heat goes between each two coils of one segment and to
     const auto with = at_one_instant(limb, {}, y), without = at_one_instant(plant_of(three_coils), {}, y);
     // By hand: A gives 30 K and 50 K, B takes 30 K and gives 20 K, C takes 50 K and 20 K.
     const double expected_W[] = {-0.8, 0.1, 0.7};
-    for (std::size_t j = 0; j < 3; ++j)
-      CHECK(with.now.heat_W[j] - without.now.heat_W[j] == doctest::Approx(expected_W[j]).epsilon(1e-12));
+    for (std::size_t j = 0; j < 3; ++j) CHECK(with.now.heat_W[j] - without.now.heat_W[j] == doctest::Approx(expected_W[j]).epsilon(1e-12));
   }
 }
 
@@ -347,7 +348,9 @@ TEST_CASE("supply sag: the source feels the currents of all coils") {
 
 TEST_CASE("own values: a part's own act on that part alone, the shared ones on all others") {
   const std::vector<double> y{85.0, 85.0, 85.0, 85.0, 0.5, 0.5, 0.5, 0.5, 0.2, 0.2, 0.1, 0.1};
-  const auto with = [&](const std::string& effects) { return at_one_instant(plant_of(two_segments + "effects: { " + effects + " }\n"), {}, y); };
+  const auto with = [&](const std::string& effects) {
+    return at_one_instant(plant_of(two_segments + "effects: { " + effects + " }\n"), {}, y);
+  };
   const auto without = at_one_instant(plant_of(two_segments), {}, y);
 
   const auto convection = with("convection_nonlinearity: { slope_1_K: 0.002, C: { slope_1_K: 0.01 } }");
@@ -399,7 +402,8 @@ TEST_CASE("own values: an effect is on when any part's strength is not at its nu
 
 TEST_CASE("own values: plants are equal only where the same part has the same value") {
   const auto plant = [](const char* part, const char* value) {
-    return plant_of("format: 2\neffects: { latent_heat: { latent_heat_J: 12, " + std::string(part) + ": { latent_heat_J: " + value + " } } }\n");
+    return plant_of("format: 2\neffects: { latent_heat: { latent_heat_J: 12, " + std::string(part) + ": { latent_heat_J: " + value +
+                    " } } }\n");
   };
   CHECK(plant("A", "15") == plant("A", "15"));
   CHECK_FALSE(plant("A", "15") == plant("A", "16"));
@@ -408,20 +412,21 @@ TEST_CASE("own values: plants are equal only where the same part has the same va
 }
 
 TEST_CASE("general limb: sensitivities of two segments are what differences say, with values of a part's own" * long_when_sanitized) {
-  const std::string text = two_segments +
-                           "effects:\n  cross_heating: { conductance_W_K: 0.01, C_D: { conductance_W_K: 0.02 } }\n"
-                           "  gravity_load: { moment_Nm: 0.01, tilt_deg: 20 }\n"
-                           "  viscoelastic_creep: { stiffness_Nm_rad: 0.01, time_constant_s: 4, tip: { stiffness_Nm_rad: 0.02, time_constant_s: 2 } }\n";
+  const std::string text =
+      two_segments +
+      "effects:\n  cross_heating: { conductance_W_K: 0.01, C_D: { conductance_W_K: 0.02 } }\n"
+      "  gravity_load: { moment_Nm: 0.01, tilt_deg: 20 }\n"
+      "  viscoelastic_creep: { stiffness_Nm_rad: 0.01, time_constant_s: 4, tip: { stiffness_Nm_rad: 0.02, time_constant_s: 2 } }\n";
   const Plant limb = plant_of(text);
   const auto& system = limb.system();
   SensitivityRequest request;
   // More columns than one pass carries.
-  for (const char* key : {"supply_voltage_V", "resistance_A_Ohm", "heat_capacity_C_J_K", "heat_loss_D_W_K", "ambient_temperature_degC",
-                          "heating_midpoint_degC", "austenite_stiffness_N_m", "moment_arm_C_m", "beam_stiffness_base_Nm_rad",
-                          "beam_stiffness_tip_Nm_rad", "beam_damping_tip_Nms_rad", "angle_offset_tip_deg", "cross_heating.conductance_W_K",
-                          "cross_heating.C_D.conductance_W_K", "gravity_load.moment_Nm", "gravity_load.tilt_deg",
-                          "viscoelastic_creep.stiffness_Nm_rad", "viscoelastic_creep.tip.stiffness_Nm_rad",
-                          "viscoelastic_creep.tip.time_constant_s"})
+  for (const char* key :
+       {"supply_voltage_V", "resistance_A_Ohm", "heat_capacity_C_J_K", "heat_loss_D_W_K", "ambient_temperature_degC",
+        "heating_midpoint_degC", "austenite_stiffness_N_m", "moment_arm_C_m", "beam_stiffness_base_Nm_rad", "beam_stiffness_tip_Nm_rad",
+        "beam_damping_tip_Nms_rad", "angle_offset_tip_deg", "cross_heating.conductance_W_K", "cross_heating.C_D.conductance_W_K",
+        "gravity_load.moment_Nm", "gravity_load.tilt_deg", "viscoelastic_creep.stiffness_Nm_rad", "viscoelastic_creep.tip.stiffness_Nm_rad",
+        "viscoelastic_creep.tip.time_constant_s"})
     request.parameters.push_back(system.parameter(key));
   std::vector<std::optional<double>> given(limb.states().size());
   given[C] = 40.0;
@@ -429,7 +434,8 @@ TEST_CASE("general limb: sensitivities of two segments are what differences say,
   request.initial_states = {StateId{C}, StateId{two::angle}};
   REQUIRE(request.columns() > static_cast<std::size_t>(jet_width));
 
-  const auto integrated = [&](const Plant& plant, const std::vector<std::optional<double>>& start, Method method, const SensitivityRequest& of) {
+  const auto integrated = [&](const Plant& plant, const std::vector<std::optional<double>>& start, Method method,
+                              const SensitivityRequest& of) {
     Integrator run(plant, Start{start, {}}, {.method = method, .relative_tolerance = 1e-11, .most_steps = 1000000}, of);
     run.hold({0.6, 0.0, 0.5, 0.1});
     REQUIRE_FALSE(run.advance_to(3.0));

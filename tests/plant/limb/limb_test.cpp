@@ -14,14 +14,14 @@ using namespace sinew::test;
 TEST_CASE("limb: the core's parameters and their values are those of docs/plant.md, in its order of magnitude and unit") {
   // Copied by hand from the table of section 1.
   const std::vector<std::pair<std::string_view, double>> table{
-      {"supply_voltage_V", 7.0}, {"resistance_A_Ohm", 2.5}, {"resistance_B_Ohm", 2.5}, {"heat_capacity_A_J_K", 0.85},
-      {"heat_capacity_B_J_K", 0.85}, {"heat_loss_A_W_K", 0.040}, {"heat_loss_B_W_K", 0.040},
-      {"ambient_temperature_degC", 25.0}, {"heating_midpoint_degC", 75.0}, {"heating_width_K", 7.0},
-      {"cooling_midpoint_degC", 60.0}, {"cooling_width_K", 7.0}, {"transformation_time_s", 0.10},
-      {"austenite_stiffness_N_m", 313.0}, {"martensite_stiffness_N_m", 113.0}, {"coil_stretch_m", 0.030},
-      {"transformation_stretch_m", 0.028}, {"moment_arm_A_m", 0.006}, {"moment_arm_B_m", 0.006},
-      {"beam_stiffness_Nm_rad", 0.050}, {"beam_damping_Nms_rad", 0.004}, {"beam_inertia_kgm2", 2.0e-5},
-      {"angle_offset_deg", 0.0}, {"bend_sign", 1.0}};
+      {"supply_voltage_V", 7.0},       {"resistance_A_Ohm", 2.5},           {"resistance_B_Ohm", 2.5},
+      {"heat_capacity_A_J_K", 0.85},   {"heat_capacity_B_J_K", 0.85},       {"heat_loss_A_W_K", 0.040},
+      {"heat_loss_B_W_K", 0.040},      {"ambient_temperature_degC", 25.0},  {"heating_midpoint_degC", 75.0},
+      {"heating_width_K", 7.0},        {"cooling_midpoint_degC", 60.0},     {"cooling_width_K", 7.0},
+      {"transformation_time_s", 0.10}, {"austenite_stiffness_N_m", 313.0},  {"martensite_stiffness_N_m", 113.0},
+      {"coil_stretch_m", 0.030},       {"transformation_stretch_m", 0.028}, {"moment_arm_A_m", 0.006},
+      {"moment_arm_B_m", 0.006},       {"beam_stiffness_Nm_rad", 0.050},    {"beam_damping_Nms_rad", 0.004},
+      {"beam_inertia_kgm2", 2.0e-5},   {"angle_offset_deg", 0.0},           {"bend_sign", 1.0}};
   const Plant limb = default_plant();
   std::size_t of_core = 0;
   for (const ParameterInfo& parameter : parameters()) of_core += !parameter.effect;
@@ -39,39 +39,37 @@ TEST_CASE("limb: the catalogue of docs/plant.md is there, effect by effect, para
     double null_value;
   };
   // Copied by hand from the table of section 2.
-  const std::vector<Row> table{
-      {"thermocouple_lag", "sensor.temperature", {"time_constant_s"}, 0.0},
-      {"thermocouple_heat_sink", "sensor.temperature", {"gain"}, 1.0},
-      {"body_heat_storage", "thermal", {"conductance_W_K", "heat_capacity_J_K", "heat_loss_W_K"}, 0.0},
-      {"cross_heating", "thermal", {"conductance_W_K"}, 0.0},
-      {"latent_heat", "thermal", {"latent_heat_J"}, 0.0},
-      {"convection_nonlinearity", "thermal", {"slope_1_K"}, 0.0},
-      {"airflow_change", "thermal", {"relative_change", "onset_s"}, 0.0},
-      {"ambient_drift", "thermal", {"rate_K_s"}, 0.0},
-      {"resistance_change", "actuation", {"relative_increase"}, 0.0},
-      {"supply_sag", "actuation", {"source_resistance_Ohm"}, 0.0},
-      {"duty_deadband", "actuation", {"threshold_fraction"}, 0.0},
-      {"input_delay", "actuation", {"delay_s"}, 0.0},
-      {"stress_shift", "transformation", {"shift_K_N"}, 0.0},
-      {"fatigue", "transformation", {"loss_per_cycle"}, 0.0},
-      {"minor_loops", "transformation", {"slope_share"}, 0.0},
-      {"r_phase", "transformation", {"share", "midpoint_degC", "width_K"}, 0.0},
-      {"viscoelastic_creep", "mechanics", {"stiffness_Nm_rad", "time_constant_s"}, 0.0},
-      {"dry_friction", "mechanics", {"moment_Nm", "smoothing_rad_s"}, 0.0},
-      {"cubic_stiffening", "mechanics", {"stiffness_Nm_rad3"}, 0.0},
-      {"gravity_load", "mechanics", {"moment_Nm", "tilt_deg"}, 0.0},
-      {"coil_slack", "mechanics", {"enabled"}, 0.0},
-      {"hard_stop", "mechanics", {"stiffness_Nm_rad", "angle_deg"}, 0.0},
-      {"angle_sensor_lag", "sensor.angle", {"time_constant_s"}, 0.0},
-      {"angle_sensor_drift", "sensor.angle", {"rate_deg_s"}, 0.0}};
+  const std::vector<Row> table{{"thermocouple_lag", "sensor.temperature", {"time_constant_s"}, 0.0},
+                               {"thermocouple_heat_sink", "sensor.temperature", {"gain"}, 1.0},
+                               {"body_heat_storage", "thermal", {"conductance_W_K", "heat_capacity_J_K", "heat_loss_W_K"}, 0.0},
+                               {"cross_heating", "thermal", {"conductance_W_K"}, 0.0},
+                               {"latent_heat", "thermal", {"latent_heat_J"}, 0.0},
+                               {"convection_nonlinearity", "thermal", {"slope_1_K"}, 0.0},
+                               {"airflow_change", "thermal", {"relative_change", "onset_s"}, 0.0},
+                               {"ambient_drift", "thermal", {"rate_K_s"}, 0.0},
+                               {"resistance_change", "actuation", {"relative_increase"}, 0.0},
+                               {"supply_sag", "actuation", {"source_resistance_Ohm"}, 0.0},
+                               {"duty_deadband", "actuation", {"threshold_fraction"}, 0.0},
+                               {"input_delay", "actuation", {"delay_s"}, 0.0},
+                               {"stress_shift", "transformation", {"shift_K_N"}, 0.0},
+                               {"fatigue", "transformation", {"loss_per_cycle"}, 0.0},
+                               {"minor_loops", "transformation", {"slope_share"}, 0.0},
+                               {"r_phase", "transformation", {"share", "midpoint_degC", "width_K"}, 0.0},
+                               {"viscoelastic_creep", "mechanics", {"stiffness_Nm_rad", "time_constant_s"}, 0.0},
+                               {"dry_friction", "mechanics", {"moment_Nm", "smoothing_rad_s"}, 0.0},
+                               {"cubic_stiffening", "mechanics", {"stiffness_Nm_rad3"}, 0.0},
+                               {"gravity_load", "mechanics", {"moment_Nm", "tilt_deg"}, 0.0},
+                               {"coil_slack", "mechanics", {"enabled"}, 0.0},
+                               {"hard_stop", "mechanics", {"stiffness_Nm_rad", "angle_deg"}, 0.0},
+                               {"angle_sensor_lag", "sensor.angle", {"time_constant_s"}, 0.0},
+                               {"angle_sensor_drift", "sensor.angle", {"rate_deg_s"}, 0.0}};
   CHECK(effects().size() >= table.size());  // the catalogue is open
   for (const Row& row : table) {
     INFO(row.effect);
     const EffectInfo& effect = effects()[effect_id(row.effect)];
     CHECK(effect.place == row.place);
     REQUIRE(effect.parameters.size() == row.parameters.size());
-    for (std::size_t k = 0; k < row.parameters.size(); ++k)
-      CHECK(parameters()[effect.parameters[k]].declaration.name == row.parameters[k]);
+    for (std::size_t k = 0; k < row.parameters.size(); ++k) CHECK(parameters()[effect.parameters[k]].declaration.name == row.parameters[k]);
     CHECK(effect.strength == effect.parameters.front());
     CHECK(parameters()[effect.strength].declaration.null_value == row.null_value);
   }
@@ -113,8 +111,7 @@ TEST_CASE("limb: setting one parameter moves that one alone") {
   for (const ParameterId p : parameters().ids()) {
     Plant limb = default_plant();
     limb.set(p, 1234.5);
-    for (const ParameterId other : parameters().ids())
-      CHECK(limb.get(other) == (other == p ? 1234.5 : default_plant().get(other)));
+    for (const ParameterId other : parameters().ids()) CHECK(limb.get(other) == (other == p ? 1234.5 : default_plant().get(other)));
   }
 }
 

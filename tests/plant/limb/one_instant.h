@@ -29,14 +29,10 @@ inline constexpr std::size_t temperature = 0, martensite = 2, angle = 4, angular
 inline doctest::Approx by_hand(double value) { return doctest::Approx(value).epsilon(1e-13).scale(std::abs(value)); }
 
 // Nothing is driven.
-inline plant::Situation idle(const plant::Plant& limb) {
-  return {.inputs = std::vector<double>(limb.system().inputs().size(), 0.0)};
-}
+inline plant::Situation idle(const plant::Plant& limb) { return {.inputs = std::vector<double>(limb.system().inputs().size(), 0.0)}; }
 
 // The lists of the two-coil limb.
-inline const plant::ListOf<plant::ParameterId, plant::ParameterInfo>& parameters() {
-  return plant::two_coil_limb()->parameters();
-}
+inline const plant::ListOf<plant::ParameterId, plant::ParameterInfo>& parameters() { return plant::two_coil_limb()->parameters(); }
 inline const plant::ListOf<plant::EffectId, plant::EffectInfo>& effects() { return plant::two_coil_limb()->effects(); }
 inline plant::ParameterId parameter_id(std::string_view key) { return plant::two_coil_limb()->parameter(key); }
 inline plant::EffectId effect_id(std::string_view name) { return plant::two_coil_limb()->effect(name); }
@@ -49,15 +45,13 @@ inline void set_in_file_units(plant::Plant& limb, std::string_view key, double v
 }
 
 // Turns one effect on; values are in the units of files.
-inline void turn_on(plant::Plant& limb, std::string_view effect,
-                    std::initializer_list<std::pair<std::string_view, double>> values = {}) {
+inline void turn_on(plant::Plant& limb, std::string_view effect, std::initializer_list<std::pair<std::string_view, double>> values = {}) {
   limb.turn(limb.system().effect(effect), true);
   for (const auto& [name, value] : values) set_in_file_units(limb, std::string(effect) + "." + std::string(name), value);
 }
 
 // The default limb with one effect on.
-inline plant::Plant limb_with(std::string_view effect,
-                              std::initializer_list<std::pair<std::string_view, double>> values = {}) {
+inline plant::Plant limb_with(std::string_view effect, std::initializer_list<std::pair<std::string_view, double>> values = {}) {
   plant::Plant limb = plant::default_plant();
   turn_on(limb, effect, values);
   return limb;

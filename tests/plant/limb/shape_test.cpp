@@ -15,7 +15,9 @@ using namespace sinew::plant;
 namespace {
 
 // Descriptions by hand: a word, a list, a map. Paths are given from the root by `placed`.
-Description word(std::string text) { return {.kind = Description::Kind::scalar, .path = "", .scalar = std::move(text), .map = {}, .list = {}}; }
+Description word(std::string text) {
+  return {.kind = Description::Kind::scalar, .path = "", .scalar = std::move(text), .map = {}, .list = {}};
+}
 Description list(std::vector<Description> values) {
   return {.kind = Description::Kind::list, .path = "", .scalar = "", .map = {}, .list = std::move(values)};
 }
@@ -87,8 +89,12 @@ std::vector<std::string> names_in(const List& all, Name&& name) {
 }
 using Names = std::vector<std::string>;
 
-Names input_columns(const System& system) { return names_in(system.inputs(), [](const auto& i) { return i.column; }); }
-Names channel_columns(const System& system) { return names_in(system.channels(), [](const auto& c) { return c.column; }); }
+Names input_columns(const System& system) {
+  return names_in(system.inputs(), [](const auto& i) { return i.column; });
+}
+Names channel_columns(const System& system) {
+  return names_in(system.channels(), [](const auto& c) { return c.column; });
+}
 Names core_keys(const System& system) {
   Names keys;
   for (const ParameterInfo& info : system.parameters())
@@ -121,7 +127,8 @@ TEST_CASE("shape: the two-coil limb as a description is composed like that of fo
   CHECK(yaml_of(described) == yaml_of(built_in));
   const auto one = limb_of(two_coil_parts());
   CHECK(core_keys(*one) == core_keys(*two_coil_limb()));
-  CHECK(state_keys(*one, {"thermocouple_lag", "body_heat_storage"}) == state_keys(*two_coil_limb(), {"thermocouple_lag", "body_heat_storage"}));
+  CHECK(state_keys(*one, {"thermocouple_lag", "body_heat_storage"}) ==
+        state_keys(*two_coil_limb(), {"thermocouple_lag", "body_heat_storage"}));
   CHECK(input_columns(*one) == input_columns(*two_coil_limb()));
   CHECK(channel_columns(*one) == channel_columns(*two_coil_limb()));
   CHECK(one->entries().size() == two_coil_limb()->entries().size());
@@ -225,8 +232,16 @@ TEST_CASE("shape: couplings are exact at right angles, whatever way the directio
     const char* direction_deg;
     double x, y;
   };
-  for (const auto& [direction_deg, x, y] : {Case{"0", 1, 0}, {"90", 0, 1}, {"180", -1, 0}, {"270", 0, -1}, {"-90", 0, -1}, {"-180", -1, 0},
-                                            {"360", 1, 0}, {"-360", 1, 0}, {"-270", 0, 1}, {"9e1", 0, 1}}) {
+  for (const auto& [direction_deg, x, y] : {Case{"0", 1, 0},
+                                            {"90", 0, 1},
+                                            {"180", -1, 0},
+                                            {"270", 0, -1},
+                                            {"-90", 0, -1},
+                                            {"-180", -1, 0},
+                                            {"360", 1, 0},
+                                            {"-360", 1, 0},
+                                            {"-270", 0, 1},
+                                            {"9e1", 0, 1}}) {
     CAPTURE(direction_deg);
     const Shape shape = shape_of(Parts{{segment("arm", "2")}, {coil("A", "arm", direction_deg)}, {bend("x_deg", "arm", "x")}}.limb());
     CHECK(shape.couplings.size() == 1);  // none is kept for what is at a right angle
@@ -237,10 +252,10 @@ TEST_CASE("shape: couplings are exact at right angles, whatever way the directio
 
 TEST_CASE("shape: opposite coils couple by the same size to the last bit, at any direction, and 45 degrees to both axes alike") {
   for (int degrees = 0; degrees < 180; ++degrees) {
-    const Shape shape = shape_of(Parts{{segment("arm", "2")},
-                                       {coil("A", "arm", std::to_string(degrees)), coil("B", "arm", std::to_string(degrees + 180))},
-                                       {bend("x_deg", "arm", "x")}}
-                                     .limb());
+    const Shape shape = shape_of(Parts{
+        {segment("arm", "2")},
+        {coil("A", "arm", std::to_string(degrees)), coil("B", "arm", std::to_string(degrees + 180))},
+        {bend("x_deg", "arm", "x")}}.limb());
     CAPTURE(degrees);
     CHECK(cosine(shape, 0, 0) == -cosine(shape, 1, 0));
     CHECK(cosine(shape, 0, 1) == -cosine(shape, 1, 1));
@@ -283,7 +298,8 @@ TEST_CASE("shape: a limb that is no map, or lacks a list, is an error at the lim
 
 TEST_CASE("shape: an unknown key is an error at the key, with those that may stand there") {
   const Parts all = two_coil_parts();
-  CHECK(error_of(placed(map({{"segments", list(all.segments)}, {"coils", list(all.coils)}, {"channels", list(all.channels)}, {"wires", word("2")}}))) ==
+  CHECK(error_of(placed(
+            map({{"segments", list(all.segments)}, {"coils", list(all.coils)}, {"channels", list(all.channels)}, {"wires", word("2")}}))) ==
         "limb.wires: unknown key; may stand here: channels, coils, segments");
   Parts parts = two_coil_parts();
   parts.segments[0].map.emplace_back("length_m", word("0.1"));

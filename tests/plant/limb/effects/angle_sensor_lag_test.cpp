@@ -25,8 +25,8 @@ TEST_CASE("angle sensor lag: the limb does not know of it, and its offset is add
 }
 
 TEST_CASE("angle sensor lag: behind a steady turn a quick sensor is late by its time constant") {
-  const auto quick = at_one_instant(limb_with("angle_sensor_lag", {{"time_constant_s", 0.5e-3}}), {},
-                                    {25.0, 25.0, 1.0, 1.0, 0.5, 2.0, 0.5});
+  const auto quick =
+      at_one_instant(limb_with("angle_sensor_lag", {{"time_constant_s", 0.5e-3}}), {}, {25.0, 25.0, 1.0, 1.0, 0.5, 2.0, 0.5});
   CHECK(quick.reading[angle] == by_hand(0.499));  // by hand: 0.5 rad - 0.5 ms * 2 rad/s
 }
 

@@ -38,7 +38,7 @@ TEST_CASE("fatigue: from cold to hot and back to cold is one cycle, the other co
   // Nothing turns back on the way, so the count is half the way down and half the way up.
   const double expected = 0.5 * (first - lowest) + 0.5 * (run.state()[2] - lowest);
   CHECK(run.state()[6] == doctest::Approx(expected).epsilon(1e-7));  // a hundred times the solver's tolerance
-  CHECK(run.state()[6] == doctest::Approx(1.0).epsilon(0.01));      // the cold envelope is 0.993, not 1
+  CHECK(run.state()[6] == doctest::Approx(1.0).epsilon(0.01));       // the cold envelope is 0.993, not 1
   CHECK(run.state()[7] == 0.0);
 }
 

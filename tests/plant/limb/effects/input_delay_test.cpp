@@ -12,9 +12,7 @@ using namespace sinew::test;
 namespace {
 
 // By hand: T(t) of a wire heated at duty 0.6 from ambient temperature for that long.
-double heated_degC(double seconds) {
-  return 25.0 + 0.6 * 49.0 / 2.5 / 0.04 * (1.0 - std::exp(-seconds * 0.04 / 0.85));
-}
+double heated_degC(double seconds) { return 25.0 + 0.6 * 49.0 / 2.5 / 0.04 * (1.0 - std::exp(-seconds * 0.04 / 0.85)); }
 
 }  // namespace
 

@@ -39,9 +39,7 @@ TEST_CASE("minor loops: outside the loop the envelopes rule alone") {
 }
 
 TEST_CASE("minor loops: the term fades in from the edge of the loop") {
-  const auto rate_1_s = [&](double fraction) {
-    return at_one_instant(looping, {}, {70.0, 25.0, fraction, 1.0, 0.0, 0.0}).rates[2];
-  };
+  const auto rate_1_s = [&](double fraction) { return at_one_instant(looping, {}, {70.0, 25.0, fraction, 1.0, 0.0, 0.0}).rates[2]; };
   const double whole_1_s = 0.2 * cooling_slope_1_K * -1.8 / 0.85;
   // Half-way through the edge of 0.001 half of it is there; the depth is a difference of numbers near 1/2.
   CHECK(rate_1_s(cooling_envelope + 0.0005) == doctest::Approx(0.5 * whole_1_s).epsilon(1e-11));

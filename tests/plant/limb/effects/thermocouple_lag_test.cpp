@@ -33,12 +33,12 @@ TEST_CASE("thermocouple lag: behind a steady ramp the bead stays late by its tim
   // By hand: (0.6 * 49 V^2 / 2.5 Ohm - 0.04 W/K * 55 K) / 0.85 J/K = 9.56 / 0.85 K/s.
   const double ramp_K_s = 9.56 / 0.85;
   const double late_degC = 80.0 - 1.5 * ramp_K_s;
-  const auto slow = at_one_instant(limb_with("thermocouple_lag", {{"time_constant_s", 1.5}}), heating,
-                                   {80.0, 30.0, 0.2, 1.0, 0.0, 0.0, late_degC, 30.0});
+  const auto slow =
+      at_one_instant(limb_with("thermocouple_lag", {{"time_constant_s", 1.5}}), heating, {80.0, 30.0, 0.2, 1.0, 0.0, 0.0, late_degC, 30.0});
   CHECK(slow.rates[6] == by_hand(ramp_K_s));
   // A bead too quick to have a state of its own is late by the same law.
-  const auto quick = at_one_instant(limb_with("thermocouple_lag", {{"time_constant_s", 0.5e-3}}), heating,
-                                    {80.0, 30.0, 0.2, 1.0, 0.0, 0.0, 80.0, 30.0});
+  const auto quick =
+      at_one_instant(limb_with("thermocouple_lag", {{"time_constant_s", 0.5e-3}}), heating, {80.0, 30.0, 0.2, 1.0, 0.0, 0.0, 80.0, 30.0});
   CHECK(quick.reading[A] == by_hand(80.0 - 0.5e-3 * ramp_K_s));
 }
 
