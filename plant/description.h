@@ -6,7 +6,6 @@
 
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace sinew::plant {
@@ -16,8 +15,14 @@ struct Description {
   Kind kind = Kind::empty;
   std::string path;
   std::string scalar;
-  std::vector<std::pair<std::string, Description>> map;
+  struct Entry;
+  std::vector<Entry> map;
   std::vector<Description> list;
+};
+
+struct Description::Entry {
+  std::string key;
+  Description value;
 };
 
 class DescriptionError : public std::runtime_error {

@@ -231,7 +231,7 @@ Log parse_text_log(std::string text, std::string file, const LogLayout& layout, 
       log.comments.push_back(comment_of(line));
       continue;
     }
-    if (std::any_of(layout.ignore.begin(), layout.ignore.end(), [&](const std::string& p) { return matches_pattern(line, p); })) {
+    if (std::any_of(layout.ignore.begin(), layout.ignore.end(), [row = line](const std::string& p) { return matches_pattern(row, p); })) {
       log.notes.ignored_lines.add(number);
       continue;
     }

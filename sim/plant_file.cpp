@@ -90,7 +90,7 @@ plant::Description description_of(const YamlValue& value) {
                 : value.kind == YamlValue::Kind::map  ? plant::Description::Kind::map
                 : value.kind == YamlValue::Kind::list ? plant::Description::Kind::list
                                                       : plant::Description::Kind::empty;
-  for (const auto& entry : value.map) result.map.emplace_back(entry.key, description_of(entry.value));
+  for (const auto& entry : value.map) result.map.push_back({entry.key, description_of(entry.value)});
   for (const YamlValue& one : value.list) result.list.push_back(description_of(one));
   return result;
 }

@@ -21,7 +21,7 @@ Description word(std::string text) {
 Description list(std::vector<Description> values) {
   return {.kind = Description::Kind::list, .path = "", .scalar = "", .map = {}, .list = std::move(values)};
 }
-Description map(std::vector<std::pair<std::string, Description>> values) {
+Description map(std::vector<Description::Entry> values) {
   return {.kind = Description::Kind::map, .path = "", .scalar = "", .map = std::move(values), .list = {}};
 }
 // As in a file: "limb", "limb.coils", "limb.coils[1]", "limb.coils[1].segment".
