@@ -384,6 +384,7 @@ class Application {
     keep_rows();
     look_at_steps();
     compute();
+    if (map_.pauses) fill_pauses(*map_.pauses);
     Conversion result;
     result.table.comments = log_.comments;
     result.table.columns.push_back({"time_s", time_s_});
@@ -421,6 +422,34 @@ class Application {
 
   std::string where_names_stand() const {
     return log_.header_line() > 0 ? log_.file + ":" + std::to_string(log_.header_line()) : log_.file;
+  }
+
+  // A row for each pause, one period after the last row before it.
+  void fill_pauses(const PauseRule& rule) {
+    std::vector<double> steps_s;
+    for (std::size_t k = 1; k < time_s_.size(); ++k) steps_s.push_back(time_s_[k] - time_s_[k - 1]);
+    const double period_s = lower_median(std::move(steps_s));
+    std::vector<double> time_s;
+    std::vector<std::vector<double>> values(values_.size());
+    std::size_t pauses = 0;
+    double ended_s = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < time_s_.size(); ++k) {
+      if (k > 0 && time_s_[k] - time_s_[k - 1] > rule.longer_than_s) {
+        ++pauses;
+        ended_s = time_s_[k];
+        time_s.push_back(time_s_[k - 1] + std::min(period_s, 0.5 * (time_s_[k] - time_s_[k - 1])));
+        for (auto& column : values) column.push_back(not_a_number);
+        for (const auto& [column, value] : rule.then) values[column].back() = value;
+      }
+      time_s.push_back(time_s_[k]);
+      for (std::size_t i = 0; i < values_.size(); ++i) values[i].push_back(values_[i][k]);
+      for (const auto& [column, settling_s] : rule.settling)
+        if (time_s_[k] < ended_s + settling_s) values[column].back() = not_a_number;
+    }
+    time_s_ = std::move(time_s);
+    values_ = std::move(values);
+    notes_ += std::to_string(pauses) + (pauses == 1 ? " pause" : " pauses") + " of more than " + shortest(rule.longer_than_s) +
+              " s, each with a row of its own as the map says\n";
   }
 
   void find_columns() {
@@ -841,6 +870,42 @@ std::vector<std::string> LogMap::wanted_names() const {
   return names;
 }
 
+namespace {
+
+PauseRule read_pauses(const YamlValue& value, const LogMap& map) {
+  YamlMap keys(value);
+  PauseRule rule;
+  const YamlValue& longer = keys.require("longer_than_s", "how long a gap must be to be a pause, in seconds");
+  rule.longer_than_s = longer.number();
+  if (!(rule.longer_than_s > 0.0)) longer.complain("must be greater than 0");
+  const auto by_column = [&](const YamlValue& list) {
+    YamlMap checked(list);
+    std::vector<std::pair<std::size_t, double>> all;
+    for (const auto& entry : list.map) {
+      std::vector<std::string> names;
+      for (const ColumnRule& column : map.columns) {
+        if (column.written && column.name == entry.key)
+          all.emplace_back(static_cast<std::size_t>(&column - map.columns.data()), entry.value.number());
+        if (column.written) names.push_back(column.name);
+      }
+      if (std::find(names.begin(), names.end(), entry.key) == names.end())
+        throw InputError({value.file, entry.line, entry.column, list.path + "." + entry.key, "",
+                          "no such column in `columns`" + did_you_mean(entry.key, names)});
+    }
+    return all;
+  };
+  rule.then = by_column(keys.require("then", "the value of each input while a pause lasts: {duty_A: 0}"));
+  if (const YamlValue* settling = keys.find("settling")) {
+    rule.settling = by_column(*settling);
+    for (const auto& entry : settling->map)
+      if (!(entry.value.number() >= 0.0)) entry.value.complain("must be at least 0");
+  }
+  keys.finish();
+  return rule;
+}
+
+}  // namespace
+
 LogMap parse_log_map(const YamlValue& value) {
   LogMap map;
   map.file = value.file;
@@ -880,7 +945,9 @@ LogMap parse_log_map(const YamlValue& value) {
   const YamlValue& columns = keys.require("columns", "what is written: a name for each column, and where it comes from");
   read_columns(columns, true);
   if (columns.map.empty()) columns.complain("names no column");
+  const YamlValue* pauses = keys.find("pauses");
   keys.finish();
+  if (pauses != nullptr) map.pauses = read_pauses(*pauses, map);
   for (std::size_t i = 0; i < map.columns.size(); ++i) {
     ColumnRule& rule = map.columns[i];
     if (rule.kind == ColumnKind::difference) {

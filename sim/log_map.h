@@ -73,6 +73,13 @@ struct ColumnRule {
   Outside outside = Outside::error;
 };
 
+// A pause is a gap in which the logger wrote nothing, and the machine was not left as the last row says.
+struct PauseRule {
+  double longer_than_s = 0.0;
+  std::vector<std::pair<std::size_t, double>> then;      // a column in LogMap::columns, and its value while the pause lasts
+  std::vector<std::pair<std::size_t, double>> settling;  // a column, and how long after a pause its samples are missing, in seconds
+};
+
 struct LogMap {
   std::string file;
   LogLayout layout{};
@@ -80,6 +87,7 @@ struct LogMap {
   std::vector<PointRule> points;
   std::vector<ColumnRule> columns;  // helpers among them; in the order of the map
   std::vector<std::size_t> order;   // of computing: what a column is computed from comes before it
+  std::optional<PauseRule> pauses;
   // The names in the file that the map asks for.
   std::vector<std::string> wanted_names() const;
 };

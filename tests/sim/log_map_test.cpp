@@ -113,6 +113,22 @@ TEST_CASE("map: values that mean missing, by number and by word") {
   CHECK(c.notes == "x_V: 2 missing samples, left missing (first on line 3)\ny_V: 1 missing sample, left missing (line 4)\n");
 }
 
+TEST_CASE("map: what happens in a pause that was not logged") {
+  const std::string map =
+      "format: 1\ntime: t\ncolumns: {duty_A: d, angle_deg: a}\n"
+      "pauses: {longer_than_s: 5, then: {duty_A: 0}, settling: {angle_deg: 1.5}}\n";
+  const Conversion c = convert(map, "t,d,a\n0,0.1,1\n1,0.2,2\n11,0.3,3\n12,0.4,4\n13,0.5,5\n17,0.6,6\n");
+  CHECK(values(c, "time_s") == "0 1 2 11 12 13 17");
+  CHECK(values(c, "duty_A") == "0.1 0.2 0 0.3 0.4 0.5 0.6");
+  CHECK(values(c, "angle_deg") == "1 2 - - - 5 6");
+  CHECK(c.notes.find("1 pause of more than 5 s, each with a row of its own as the map says\n") != std::string::npos);
+  CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 5, then: {duty_a: 0}}\n") ==
+        "m.yaml:4:35: pauses.then.duty_a\n  no such column in `columns`; did you mean duty_A?");
+  CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 0, then: {duty_A: 0}}\n") ==
+        "m.yaml:4:25: pauses.longer_than_s = 0\n  must be greater than 0");
+  CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 5}\n").find("pauses.then") != std::string::npos);
+}
+
 TEST_CASE("map: time in its units, the first row at 0") {
   const auto times = [](const std::string& time, const std::string& a, const std::string& b) {
     return values(convert("format: 1\ntime: " + time + "\ncolumns: {x_V: x}\n", "t,x\n" + a + ",1\n" + b + ",2\n"), "time_s");
@@ -442,7 +458,7 @@ TEST_CASE("map: those that ship read the data at hand") {
     }
   }
   const Conversion walk = with("limbs/two_axis_limb.map.yaml", "two_axis_limb/data_random_walk_stiff_1.csv");
-  CHECK(walk.table.rows() == 16882);
+  CHECK(walk.table.rows() == 16951);
   CHECK(walk.table.find("duty_nx")->values.back() == 25.0 / 255.0);
   CHECK(walk.table.find("time_s")->values.back() == doctest::Approx(2921.972));
   for (const char* coil : {"px", "nx", "py", "ny"}) {
