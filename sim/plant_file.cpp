@@ -38,6 +38,8 @@ double read_value(const YamlValue& value, const Declaration& declared, std::stri
   return number;
 }
 
+constexpr const char* all_effects_advice = "`sinew effects` lists all effects";
+
 void read_core(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
   const auto& all = plant.system().parameters();
@@ -79,7 +81,6 @@ void read_effects(const YamlValue& value, plant::Plant& plant) {
       read_effect_values(of_part, std::string(effect.name) + "." + part, effect.name, plant);
     }
   }
-  map.finish("`sinew effects` lists all effects");
 }
 
 plant::Description description_of(const YamlValue& value) {
@@ -157,7 +158,16 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
       making = {&maker, description_of(*structure), {}};
       anew = true;
     }
+  const YamlValue* parameters = map.find("parameters");
   const YamlValue* effects = map.find("effects");
+  map.finish();
+  if (effects) {
+    // Before a part's own values are asked for: an unknown effect may be a misspelling.
+    const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
+    YamlMap names(*effects);
+    for (const auto& effect : without_own.system().effects()) names.find(effect.name);
+    names.finish(all_effects_advice);
+  }
   if (effects)
     for (const auto& effect : effects->map)
       for (const auto& entry : effect.value.map)
@@ -174,9 +184,8 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
     if (again.system().name() != plant.system().name()) again = plant::Plant(again.shared_system());
     plant = again;
   }
-  if (const YamlValue* parameters = map.find("parameters")) read_core(*parameters, plant);
+  if (parameters) read_core(*parameters, plant);
   if (effects) read_effects(*effects, plant);
-  map.finish();
   plant.turn_on_by_strength();
   return {plant, making};
 }

@@ -461,7 +461,9 @@ TEST_CASE("plant file: values of a part's own need a part that the effect acts o
   CHECK(reading_error("effects: { cross_heating: { conductance_W_K: 0.01, B_A: { conductance_W_K: 0.02 } } }") ==
         "p.yaml:1:57: effects.cross_heating.B_A = { a map }\n  no such parameter, and no part that this effect acts on; these are A_B");
   CHECK(reading_error("effects: { latent_heet: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }") ==
-        "p.yaml:1:49: effects.latent_heet.B = { a map }\n  no such effect");
+        "p.yaml:1:12: effects.latent_heet\n  no such key here; did you mean latent_heat?\n  `sinew effects` lists all effects");
+  CHECK(reading_error("parametres: {}\neffects: { latent_heet: { B: { latent_heat_J: 15 } } }") ==
+        "p.yaml:1:1: parametres\n  no such key here; did you mean parameters?");
 }
 
 TEST_CASE("plant file: values of a part's own are complete, known and in their range, beside complete shared ones") {
