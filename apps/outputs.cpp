@@ -371,14 +371,14 @@ void Outputs::claim_in_parts(const std::string& name) {
 }
 
 fs::path Outputs::scratch(const std::string& name) {
-  const fs::path file = folder_ / staging_name / name;
+  fs::path file = folder_ / staging_name / name;
   fs::create_directories(file.parent_path());
   return file;
 }
 
 fs::path Outputs::stage(const std::string& name, std::string_view content) {
   if (std::find(claimed_.begin(), claimed_.end(), name) == claimed_.end()) throw std::logic_error(name + " is written but was not claimed");
-  const fs::path file = scratch(name);
+  fs::path file = scratch(name);
   sim::write_file_whole(file, content);
   staged_.push_back(name);
   return file;
