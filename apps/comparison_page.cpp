@@ -274,7 +274,7 @@ std::vector<report::TimePlot> paper_figure(const diagnose::Comparison& compariso
 
 std::string input_words(const plant::System& system) {
   const std::string& words = system.inputs()[plant::InputId{0}].words;
-  const std::string first = words.substr(0, words.rfind(' '));
+  std::string first = words.substr(0, words.rfind(' '));
   for (const auto& input : system.inputs())
     if (!input.words.starts_with(first)) return "inputs";
   return first;

@@ -27,7 +27,7 @@
 namespace sinew::apps {
 namespace {
 
-constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or kept back
+constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or held out
 
 struct DiagnoseArguments {
   std::vector<std::string> training, held_out, without;
@@ -196,12 +196,12 @@ void add_diagnose(CLI::App& program, int& exit_code) {
       ->expected(1, 1000);
   command
       ->add_option("--heldout", arguments->held_out,
-                   "recordings in CSV that are only predicted; without any, parts of the training recordings are kept back")
+                   "recordings in CSV that are only predicted; without any, parts of the training recordings are held out")
       ->expected(1, 1000);
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
   command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
       ->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is kept back")
+  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is held out")
       ->check(finite_number());
   command
       ->add_option("--noise", arguments->noise,

@@ -167,7 +167,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                             {"nominal", per_channel(d, held.nominal)},
                             {"gain", gain},
                             {"samples", per_channel(d, held.samples)},
-                            {"kept_back", kept_back_words(d)}};
+                            {"kept_back", held_out_words(d)}};
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
   for (const plant::ChannelId c : channels_of(d).ids())
     json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},
@@ -250,7 +250,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
     text += "# What was added is a stand-in for something that the catalogue does not have.\n";
   else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
-  text += "# RMSE on " + kept_back_words(d) + ", open loop:\n";
+  text += "# RMSE on " + held_out_words(d) + ", open loop:\n";
   for (const plant::ChannelId c : channels_of(d).ids())
     if (d.held_out.samples[c] > 0)
       text += "#   " + channels_of(d)[c].words + ": " + report::significant(d.held_out.after[c], 3) + " " + channels_of(d)[c].unit_words +
@@ -281,7 +281,7 @@ std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d
     if (held_out && prediction.training) continue;
     sim::Recording predicted = nothing;
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
-      if (!held_out && !prediction.kept_back[k]) continue;
+      if (!held_out && !prediction.held_out[k]) continue;
       sim::Sample sample = prediction.recording->samples[k];
       for (const plant::ChannelId c : channels_of(d).ids()) diagnose::measured(sample, c) = prediction.after[c][k];
       predicted.samples.push_back(sample);

@@ -21,8 +21,8 @@ nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, cons
 std::string repaired_plant_yaml(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 
 // What the repaired plant predicts, open loop from the recorded duty alone: of each held-out recording or, without any, of what
-// was kept back of each training recording, as recordings. heldout_prediction.csv, further ones heldout_prediction_2.csv and on;
-// where nothing was kept back the first has no rows.
+// was held out of each training recording, as recordings. heldout_prediction.csv, further ones heldout_prediction_2.csv and on;
+// where nothing was held out the first has no rows.
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& diagnosis);
 
 // `files`: name and content of each file beside it.

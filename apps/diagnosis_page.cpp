@@ -43,12 +43,12 @@ std::vector<double> difference(const std::vector<double>& model, const std::vect
   return residual;
 }
 
-std::vector<report::Band> kept_back_bands(const Prediction& prediction) {
+std::vector<report::Band> held_out_bands(const Prediction& prediction) {
   std::vector<report::Band> bands;
   if (!prediction.training) return bands;
-  for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
-    if (!prediction.kept_back[k]) continue;
-    if (k == 0 || !prediction.kept_back[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "kept back"});
+  for (std::size_t k = 0; k < prediction.held_out.size(); ++k) {
+    if (!prediction.held_out[k]) continue;
+    if (k == 0 || !prediction.held_out[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "held out"});
     bands.back().to_s = prediction.time_s[k];
   }
   return bands;
@@ -277,7 +277,7 @@ report::Table error_table(const Diagnosis& d) {
   const bool repaired = !added_effects(d).empty();
   const auto& held = d.held_out;
   report::Table table;
-  table.title = "Error on data kept back (RMSE)";
+  table.title = "Error on held-out data (RMSE)";
   table.header = {"channel", "samples", "as given", "calibrated"};
   if (repaired)
     table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
@@ -309,7 +309,7 @@ report::Table error_table(const Diagnosis& d) {
 }
 
 void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired) {
-  const auto bands = kept_back_bands(prediction);
+  const auto bands = held_out_bands(prediction);
   for (const plant::ChannelId c : in_reading_order(system_of(d))) {
     std::vector<report::Series> series{line("recording", prediction.measured[c], colors::black)};
     if (repaired) {
@@ -375,7 +375,7 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
     if (prediction.training == held_out || shown == 3) continue;
     ++shown;
     report::Section part = section(file_name(prediction.recording->name), 2);
-    part.text = prediction.training ? "The plants saw this recording in part: what is shaded was kept back."
+    part.text = prediction.training ? "The plants saw this recording in part: what is shaded was held out."
                                     : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);
     add_prediction(blocks, d, prediction, repaired);

@@ -84,7 +84,7 @@ std::string verdict_sentence(const Diagnosis& d) {
       if (d.by_chance)
         return "Nothing is missing that could be told from chance: the plant leaves more than it mostly does, but so do some "
                "recordings in which nothing is missing.";
-      if (const std::string little = too_little_words(d); !little.empty()) return little;
+      if (std::string little = too_little_words(d); !little.empty()) return little;
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
@@ -102,20 +102,19 @@ std::string verdict_sentence(const Diagnosis& d) {
         const std::string with =
             w.on.explained_share >= goes_with_share ? " changed with " + variable_words(w.on) : " changed from moment to moment";
         const std::string which = w.of.effect == std::nullopt ? "" : " (" + std::string(effects_of(d)[*w.of.effect].words) + ")";
-        return "Something is missing that I do not know. It acts in " + located_words(d) + ": as if " + w.of.words + which +
-               " were no constant but" + with + ".";
+        return "Something is missing that matches no effect in the catalogue. It acts in " + located_words(d) + ": as if " + w.of.words +
+               which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
           named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
-                    ? "What is missing looks like one that I know, but something is left that its law does not explain: "
-                    : "More is missing than I know, but part of it has a name: ") +
+                    ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
+                    : "More is missing than the catalogue explains, but part of it has a name: ") +
                listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
       }
-      return "Something is missing that I do not know: it seems to enter in " + located_words(d) +
-             ", and no effect of the catalogue explains it.";
+      return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + ".";
     }
   }
   return "";
@@ -279,7 +278,7 @@ std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings&
 // What chance has to do with what is left, where that was asked.
 std::string chance_of_the_rest(const Diagnosis& d) {
   const diagnose::UnrestByChance& chance = *d.by_chance;
-  const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that wanders by " +
+  const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that varies by " +
                                 report::fixed(chance.nuisance, 2) + " K, ";
   return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
                                    std::to_string(chance.as_large) + " left as much: it may be chance."
@@ -327,8 +326,8 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.by_chance) text.push_back(chance_of_the_rest(d));
   if (d.verdict == Verdict::unexplained && d.by_paths) {
     text.push_back(
-        "No effects of the catalogue explain the recording to within noise. These were found by looking at whole "
-        "paths: effects were added one by one for how much nearer they bring the prediction from " +
+        "No effects of the catalogue explain the recording to within noise. These were found by open-loop simulation: "
+        "effects were added one by one for how much nearer they bring the prediction from " +
         input_words(system_of(d)) +
         " alone, and kept "
         "where they also predict better, beyond chance, what was left out of the fit, a tenth at a time. Together they "
@@ -340,7 +339,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
                    "the catalogue lacks.");
   } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
-    std::string start = "Something is missing that I do not know.";
+    std::string start = "Something is missing that matches no effect in the catalogue.";
     const auto& left = d.left_over;
     if (d.wandering) {
       start += " " + wandering_words(d);
@@ -451,7 +450,7 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
 std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   const auto& held = d.held_out;
   std::vector<std::string> text;
-  std::string intro = "On data kept back (" + kept_back_words(d) + "), predicted from its " + input_words(system_of(d)) + " alone" +
+  std::string intro = "On held-out data (" + held_out_words(d) + "), predicted from its " + input_words(system_of(d)) + " alone" +
                       (inputs.held_out.empty() || inputs.settings.start == diagnose::StartPolicy::at_rest
                            ? ":"
                            : " but for the first 5 s, which tell how it begins:");
@@ -477,7 +476,7 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
     text.push_back("– " + line);
     if (held.after[c] > (d.verdict == Verdict::consistent ? 4.0 : 1.5) * held.noise[c]) rough.push_back(channel_words(channels_of(d)[c]));
   }
-  if (text.size() == 1) return {"No data was kept back, so nothing can be said about how well the plant predicts."};
+  if (text.size() == 1) return {"No data was held out, so nothing can be said about how well the plant predicts."};
   std::string closing;
   const plant::ChannelId c = d.located.channel;
   const auto before = correlation_after_1_s(d.correlation.before[c]), after = correlation_after_1_s(d.correlation.after[c]);
@@ -594,7 +593,7 @@ std::vector<std::string> objection_words(const plant::System& system, const diag
     words.push_back("needs parameters of the core that are further from what is believed of them than without it");
   if (against.at_a_bound) words.push_back("needs a value at the bound of what is allowed");
   if (against.patchwork) words.push_back("takes three effects, and one that is not known is likelier than that");
-  if (against.worse_on_kept_back) words.push_back("makes the prediction of the data kept back worse");
+  if (against.worse_on_held_out) words.push_back("makes the prediction of the held-out data worse");
   return words;
 }
 
@@ -734,7 +733,7 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
     double squares = 0.0, count = 0.0;
     for (const auto& prediction : d.predictions)
       for (std::size_t k = 0; prediction.training && k < prediction.time_s.size(); ++k) {
-        if (prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
+        if (prediction.held_out[k] || std::isnan(prediction.measured[c][k])) continue;
         squares += std::pow(prediction.before[c][k] - prediction.measured[c][k], 2);
         count += 1.0;
       }
@@ -773,7 +772,7 @@ std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   return all;
 }
 
-std::string kept_back_words(const diagnose::Diagnosis& d) {
+std::string held_out_words(const diagnose::Diagnosis& d) {
   std::vector<std::string> parts;
   for (const auto& prediction : d.predictions) {
     const std::string name = file_name(prediction.recording->name);
@@ -783,16 +782,16 @@ std::string kept_back_words(const diagnose::Diagnosis& d) {
     }
     std::size_t blocks = 0, count = 0;
     double seconds = 0.0;
-    for (std::size_t k = 0; k < prediction.kept_back.size(); ++k) {
-      if (!prediction.kept_back[k]) continue;
+    for (std::size_t k = 0; k < prediction.held_out.size(); ++k) {
+      if (!prediction.held_out[k]) continue;
       ++count;
-      if (k == 0 || !prediction.kept_back[k - 1])
+      if (k == 0 || !prediction.held_out[k - 1])
         ++blocks;
       else
         seconds += prediction.time_s[k] - prediction.time_s[k - 1];
     }
     if (count == 0) continue;
-    if (blocks == 1 && prediction.kept_back.back())
+    if (blocks == 1 && prediction.held_out.back())
       parts.push_back("the last " + report::fixed(seconds, 0) + " s of " + name);
     else
       parts.push_back(std::to_string(blocks) + (blocks == 1 ? " block of " : " blocks, together ") + report::fixed(seconds, 0) + " s, of " +
@@ -812,14 +811,13 @@ std::string summary_sentence(const Diagnosis& d) {
   if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
   if (added_effects(d).empty())
-    return "On data kept back, " + channel_words(channels_of(d)[c]) + " is predicted to " +
-           channel_value(channels_of(d)[c], held.after[c]) + "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) +
-           ".";
+    return "On held-out data, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
+           "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
   return "With " +
          std::string(d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1          ? "it"
                                                       : "them") +
-         " put in, the error of " + channel_words(channels_of(d)[c]) + " on data kept back goes from " +
+         " put in, the error of " + channel_words(channels_of(d)[c]) + " on held-out data goes from " +
          channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) +
          "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
 }

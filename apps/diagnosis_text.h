@@ -81,8 +81,8 @@ std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis
 // it would have been seen is not known then.
 bool is_imitated(const diagnose::Visibility& visibility);
 
-// What was kept back, in words: "test.csv", "the last 60 s of train.csv".
-std::string kept_back_words(const diagnose::Diagnosis& diagnosis);
+// What was held out, in words: "test.csv", "the last 60 s of train.csv".
+std::string held_out_words(const diagnose::Diagnosis& diagnosis);
 
 // Correlation of what is left with itself a second later; nothing where that is not known.
 std::optional<double> correlation_after_1_s(const std::vector<double>& correlation);

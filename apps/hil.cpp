@@ -189,7 +189,7 @@ std::filesystem::path free_folder() {
   for (int k = 1;; ++k) {
     char name[32];
     std::snprintf(name, sizeof name, "session_%03d", k);
-    const std::filesystem::path folder = std::filesystem::path("results") / name;
+    std::filesystem::path folder = std::filesystem::path("results") / name;
     if (std::filesystem::create_directory(folder)) return folder;
   }
 }

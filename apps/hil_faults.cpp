@@ -95,7 +95,7 @@ Trace read_trace(const std::filesystem::path& file) {
 
 hil::Tamper one_in_ten(std::function<std::vector<Bytes>(Bytes)> what) {
   auto count = std::make_shared<int>(0);
-  return [=](Bytes frame, std::int64_t) -> std::vector<Bytes> {
+  return [count, what = std::move(what)](Bytes frame, std::int64_t) -> std::vector<Bytes> {
     if (++*count % 10 != 0) return {std::move(frame)};
     return what(std::move(frame));
   };
@@ -151,7 +151,7 @@ hil::Tamper garbage_before() {
 }
 // Another version, with a CRC that is right: bytes 1 and the CRC's of an unstuffed frame.
 hil::Tamper other_version() {
-  return [](Bytes wire, std::int64_t) -> std::vector<Bytes> {
+  return [](const Bytes& wire, std::int64_t) -> std::vector<Bytes> {
     hil::Bytes out;
     frame_decoder decoder;
     frame_decoder_start(&decoder, nullptr);
@@ -168,14 +168,14 @@ hil::Tamper other_version() {
 
 std::vector<Row> all_rows() {
   const auto always = [](hil::Tamper (*make)()) { return [make](double) { return make(); }; };
-  const auto lost = [] { return one_in_ten([](Bytes) -> std::vector<Bytes> { return {}; }); };
+  const auto lost = [] { return one_in_ten([](const Bytes&) -> std::vector<Bytes> { return {}; }); };
   const auto cut = [] {
     return one_in_ten([](Bytes frame) -> std::vector<Bytes> {
       frame.resize(frame.size() / 2);
       return {std::move(frame)};
     });
   };
-  const auto twice = [](Bytes frame, std::int64_t) -> std::vector<Bytes> { return {frame, frame}; };
+  const auto twice = [](const Bytes& frame, std::int64_t) -> std::vector<Bytes> { return {frame, frame}; };
   std::vector<Row> rows;
   const auto link = [&](const std::string& name, Due due, auto to, auto from, const std::string& expected = "") {
     rows.push_back({"link", name, due, {}, to, from, false, expected, false});

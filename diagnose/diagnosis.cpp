@@ -302,9 +302,9 @@ class Diagnoser {
         prediction.time_s.push_back(sample.time_s);
         for (const plant::ChannelId c : prediction.measured.ids()) prediction.measured[c].push_back(measured(sample, c));
         const bool settled = sample.time_s >= clean.samples.front().time_s + settling_s;
-        prediction.kept_back.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
+        prediction.held_out.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
-      if (prediction.training) prediction.kept_back = (*splits_)[r].kept_back;
+      if (prediction.training) prediction.held_out = (*splits_)[r].held_out;
       prediction.nominal = predict(given_, nominal_start, clean, numerics());
       prediction.before = before[r];
       result_.predictions.push_back(std::move(prediction));
@@ -313,13 +313,13 @@ class Diagnoser {
     for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r], before_.starts[r]);
     for (std::size_t r = 0; r < held_out_.size(); ++r) add(held_out_[r], gated_held_out_[r], start_there(given_, r));
     set_after(result_.predictions, effects_.empty() ? before : predicted_by(after_));
-    score_kept_back();
+    score_held_out();
   }
 
   static void set_after(std::vector<Prediction>& predictions, const std::vector<Series>& models) {
     for (std::size_t p = 0; p < predictions.size(); ++p) predictions[p].after = models[p];
   }
-  void score_kept_back() { result_.held_out = error_of(result_.predictions, search_.seed); }
+  void score_held_out() { result_.held_out = error_of(result_.predictions, search_.seed); }
 
   // Back to the core: what was found is not the answer.
   void drop() {
@@ -329,7 +329,7 @@ class Diagnoser {
     result_.by_chance.reset();
     result_.unrest_after_refit.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
-    score_kept_back();
+    score_held_out();
   }
 
   // Whether an explanation leaves more than there is where nothing is missing.
@@ -350,7 +350,7 @@ class Diagnoser {
     // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
     if (!effects_.empty() && result_.held_out.highest_total_gain < 0.0) {
       drop();
-      result_.objections.worse_on_kept_back = true;
+      result_.objections.worse_on_held_out = true;
     }
     if (effects_.empty()) {
       result_.verdict = leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
@@ -399,15 +399,15 @@ class Diagnoser {
       return;
     std::vector<Prediction> predictions = result_.predictions;
     set_after(predictions, predicted_by(lead.path));
-    const HeldOutError kept_back = error_of(predictions, search_.seed);
-    if (kept_back.highest_total_gain < 0.0) return;  // the veto of the data kept back
+    const HeldOutError held_out = error_of(predictions, search_.seed);
+    if (held_out.highest_total_gain < 0.0) return;  // the veto of the held-out data
     result_.by_chance.reset();
     result_.unrest_after_refit.reset();
     result_.answer = lead.path.of;
     after_ = lead.path;
     effects_ = lead.effects;
     result_.predictions = std::move(predictions);
-    result_.held_out = kept_back;
+    result_.held_out = held_out;
     if (!certain) return;
     result_.explained_share = sum / channels_off;
     result_.by_paths = true;
@@ -448,7 +448,7 @@ class Diagnoser {
     for (const plant::ChannelId c : system().channels().ids())
       wander.upstream_is_off = wander.upstream_is_off || (system().channels()[c].kind == system().upstream_kind() &&
                                                           far_off(system(), result_.agreement_before.rmse[c], c, sensors()));
-    const std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
+    std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
     if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
       result_.effects.push_back(found_wandering(*result_.wandering, settings_));

@@ -8,7 +8,7 @@
 #include "diagnose/chance.h"
 #include "diagnose/experiment.h"
 #include "diagnose/gate.h"
-#include "diagnose/kept_back.h"
+#include "diagnose/held_out.h"
 #include "diagnose/locate.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
@@ -18,7 +18,7 @@ namespace sinew::diagnose {
 struct DiagnosisSettings {
   SearchSettings search;
   std::optional<PerChannel> noise;  // of each sensor, in the units of files; else estimated
-  double fit_until_s = 1e300;       // of each training recording; what comes later is kept back
+  double fit_until_s = 1e300;       // of each training recording; what comes later is held out
   StartPolicy start = StartPolicy::estimated;
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: with less, the limit for unrest is that of the core
@@ -50,10 +50,10 @@ struct Objections {
   std::vector<plant::ChannelId> channels;  // whose path it leaves nearly as far off as before
   bool pushes_parameters = false;          // away from what is believed
   bool at_a_bound = false;                 // a shape of an effect
-  bool worse_on_kept_back = false;         // beyond chance
+  bool worse_on_held_out = false;          // beyond chance
   bool patchwork = false;                  // more than two effects: one that is not known is likelier than three that are
   bool none() const {
-    return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_kept_back && !patchwork;
+    return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_held_out && !patchwork;
   }
 };
 

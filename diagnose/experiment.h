@@ -10,7 +10,7 @@ namespace sinew::diagnose {
 
 struct Experiment {
   plant::EffectId effect{}, rival{};
-  std::string words;  // "short pulses on both coils in turn"
+  std::string words;  // "short pulses on all inputs in turn", by the inputs' own words
   double duration_s = 0.0;
   double largest_share = 0.0;  // of the inputs' range
   double highest = 0.0;        // of all states that must stay below a limit (StateInfo::safe_until), in either explanation

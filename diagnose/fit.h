@@ -21,7 +21,7 @@
 namespace sinew::diagnose {
 
 struct Unknown {
-  std::string name;                             // "heat_loss_A_W_K"; "start.martensite_A_fraction"; with several recordings "start[1]. ..."
+  std::string name;                             // of a parameter; "start.<state>"; of several recordings "start[1].<state>"
   std::optional<plant::ParameterId> parameter;  // none: a first value
   double centre, deviation, lowest, highest;    // internal units
   double internal_per_unit;

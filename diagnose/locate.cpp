@@ -12,7 +12,7 @@
 namespace sinew::diagnose {
 namespace {
 
-// "while coil A cools, between 72 and 55 °C": of the parts that have a sensor and are driven, the one that is furthest up in these
+// "while <part> cools, between 72 and 55 °C": of the parts that have a sensor and are driven, the one that is furthest up in these
 // windows, and what it does there. Empty where no part of the plant is both.
 std::string describe(const plant::System& system, const sim::Recording& recording, const std::vector<std::pair<double, double>>& windows) {
   struct Part {

@@ -22,7 +22,7 @@ struct Located {
   std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
   WorstTime worst;                               // of that channel, on the training recording with the largest error
   std::size_t worst_recording = 0;
-  std::string while_words;  // "while coil A cools from 72 to 55 °C"
+  std::string while_words;  // "while <input> cools from 72 to 55 °C", by the part's own words
 };
 
 // A series against the plant's variable that accounts for most of it, in bins.

@@ -8,7 +8,7 @@
 
 namespace sinew::diagnose {
 
-inline constexpr double guard_s = 5.0;     // between what is fitted and what is left out or kept back of one recording
+inline constexpr double guard_s = 5.0;     // between what is fitted and what is left out or held out of one recording
 inline constexpr double settling_s = 5.0;  // of a held-out recording: tells how it begins, and is not scored
 
 inline constexpr double lost = 1e200;  // square of an error where the plant cannot follow; sums stay finite

@@ -9,7 +9,7 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr int unrolled_forcings = 12;  // of a limb with two coils nine, and one that may wander
+constexpr int unrolled_forcings = 12;  // nine of the first System and one strength that varies, with room
 
 }  // namespace
 

@@ -36,7 +36,7 @@ Residual residual_of(const Prediction& prediction, const diagnose::PerChannel& s
     for (const plant::ChannelId c : channels.ids())
       result.features(k, static_cast<Eigen::Index>(inputs + c.index)) = core[c][i] / spreads[c];
     for (const plant::ChannelId c : channels.ids())
-      if (prediction.kept_back[i] == held_out) result.left[c](k) = prediction.measured[c][i] - core[c][i];
+      if (prediction.held_out[i] == held_out) result.left[c](k) = prediction.measured[c][i] - core[c][i];
   }
   return result;
 }
@@ -174,7 +174,7 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     for (const plant::ChannelId c : rmse.ids()) {
       double sum = 0.0, count = 0.0;
       for (std::size_t k = 0; k < model[c].size(); ++k)
-        if (prediction.kept_back[k] && !std::isnan(prediction.measured[c][k]))
+        if (prediction.held_out[k] && !std::isnan(prediction.measured[c][k]))
           sum += std::pow(model[c][k] - prediction.measured[c][k], 2), ++count;
       rmse[c] = std::sqrt(sum / count);
     }

@@ -101,7 +101,7 @@ std::string reason_of(const std::string& family, const std::vector<std::string>&
     if (share > 0.995)
       add(all + (named.size() > 1 ? " explain" : " explains") + " all that can be seen in this recording");
     else
-      add(all + (named.size() > 1 ? " explain " : " explains ") + percent(share) + " of the misfit, an unrest of " +
+      add(all + (named.size() > 1 ? " explain " : " explains ") + percent(share) + " of the misfit, process noise of " +
           report::significant(left, 3) + " is left");
   }
   if (family == "catalogue" || family == "other_form" || family == "pair")
@@ -114,7 +114,7 @@ std::string reason_of(const std::string& family, const std::vector<std::string>&
     if (result.contains("objections") && !result["objections"].empty())
       for (const Json& objection : result["objections"]) add("against what was found: " + objection.get<std::string>());
     else
-      add("no name holds, an unrest of " + report::significant(left, 3) + " is left");
+      add("no name holds, process noise of " + report::significant(left, 3) + " is left");
   }
   return text;
 }
@@ -405,7 +405,7 @@ std::string proof_markdown(const Json& score, const std::string& command) {
   text += "\n";
   if (score["clean"]["cases"].get<int>() > 0)
     text += "Largest gain that an effect had where nothing was concealed: " + report::significant(score["clean"]["largest_gain"], 3) +
-            "; largest unrest of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". ";
+            "; largest process noise of the core: " + report::significant(score["clean"]["largest_unrest"], 3) + ". ";
   text += "Made by";
   for (const auto& [program, count] : score["programs"].items())
     text += " " + program + " (" + std::to_string(count.get<int>()) + " cases)";

@@ -396,8 +396,8 @@ def test_diagnose():
     held_out = answer["fit"]["heldout"]
     check("diagnose: errors before, after and of noise for each channel",
           all(sorted(held_out[part]) == sorted(CHANNELS) for part in ("before", "after", "noise")), held_out)
-    # A quarter of a minute of a minute is kept back, which leaves the angle's parameters a little loose.
-    check("diagnose: what was kept back is predicted nearly to within noise",
+    # A quarter of a minute of a minute is held out, which leaves the angle's parameters a little loose.
+    check("diagnose: what was held out is predicted nearly to within noise",
           all(held_out["after"][c] < (4 if c == "angle_deg" else 1.3) * held_out["noise"][c] for c in CHANNELS), held_out)
     check("diagnose: the given plant is far off there", held_out["nominal"]["temperature_A_degC"] > 1.0, held_out)
     recording, predicted = columns("made/recording.csv"), columns("diagnosis/one/heldout_prediction.csv")
@@ -438,7 +438,8 @@ def test_diagnose():
             r"^nowhere\.csv: cannot read")
     refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
     refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
-    refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"], r"--noise = x\n +is not a positive number")
+    refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"],
+            r"--noise = x\n +is not a positive number")
     header, *rows = content("made/recording.csv").decode().splitlines()
     a, b, angle = (header.split(",").index(c) for c in CHANNELS)
 

@@ -95,7 +95,8 @@ TEST_CASE("weights: for the usual plant, the file says what it always said") {
   const std::string& said = file.text_attributes.at("/").at("sinew");
   CHECK(
       said.find(
-          R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
+          R"("inputs":[{"name":"duty_A","unit":"1","offset":0.0,"span":1.0},)"
+          R"({"name":"temperature_A_degC","unit":"degC","offset":25.0,"span":50.0},)"
           R"({"name":"duty_B","unit":"1","offset":0.0,"span":1.0},{"name":"temperature_B_degC","unit":"degC","offset":26.0,"span":51.0}],)"
           R"("input_order":"v(t), v(t-1), angle(t-1); a number of the network is (value - offset) / span",)"
           R"("output":{"name":"angle_deg","unit":"deg","offset":-40.0,"span":90.0})") != std::string::npos);

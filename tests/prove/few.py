@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Concealed cases of development: one in which the core, that has to do without the effect, goes so far that nothing there points to it, and
-eight in which nothing is missing. With --long a dozen more through `sinew prove --few`: each must be answered right, and one in what wanders.
+"""Concealed cases of development: one in which the core, that has to do without the effect, goes so far that nothing there
+points to it, and eight in which nothing is missing. With --long a dozen more through `sinew prove --few`: each must be
+answered right, and one in what varies.
 Usage: few.py PROGRAM OUT [--long]. Last line: N passed, N failed."""
 import json
 import pathlib
@@ -17,7 +18,8 @@ passed, failed = 0, []
 def few():
     """A dozen cases, each answered right, and one in what wanders."""
     global passed
-    run = subprocess.run([program, "prove", "--few", "--training", "150", "--held-out", "80", "--out", str(out)], capture_output=True, text=True)
+    run = subprocess.run([program, "prove", "--few", "--training", "150", "--held-out", "80", "--out", str(out)],
+                         capture_output=True, text=True)
     print(run.stdout, run.stderr)
     if run.returncode != 0:
         failed.append(f"prove exited with {run.returncode}")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/kept_back.h"
+#include "diagnose/held_out.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::size_t least_stretches = 3;  // of fewer a bootstrap knows nothing: 5 s each, at least
 
-// Where the training recordings are kept back from, as shares of their duration, when no recording is given to hold
+// Where the training recordings are held out from, as shares of their duration, when no recording is given to hold
 // out.
-constexpr std::array<std::pair<double, double>, 2> kept_back_shares{{{0.40, 0.50}, {0.88, 1.0}}};
+constexpr std::array<std::pair<double, double>, 2> held_out_shares{{{0.40, 0.50}, {0.88, 1.0}}};
 
-struct Stretch {  // squares of one channel over some seconds of what was kept back
+struct Stretch {  // squares of one channel over some seconds of what was held out
   double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
   std::size_t count = 0;
 };
@@ -28,11 +28,11 @@ struct Stretch {  // squares of one channel over some seconds of what was kept b
 // Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
 void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector<Stretch>& stretches) {
   const double kept_s = prediction.recording->median_period_s() *
-                        static_cast<double>(std::count(prediction.kept_back.begin(), prediction.kept_back.end(), true));
+                        static_cast<double>(std::count(prediction.held_out.begin(), prediction.held_out.end(), true));
   const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
   double end_s = -1e300;
   for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
-    if (!prediction.kept_back[k] || std::isnan(prediction.measured[c][k])) continue;
+    if (!prediction.held_out[k] || std::isnan(prediction.measured[c][k])) continue;
     if (prediction.time_s[k] > end_s) {
       stretches.push_back({});
       end_s = prediction.time_s[k] + stretch_s;
@@ -53,8 +53,8 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
   for (const Prediction& prediction : predictions) {
     const auto step = static_cast<std::size_t>(std::max(1.0, std::round(correlation_lag_s / prediction.recording->median_period_s())));
     const auto residual = [&](std::size_t k) {
-      return prediction.kept_back[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
-                                     : sim::not_a_number;
+      return prediction.held_out[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
+                                    : sim::not_a_number;
     };
     for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
       for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
@@ -74,17 +74,17 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
   const std::size_t until = samples_until(gated, fit_until_s);
   if (until < gated.samples.size()) {
     result.sample_count = until;
-    for (std::size_t k = until; k < gated.samples.size(); ++k) result.kept_back[k] = true;
+    for (std::size_t k = until; k < gated.samples.size(); ++k) result.held_out[k] = true;
     return result;
   }
   if (!keep_blocks) return result;
   const double first_s = gated.samples.front().time_s, duration_s = gated.duration_s();
   const double guard = std::min(guard_s, 0.05 * duration_s);  // of a short recording it must not take all
   for (std::size_t k = 0; k < gated.samples.size(); ++k)
-    for (const auto& [from, to] : kept_back_shares) {
+    for (const auto& [from, to] : held_out_shares) {
       const double time_s = gated.samples[k].time_s - first_s;
       if (time_s < from * duration_s - guard || time_s > to * duration_s + guard) continue;
-      result.kept_back[k] = result.kept_back[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
+      result.held_out[k] = result.held_out[k] || (time_s >= from * duration_s && time_s <= to * duration_s);
       mask(result.fitted.samples[k]);
     }
   return result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is kept back from the fit: what plants predict of it from duty alone, and whether one does so better than another.
+// What is held out from the fit: what plants predict of it from duty alone, and whether one does so better than another.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,21 @@ namespace sinew::diagnose {
 
 // A training recording, and which of it is fitted.
 struct Split {
-  sim::Recording fitted;        // with what is not to be fitted masked
-  std::size_t sample_count;     // the first so many are fitted
-  std::vector<bool> kept_back;  // of the recording's samples
+  sim::Recording fitted;       // with what is not to be fitted masked
+  std::size_t sample_count;    // the first so many are fitted
+  std::vector<bool> held_out;  // of the recording's samples
 };
 
-// What comes after `fit_until_s` is kept back; where nothing does, and `keep_blocks`, two blocks of the recording are.
+// What comes after `fit_until_s` is held out; where nothing does, and `keep_blocks`, two blocks of the recording are.
 Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks);
 
-// Predictions over a recording, open loop from its duty, and which samples were kept back.
+// Predictions over a recording, open loop from its duty, and which samples were held out.
 struct Prediction {
   const sim::Recording* recording = nullptr;
   bool training = false;
   PerChannel noise;  // of the sensors, units of files
   std::vector<double> time_s;
-  std::vector<bool> kept_back;
+  std::vector<bool> held_out;
   // Units of files; NaN where missing. By the plant as given, calibrated, repaired.
   Series measured, nominal, before, after;
 };

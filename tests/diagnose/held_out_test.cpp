@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/kept_back.h"
+#include "diagnose/held_out.h"
 
 #include <doctest/doctest.h>
 
@@ -8,7 +8,7 @@
 
 #include "tests/diagnose/one_limb.h"
 
-namespace diagnose_kept_back_test {
+namespace diagnose_held_out_test {
 
 using namespace sinew;
 using diagnose::Prediction;
@@ -33,7 +33,7 @@ Prediction prediction_of(const sim::Recording& recording, Before&& before, After
     *series = diagnose::Series(testing::limb_system().channels().size(), {});
   for (const sim::Sample& sample : recording.samples) {
     prediction.time_s.push_back(sample.time_s);
-    prediction.kept_back.push_back(true);
+    prediction.held_out.push_back(true);
     for (const plant::ChannelId c : testing::limb_system().channels().ids()) {
       const double value = diagnose::measured(sample, c);
       prediction.measured[c].push_back(value);
@@ -47,7 +47,7 @@ Prediction prediction_of(const sim::Recording& recording, Before&& before, After
 
 }  // namespace
 
-TEST_CASE("kept back: correlation is of the same lags whatever the sampling rate") {
+TEST_CASE("held out: correlation is of the same lags whatever the sampling rate") {
   const auto wave = [](double time_s) { return std::cos(2.0 * std::numbers::pi * time_s / 2.0); };
   for (const double period_s : {0.1, 0.05, 0.02}) {
     CAPTURE(period_s);
@@ -60,12 +60,12 @@ TEST_CASE("kept back: correlation is of the same lags whatever the sampling rate
   }
 }
 
-TEST_CASE("kept back: errors and gains by hand") {
+TEST_CASE("held out: errors and gains by hand") {
   const sim::Recording recording = recording_every(0.1);
   Prediction prediction = prediction_of(
       recording, [](double) { return 2.0; }, [](double) { return -1.0; });
-  for (std::size_t k = 0; k < 300; ++k) prediction.kept_back[k] = false;
-  prediction.after[testing::temperature_A][200] = 1e6;  // not kept back
+  for (std::size_t k = 0; k < 300; ++k) prediction.held_out[k] = false;
+  prediction.after[testing::temperature_A][200] = 1e6;  // not held out
   prediction.measured[testing::temperature_B].assign(prediction.measured[testing::temperature_B].size(), std::nan(""));
   const diagnose::HeldOutError error = diagnose::error_of({prediction}, 1);
   CHECK(error.nominal[testing::temperature_A] == doctest::Approx(3.0));
@@ -83,7 +83,7 @@ TEST_CASE("kept back: errors and gains by hand") {
   CHECK(error.lowest_total_gain <= error.highest_total_gain);
 }
 
-TEST_CASE("kept back: what one stretch gains and another loses is not beyond chance") {
+TEST_CASE("held out: what one stretch gains and another loses is not beyond chance") {
   const sim::Recording recording = recording_every(0.1);
   const auto error =
       diagnose::error_of({prediction_of(
@@ -93,7 +93,7 @@ TEST_CASE("kept back: what one stretch gains and another loses is not beyond cha
   CHECK(error.highest_total_gain > 0.0);
 }
 
-TEST_CASE("kept back: a plant that cannot follow has no error that is a number") {
+TEST_CASE("held out: a plant that cannot follow has no error that is a number") {
   const sim::Recording recording = recording_every(0.1);
   const auto error =
       diagnose::error_of({prediction_of(
@@ -104,7 +104,7 @@ TEST_CASE("kept back: a plant that cannot follow has no error that is a number")
   CHECK(error.highest_total_gain < 0.0);
 }
 
-TEST_CASE("kept back: too little of it says nothing about chance") {
+TEST_CASE("held out: too little of it says nothing about chance") {
   sim::Recording recording = recording_every(0.1);
   recording.samples.resize(90);
   const auto error = diagnose::error_of({prediction_of(
@@ -115,22 +115,22 @@ TEST_CASE("kept back: too little of it says nothing about chance") {
   CHECK(error.lowest_total_gain < 0.0);
 }
 
-TEST_CASE("kept back: two blocks, with a guard around them that is in neither part") {
+TEST_CASE("held out: two blocks, with a guard around them that is in neither part") {
   const diagnose::Split split = diagnose::split(recording_every(0.1), 1e300, true);
   const auto is_masked = [&](double time_s) {
     return std::isnan(split.fitted.samples[static_cast<std::size_t>(std::lround(time_s / 0.1))].channels[2]);
   };
-  const auto is_kept_back = [&](double time_s) { return bool{split.kept_back[static_cast<std::size_t>(std::lround(time_s / 0.1))]}; };
-  CHECK(split.sample_count == split.kept_back.size());
+  const auto is_held_out = [&](double time_s) { return bool{split.held_out[static_cast<std::size_t>(std::lround(time_s / 0.1))]}; };
+  CHECK(split.sample_count == split.held_out.size());
   CHECK_FALSE(is_masked(42.0));
   CHECK(is_masked(45.0));
-  CHECK_FALSE(is_kept_back(45.0));
+  CHECK_FALSE(is_held_out(45.0));
   CHECK(is_masked(54.0));
-  CHECK(is_kept_back(54.0));
+  CHECK(is_held_out(54.0));
   CHECK(is_masked(63.0));
-  CHECK_FALSE(is_kept_back(63.0));
+  CHECK_FALSE(is_held_out(63.0));
   CHECK_FALSE(is_masked(70.0));
-  CHECK(is_kept_back(119.0));
+  CHECK(is_held_out(119.0));
   CHECK(diagnose::split(recording_every(0.1), 50.0, true).sample_count == 500);
   // Of four seconds a guard of five would take all.
   sim::Recording brief = recording_every(0.1);
@@ -139,7 +139,7 @@ TEST_CASE("kept back: two blocks, with a guard around them that is in neither pa
   CHECK(std::count_if(most.fitted.samples.begin(), most.fitted.samples.end(),
                       [](const sim::Sample& sample) { return !std::isnan(sample.channels[2]); }) > 20);
   const diagnose::Split whole = diagnose::split(recording_every(0.1), 1e300, false);
-  CHECK(std::count(whole.kept_back.begin(), whole.kept_back.end(), true) == 0);
+  CHECK(std::count(whole.held_out.begin(), whole.held_out.end(), true) == 0);
 }
 
-}  // namespace diagnose_kept_back_test
+}  // namespace diagnose_held_out_test
