@@ -77,8 +77,11 @@ StressFile read_stress(const std::filesystem::path& path) {
   const plant::System& system = file.base.plant.system();
   file.rows.push_back({"nothing: the limb of the base", {}});
   if (every && every->truth())
-    for (const plant::EffectId e : system.effects().ids())
-      file.rows.push_back({.name = std::string(system.effects()[e].name), .domain = {.effects = {{.effect = e}}}});
+    for (const plant::EffectId e : system.effects().ids()) {
+      Stress stress{.name = std::string(system.effects()[e].name), .domain = {.effects = {{.effect = e}}}};
+      if (const auto& needs = system.effects()[e].needs) stress.domain.effects.push_back({.effect = *needs});
+      file.rows.push_back(std::move(stress));
+    }
   if (rows && rows->kind != sim::YamlValue::Kind::list) rows->complain("must be a list, one stress an entry");
   if (rows)
     for (const sim::YamlValue& row : rows->list) {

@@ -100,7 +100,8 @@ struct ValueSet {
 
 constexpr std::string_view text_of(std::string_view place) { return place; }
 
-// Parameters and effects, as a System lists them. `part_names(kind of part)`: names of the parts that an effect acts on.
+// Parameters and effects, as a System lists them; an effect that needs another stands after it. `part_names(kind of part)`: names of the
+// parts that an effect acts on.
 template <class Values, class PartNames>
 void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<ParameterId, ParameterInfo>& parameters,
                                  ListOf<EffectId, EffectInfo>& effects) {
@@ -117,6 +118,14 @@ void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<P
       info.grown_words = Effect::grown_words;
       info.grown_unit = Effect::grown_unit;
     }
+    if constexpr (requires { Effect::hides; })
+      for (const auto& [quantity, factor] : Effect::hides)
+        for (const ParameterId p : parameters.ids())
+          if (!parameters[p].effect && parameters[p].declaration.name.starts_with(std::string(quantity) + "_"))
+            info.hides.emplace_back(p, factor);
+    if constexpr (requires { Effect::needs; })
+      for (const EffectId other : effects.ids())
+        if (effects[other].name == Effect::needs) info.needs = other;
     for (std::size_t set = 0; set < instances.sets.size(); ++set) {
       std::string owner(Effect::name);
       if (set > 0) owner += "." + part_names(Effect::part)[instances.own_parts[set - 1]];

@@ -35,6 +35,8 @@ struct Declaration {
   std::optional<double> null_value = std::nullopt;
   // One standard deviation of what is believed before any recording is seen; 0 for what is known and not fitted.
   double prior_deviation = 0.0;
+  // Key of a quantity, in the same unit, that physics puts above this one: what is believed of the two says so.
+  std::string_view less_than = "";
   std::string_view meaning;
   std::string_view source = "";
 };

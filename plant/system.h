@@ -110,6 +110,10 @@ struct EffectInfo {
   // An effect of time grows with it; what is said of one is what it has grown to after this time, in these words.
   std::string_view grown_words = "";
   std::string_view grown_unit = "";
+  // What this acts on is brought by another effect: without that it cannot be on.
+  std::optional<EffectId> needs = std::nullopt;
+  // Of these parameters a recording shows less where this is on: what is believed of them then is wider by the factor.
+  std::vector<std::pair<ParameterId, double>> hides = {};
 };
 
 // The same equation, or the same reading, in every part that has it. A random forcing of it has one size.

@@ -187,6 +187,16 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
   if (parameters) read_core(*parameters, plant);
   if (effects) read_effects(*effects, plant);
   plant.turn_on_by_strength();
+  if (effects)
+    for (const plant::EffectId e : plant.system().effects().ids()) {
+      const plant::EffectInfo& effect = plant.system().effects()[e];
+      if (!plant.is_on(e) || !effect.needs || plant.is_on(*effect.needs)) continue;
+      const std::string_view needed = plant.system().effects()[*effect.needs].name;
+      const auto at = std::find_if(effects->map.begin(), effects->map.end(), [&](const auto& entry) { return entry.key == effect.name; });
+      (at != effects->map.end() ? at->value : *effects)
+          .complain(std::string(effect.name) + " acts on what " + std::string(needed) + " brings, and " + std::string(needed) +
+                    " is off here; switch it on, too");
+    }
   return {plant, making};
 }
 

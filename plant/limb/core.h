@@ -119,6 +119,7 @@ struct Core {
                                                   .range = {0.0, 200.0},
                                                   .typical = 60.0,
                                                   .prior_deviation = 10.0,
+                                                  .less_than = "heating_midpoint_degC",
                                                   .meaning = "temperature at which half of the martensite is back on cooling",
                                                   .source = "Flexinol 70 degC alloy data sheet"});
     visit(self.cooling_width_K, Declaration{.name = "cooling_width_K",

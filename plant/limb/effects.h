@@ -20,9 +20,10 @@
 #include "plant/limb/effects/gravity_load.h"
 #include "plant/limb/effects/hard_stop.h"
 #include "plant/limb/effects/input_delay.h"
+#include "plant/limb/effects/junction.h"
+#include "plant/limb/effects/junction_layer.h"
 #include "plant/limb/effects/latent_heat.h"
 #include "plant/limb/effects/minor_loops.h"
-#include "plant/limb/effects/outer_turns.h"
 #include "plant/limb/effects/r_phase.h"
 #include "plant/limb/effects/resistance_change.h"
 #include "plant/limb/effects/sheath_heat_storage.h"
@@ -36,9 +37,9 @@ namespace sinew::plant {
 
 template <class S>
 using Effects =
-    std::tuple<ThermocoupleLag<S>, OuterTurns<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>,
-               LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>, ResistanceChange<S>,
-               SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>,
-               CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorDrift<S>>;
+    std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>,
+               CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>,
+               ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>,
+               DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorDrift<S>>;
 
 }  // namespace sinew::plant

@@ -124,7 +124,10 @@ SINEW_FLATTEN void LimbEquations<S>::rates(const Situation& given, const S* y, S
   }
 
   now.ambient_temperature_degC = core.ambient_temperature_degC;
-  for (std::size_t j = 0; j < coils; ++j) now.heat_loss_W_K[j] = core.heat_loss_W_K[j];
+  for (std::size_t j = 0; j < coils; ++j) {
+    now.heat_loss_W_K[j] = core.heat_loss_W_K[j];
+    now.heat_capacity_J_K[j] = core.heat_capacity_J_K[j];
+  }
   SINEW_STAGE(environment);
 
   stretch_coils(now);
@@ -180,9 +183,10 @@ SINEW_FLATTEN void LimbEquations<S>::rates(const Situation& given, const S* y, S
   for (std::size_t j = 0; j < coils; ++j) {
     const S numerator = now.heat_W[j] + now.latent_heat_J[j] * now.pull_1_s[j];
     const S& slope = value_of(numerator) > 0.0 ? now.warming_slope_1_K[j] : now.cooling_slope_1_K[j];
-    now.temperature_rate_K_s[j] = numerator / (core.heat_capacity_J_K[j] - now.latent_heat_J[j] * slope);
+    now.temperature_rate_K_s[j] = numerator / (now.heat_capacity_J_K[j] - now.latent_heat_J[j] * slope);
     now.martensite_rate_1_s[j] = now.pull_1_s[j] + slope * now.temperature_rate_K_s[j];
   }
+  SINEW_STAGE(sensor_body);
 
   bend_beams(now);
   SINEW_STAGE(moment);

@@ -15,6 +15,13 @@
 
 namespace sinew::plant {
 
+// Core quantities ("heat_loss", of all parts) that a recording shows less of where an effect is on, and by how much wider then
+// is what is believed of them.
+struct Hidden {
+  std::string_view quantity;
+  double factor;
+};
+
 // What an effect acts on, and what its `part` counts.
 enum class Part {
   room,          // all of the limb; part is 0
@@ -34,6 +41,10 @@ struct Instant {
     for (auto* per_coil : {&temperature_degC,
                            &martensite_fraction,
                            &heat_loss_W_K,
+                           &heat_capacity_J_K,
+                           &sensor_body_degC,
+                           &sensor_body_heat_W,
+                           &sensor_body_rate_K_s,
                            &stretch_m,
                            &longer_share,
                            &transformation_stretch_m,
@@ -54,6 +65,7 @@ struct Instant {
                            &martensite_rate_1_s,
                            &shown_temperature_degC})
       per_coil->resize(coils);
+    sensor_is_on_wire.resize(coils, true);
     for (auto* per_bend : {&angle_rad, &angular_velocity_rad_s, &moment_Nm, &shown_angle_rad}) per_bend->resize(bends);
   }
 
@@ -70,6 +82,11 @@ struct Instant {
   // Stage `environment`.
   S ambient_temperature_degC;
   std::vector<S> heat_loss_W_K;
+  std::vector<S> heat_capacity_J_K;
+  // The body that a coil's thermocouple sits on. The core's is the wire; an effect may bring one of its own (junction.h), give its
+  // temperature here, add to the heat that flows into it in stage `heat`, and say how fast it warms in stage `sensor_body`.
+  std::vector<bool> sensor_is_on_wire;
+  std::vector<S> sensor_body_degC, sensor_body_heat_W, sensor_body_rate_K_s;
 
   // Stage `stretch`: tension is k(xi) (stretch - longer_share * transformation_stretch).
   std::vector<S> stretch_m;

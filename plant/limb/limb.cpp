@@ -353,11 +353,20 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
   Situation given;
   given.inputs.assign(inputs_.size(), 0.0);
   const std::vector<double> rest = plant.equations()->rest(given, known);
+  // What a thermocouple sits on is near what it shows; the wire is, if it sits on that.
+  constexpr double near_shown_K = 5.0, near_body_K = 15.0;
+  const std::string junction(Junction<double>::name);
+  const bool has_junctions = plant.is_on(effect(junction));
+  const auto sits_on_wire = [&](std::size_t coil) {
+    const auto& with = shape_.thermocouple_coils;
+    return !has_junctions || std::find(with.begin(), with.end(), coil) == with.end();
+  };
   std::vector<StartBelief> beliefs;
   for (const StateId i : list.ids()) {
     StartBelief belief{rest[i.index], 0.5 * list[i].scale};
+    if (list[i].key.starts_with(junction + ".")) belief.deviation = near_shown_K;
     if (i.index < at.martensite) {
-      belief.deviation = 5.0;
+      belief.deviation = sits_on_wire(i.index - at.temperature) ? near_shown_K : near_body_K;
     } else if (i.index < at.angle) {
       const Envelopes<double> loop = loop_at(plant, *known[i.index - at.martensite]);
       belief = {0.5 * (loop.heating + loop.cooling), std::max(0.05, 0.5 * (loop.heating - loop.cooling)), 0.0, 1.0};

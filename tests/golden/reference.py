@@ -80,10 +80,11 @@ PERTURBED = {
 }
 
 EFFECTS = {
+    "junction": {"heat_capacity_J_K": 0.5, "conductance_W_K": 0.06, "relative_power": 0.7, "cooling_rate_1_s": 0.03},
+    "junction_layer": {"conductance_W_K": 0.04, "heat_capacity_J_K": 0.6, "heat_loss_W_K": 0.015},
     "thermocouple_lag": {"time_constant_s": 1.5},
     "thermocouple_heat_sink": {"gain": 0.85},
     "body_heat_storage": {"conductance_W_K": 0.015, "heat_capacity_J_K": 3.0, "heat_loss_W_K": 0.02},
-    "outer_turns": {"relative_heat_loss": 0.4, "power_share": 0.6},
     "sheath_heat_storage": {"conductance_W_K": 0.04, "heat_capacity_J_K": 1.5, "heat_loss_W_K": 0.025},
     "cross_heating": {"conductance_W_K": 0.008},
     "latent_heat": {"latent_heat_J": 8.0},
@@ -118,6 +119,8 @@ def cases():
     table = {"core": ({}, {}), "core_perturbed": (PERTURBED, {})}
     for name in EFFECTS:
         table[name] = ({}, pick(name))
+    # A layer lies round a junction.
+    table["junction_layer"] = ({}, pick("junction", "junction_layer"))
     # At the default stretch no coil ever goes slack; shorter ones do.
     table["coil_slack"] = ({"coil_stretch_m": 0.024}, pick("coil_slack"))
     table["combination_electric"] = (
@@ -162,7 +165,7 @@ def schedule():
 # ---------------------------------------------------------------------------------------------------------------
 # The equations
 
-TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB, DA, DB = range(17)
+TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB, JA, JB, LA, LB = range(19)
 
 
 def sigmoid_down(z):
@@ -198,8 +201,14 @@ class Plant:
         self.G_s = value("sheath_heat_storage", "conductance_W_K", 0.0)
         self.C_s = value("sheath_heat_storage", "heat_capacity_J_K", 1.0)
         self.h_s = value("sheath_heat_storage", "heat_loss_W_K", 0.0)
-        self.b_o = value("outer_turns", "relative_heat_loss", 0.0)
-        self.q_o = value("outer_turns", "power_share", 1.0)
+        self.C_x = value("junction", "heat_capacity_J_K", 0.0)
+        self.G_x = value("junction", "conductance_W_K", 0.0)
+        self.q_x = value("junction", "relative_power", 0.0)
+        self.r_x = value("junction", "cooling_rate_1_s", 0.0)
+        self.G_y = value("junction_layer", "conductance_W_K", 0.0)
+        self.C_y = value("junction_layer", "heat_capacity_J_K", 1.0)
+        self.h_y = value("junction_layer", "heat_loss_W_K", 0.0)
+        assert self.C_x > 0 or self.G_y == 0, "a layer needs a junction"
         self.G_AB = value("cross_heating", "conductance_W_K", 0.0)
         self.L = value("latent_heat", "latent_heat_J", 0.0)
         self.beta = value("convection_nonlinearity", "slope_1_K", 0.0)
@@ -278,7 +287,7 @@ class Plant:
         n = (y[NA], y[NB])
         theta, omega = y[TH], y[OM]
         T_inf = self.ambient(t)
-        out = [0.0] * 17
+        out = [0.0] * 19
 
         # CHOICE order in the actuation: delay, dead band, resistance, and the sag with the currents of all these.
         v = [max(0.0, x - self.u_0) for x in u]
@@ -294,9 +303,18 @@ class Plant:
                 h *= 1 + self.alpha
             power = v[j] * V * V / R[j]
             heat_in = power - h * (T[j] - T_inf)
-            # Turns outside: C T_o' = (1 + q b) P - (1 + b) h (T_o - T_inf), less C T' = P - h (T - T_inf), with D = T_o - T.
-            D = y[DA + j]
-            out[DA + j] = (self.q_o * self.b_o * power - self.b_o * h * (T[j] - T_inf) - (1 + self.b_o) * h * D) / self.C[j]
+            followed = T[j]
+            if self.C_x != 0:
+                # CHOICE the share s of the power takes C_j as it is in the file, and the junction cools by r_x alone:
+                # convection and airflow leave it as it is.
+                T_x, T_y = y[JA + j], y[LA + j]
+                share_x = self.q_x * self.C_x / (self.C[j] + self.C_x)
+                into_junction = share_x * power + self.G_x * (T[j] - T_x)
+                into_layer = self.G_y * (T_x - T_y)
+                heat_in -= into_junction
+                out[JA + j] = (into_junction - self.r_x * self.C_x * (T_x - T_inf) - into_layer) / self.C_x
+                out[LA + j] = (into_layer - self.h_y * (T_y - T_inf)) / self.C_y
+                followed = T_x
             heat_in -= self.G_b * (T[j] - y[TBODY])
             into_sheath = self.G_s * (T[j] - y[SA + j])
             heat_in -= into_sheath
@@ -323,7 +341,7 @@ class Plant:
             out[XA + j] = dxi
             out[NA + j] = abs(dxi) / 2
             if self.tau_s != 0:
-                out[MA + j] = (T[j] - y[MA + j]) / self.tau_s
+                out[MA + j] = (followed - y[MA + j]) / self.tau_s
         out[TBODY] = (self.G_b * (T[0] - y[TBODY]) + self.G_b * (T[1] - y[TBODY]) - self.h_b * (y[TBODY] - T_inf)) / self.C_b
 
         M = self.elastic_moment(theta, F[0], F[1])
@@ -350,17 +368,18 @@ class Plant:
 
         z, info, flag, message = fsolve(residual, [0.0, 0.99, 0.99], xtol=1e-14, full_output=True)
         assert max(abs(r) for r in residual(z)) < 1e-12, message
-        y = [0.0] * 17
-        y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = y[SA] = y[SB] = T
+        y = [0.0] * 19
+        y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = y[SA] = y[SB] = y[JA] = y[JB] = y[LA] = y[LB] = T
         y[TH] = y[TV] = y[TM] = z[0]
         y[XA], y[XB] = z[1], z[2]
         return y
 
     def reported(self, t, y):
-        # CHOICE the lag first, then the turns outside, then the heat sink; the lag first, then the drift; the offset last.
+        # CHOICE the junction first, whose bead is late, then the heat sink; the lag first, then the drift; the offset last.
         T_inf = self.ambient(t)
-        bead = (y[MA], y[MB]) if self.tau_s != 0 else (y[TA], y[TB])
-        T = [T_inf + self.g * (x + D - T_inf) for x, D in zip(bead, (y[DA], y[DB]))]
+        body = (y[JA], y[JB]) if self.C_x != 0 else (y[TA], y[TB])
+        bead = (y[MA], y[MB]) if self.tau_s != 0 else body
+        T = [T_inf + self.g * (x - T_inf) for x in bead]
         theta = (y[TM] if self.tau_th != 0 else y[TH]) + self.d_th * t
         return T[0], T[1], math.degrees(theta) + self.p["angle_offset_deg"]
 
@@ -369,8 +388,8 @@ class Plant:
         breaks = {k / 10 + self.d for k in range(len(duty))} | {0.0, float(self.t_e)} | set(times)
         breaks = sorted(b for b in breaks if 0 <= b <= times[-1])
         starts = [k / 10 + self.d for k in range(len(duty))]
-        tolerance = numpy.full(17, 1e-11)
-        tolerance[[TA, TB, TBODY, MA, MB, SA, SB, DA, DB]] = 1e-9
+        tolerance = numpy.full(19, 1e-11)
+        tolerance[[TA, TB, TBODY, MA, MB, SA, SB, JA, JB, LA, LB]] = 1e-9
         y = self.start()
         states = {0.0: list(y)}
         k = -1

@@ -80,10 +80,12 @@ plant::Plant any_limb(Chance& chance) {
   };
   for (const plant::ParameterId p : parameters.ids())
     if (!parameters[p].effect) give(p);
-  for (const auto& effect : limb.system().effects())
-    if (chance.unit() < 0.4)
+  for (const auto& effect : limb.system().effects()) {
+    const bool possible = !effect.needs || limb.is_on(*effect.needs);
+    if (chance.unit() < 0.4 && possible)
       for (const plant::ParameterId p : effect.parameters) give(p);
-  limb.turn_on_by_strength();
+    limb.turn_on_by_strength();
+  }
   return limb;
 }
 
@@ -291,6 +293,28 @@ TEST_CASE("plant file: an effect of the base is turned off by its null") {
   folder.write("lagging.yaml", "effects: { thermocouple_lag: { time_constant_s: 2 } }");
   CHECK(is_on(read("base: lagging.yaml", folder.path()), "thermocouple_lag"));
   CHECK_FALSE(is_on(read("base: lagging.yaml\neffects: { thermocouple_lag: { time_constant_s: 0 } }", folder.path()), "thermocouple_lag"));
+}
+
+TEST_CASE("plant file: an effect that acts on what another brings is refused without that one") {
+  const std::string junction =
+      "  junction: { heat_capacity_J_K: 0.4, conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02 }\n";
+  const std::string layer = "  junction_layer: { conductance_W_K: 0.03, heat_capacity_J_K: 0.5, heat_loss_W_K: 0.01 }\n";
+  const std::string off = "  junction: { heat_capacity_J_K: 0, conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02 }\n";
+  const std::string words = "\n  junction_layer acts on what junction brings, and junction is off here; switch it on, too";
+  const plant::Plant both = read("effects:\n" + layer + junction);
+  CHECK(is_on(both, "junction"));
+  CHECK(is_on(both, "junction_layer"));
+  CHECK(reading_error("effects:\n" + layer) == "p.yaml:2:19: effects.junction_layer = { a map }" + words);
+  CHECK(reading_error("effects:\n" + off + layer) == "p.yaml:3:19: effects.junction_layer = { a map }" + words);
+  // A layer that is off itself needs nothing.
+  CHECK_FALSE(
+      is_on(read("effects: { junction_layer: { conductance_W_K: 0, heat_capacity_J_K: 0.5, heat_loss_W_K: 0.01 } }"), "junction_layer"));
+  // Either may stand in the base; where the file turns the junction off that its base's layer needs, it points at its own effects.
+  const Folder folder;
+  folder.write("junction.yaml", "effects:\n" + junction);
+  folder.write("both.yaml", "effects:\n" + junction + layer);
+  CHECK(is_on(read("base: junction.yaml\neffects:\n" + layer, folder.path()), "junction_layer"));
+  CHECK(error_of([&] { read("base: both.yaml\neffects:\n" + off, folder.path()); }) == "p.yaml:3:3: effects = { a map }" + words);
 }
 
 TEST_CASE("plant file: a base is looked for beside the file that names it, at every step") {

@@ -40,7 +40,7 @@ Distance distance(const Plant& limb, const std::vector<std::vector<double>>& lef
 }
 
 // Effects that the physical limb asked for after the reference: on their own, for with them the others meet other corners.
-constexpr std::array asked_for{"sheath_heat_storage", "outer_turns"};
+constexpr std::array asked_for{"sheath_heat_storage", "junction", "junction_layer"};
 
 Plant limb_with_what_was_asked_for() {
   Plant limb = default_plant();

@@ -35,14 +35,21 @@ struct ThermocoupleLag {
                                             .source = "epoxy bead of a few millimetres"});
   }
 
-  void rest(const Instant<S>& now, std::size_t coil, S* own) const { own[0] = now.temperature_degC[coil]; }
+  void rest(const Instant<S>& now, std::size_t coil, S* own) const { own[0] = followed_degC(now, coil); }
+  // Of the wire, or of the body that the thermocouple sits on.
+  static const S& followed_degC(const Instant<S>& now, std::size_t coil) {
+    return now.sensor_is_on_wire[coil] ? now.temperature_degC[coil] : now.sensor_body_degC[coil];
+  }
+  static const S& followed_rate_K_s(const Instant<S>& now, std::size_t coil) {
+    return now.sensor_is_on_wire[coil] ? now.temperature_rate_K_s[coil] : now.sensor_body_rate_K_s[coil];
+  }
   void rates(const Instant<S>& now, std::size_t coil, const S* own, S* rate) const {
-    rate[0] = value_of(time_constant_s) < Smoothing::shortest_lag_s ? now.temperature_rate_K_s[coil]
-                                                                    : (now.temperature_degC[coil] - own[0]) / time_constant_s;
+    rate[0] = value_of(time_constant_s) < Smoothing::shortest_lag_s ? followed_rate_K_s(now, coil)
+                                                                    : (followed_degC(now, coil) - own[0]) / time_constant_s;
   }
   void reading(Instant<S>& now, std::size_t coil, const S* own) const {
     now.shown_temperature_degC[coil] = value_of(time_constant_s) < Smoothing::shortest_lag_s
-                                           ? now.temperature_degC[coil] - time_constant_s * now.temperature_rate_K_s[coil]
+                                           ? now.shown_temperature_degC[coil] - time_constant_s * followed_rate_K_s(now, coil)
                                            : own[0];
   }
 };
