@@ -155,18 +155,30 @@ std::map<std::string, double> drawn_core(std::uint64_t seed, const std::string& 
   return core;
 }
 
+// Whether the thermocouple sits on a body that stores heat apart from the wire.
+bool has_body(const Effect& effect) {
+  return std::ranges::find(effect.numbers, &Physics::junction_capacity_J_K, &Number::field) != effect.numbers.end();
+}
+
 }  // namespace
 
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
   Concealed made;
-  made.core_parameters = drawn_core(seed, kind.name);
+  const std::string stream = drawn_as(kind.name);
+  made.core_parameters = drawn_core(seed, stream);
+  const auto near = [&](const std::string& name, double value) {
+    made.core_parameters[name] = value * Stream(seed, stream + "/core." + name).uniform(0, 0.97, 1.03);
+  };
   if (std::ranges::find(kind.effects, "coil_slack") != kind.effects.end()) {
     // A cold coil has to be longer than the room there is for it, by more than a bend takes up.
-    const auto near = [&](const std::string& name, double value_m) {
-      made.core_parameters[name] = value_m * Stream(seed, kind.name + "/core." + name).uniform(0, 0.97, 1.03);
-    };
     near("coil_stretch_m", 0.030 - 0.0045 * settings.strength);
     near("transformation_stretch_m", 0.028 + 0.0055 * settings.strength);
+  }
+  if (std::ranges::any_of(kind.effects, [](const std::string& key) { return has_body(effect_of_key(key)); })) {
+    // What is outside is not inside: the wire that works is lighter than believed, in both coils alike.
+    const double left = 1.0 - settings.strength * Stream(seed, stream + "/lighter").uniform(0, 0.23, 0.48);
+    near("heat_capacity_A_J_K", Physics{}.heat_capacity_A_J_K * left);
+    near("heat_capacity_B_J_K", Physics{}.heat_capacity_B_J_K * left);
   }
 
   const Physics core = physics_of(made.core_parameters, {});
@@ -175,12 +187,12 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
                                      std::abs(Run::balance_deg(core, {cold, too_hot_degC}))});
   for (const std::string& key : kind.effects)
     made.effects.push_back(
-        drawn(effect_of_key(key), {seed, kind.name, settings.strength, settings.training_s, settings.heldout_s, reach_deg}));
+        drawn(effect_of_key(key), {seed, stream, settings.strength, settings.training_s, settings.heldout_s, reach_deg, core.wire_J_K()}));
 
   const Physics physics = physics_of(made.core_parameters, made.effects);
-  const double air_memory_s = Stream(seed, kind.name + "/air memory").uniform(0, 20.0, 40.0);
-  Recorded training = record(physics, seed, kind.name + "/training/", settings.training_s, air_memory_s, settings.disturbances);
-  Recorded heldout = record(physics, seed, kind.name + "/heldout/", settings.heldout_s, air_memory_s, settings.disturbances);
+  const double air_memory_s = Stream(seed, stream + "/air memory").uniform(0, 20.0, 40.0);
+  Recorded training = record(physics, seed, stream + "/training/", settings.training_s, air_memory_s, settings.disturbances);
+  Recorded heldout = record(physics, seed, stream + "/heldout/", settings.heldout_s, air_memory_s, settings.disturbances);
   made.training = std::move(training.rows);
   made.training_without_noise = std::move(training.without_noise);
   made.heldout = std::move(heldout.rows);

@@ -48,7 +48,9 @@ struct Kind {
   std::vector<std::string> effects;  // "name", or "name.form"
 };
 
-// Every kind of case, in a fixed order: clean, the catalogue in its order, other forms, pairs, outside.
+// Every kind of case, in a fixed order: clean, the catalogue in its order, other forms, pairs, outside; then the kinds with a junction,
+// alone, with a layer around it (a layer is never alone), and in other forms. "junction.outer_turns" has the place, and draws the numbers,
+// that it had when it was "outer_turns" of the catalogue.
 std::vector<Kind> kinds();
 
 struct Disturbances {
@@ -57,7 +59,7 @@ struct Disturbances {
   bool gaps = false;          // stretches of 0.5 to 8 s are missing, each in one channel
   bool outliers = false;      // 0.5 % of the samples of each channel are off by 10 to 20 K, or 7.5 to 15 deg
   bool clock_drift = false;   // time_s runs 1 % fast; effects and parameters are in true time
-  bool mid_motion = false;    // 30 s of babbling before the recording are cut away; t = 0 is where it starts
+  bool mid_motion = false;    // 30 s of babbling before the recording are cut away; t = 0 is where it starts, all that stores heat warm
 };
 
 struct Settings {
@@ -65,7 +67,8 @@ struct Settings {
   double heldout_s = 200.0;
   // Multiplies the strengths, of every effect: 1 plain, 0.5 moderate, 0.25 barely visible. Shapes (a time constant
   // beside a stiffness, a threshold) stay. A gain's distance from 1 is multiplied; angle_saturation has its limit
-  // divided by the square root. coil_slack has no strength: here it is how much too long the cold coils are.
+  // divided by the square root. coil_slack has no strength: here it is how much too long the cold coils are. Of a junction, heat
+  // capacity, loss and share of the current heat are multiplied, and how much lighter than believed the wire is; its conductance stays.
   double strength = 1.0;
   Disturbances disturbances;
 };
@@ -82,7 +85,10 @@ struct Concealed {
 
 // The core's parameters are off their defaults by up to 8 % or 3 K (angle offset 1 deg); supply, inertia and sign are
 // known. A limb with coil_slack has a shorter coil_stretch_m (0.0255) and a longer transformation_stretch_m (0.0335 at
-// strength 1, both off by up to 3 %), or its coils would never slacken. Strengths and shapes of effects vary by 25 %.
+// strength 1, both off by up to 3 %), or its coils would never slacken. One with a junction has lighter wires (heat_capacity_A_J_K and
+// heat_capacity_B_J_K 0.5 to 0.8 of their defaults at strength 1), and one share of the current heat in both coils: its relative_power is
+// that over its share of the heat capacity, beside the mean of the two wires. Strengths and shapes of effects vary by 25 %, those of a
+// junction and its layer by more.
 // Throws std::invalid_argument for an effect that there is not.
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
 

@@ -29,11 +29,12 @@ std::vector<Effect> catalogue() {
        true,
        "the thermocouple's leads drain heat",
        {{"gain", 0.85, from_one, &P::sink_gain}}},
-      {"outer_turns",
-       "",
+      // No longer of the catalogue, but in the place that it had there: which case has which disturbance hangs on the order.
+      {"junction",
+       "outer_turns",
        at_thermocouple,
-       true,
-       "the thermocouple sits on turns outside the body",
+       false,
+       "the thermocouple sits on turns outside the body that carry current and touch nothing",
        {{"relative_heat_loss", 0.4, strength, &P::outer_loss}, {"power_share", 0.5, shape, &P::outer_power_share}}},
       {"body_heat_storage",
        "",
@@ -341,6 +342,59 @@ std::vector<Effect> outside() {
   };
 }
 
+// The thermocouple's own body and what lies around it: of the catalogue, and in other forms.
+std::vector<Effect> junctions() {
+  using enum Role;
+  return {
+      {"junction",
+       "",
+       at_thermocouple,
+       true,
+       "the thermocouple sits on turns outside and glue, a body of its own that takes a share of the current heat",
+       {{"heat_capacity_J_K", 0.4, strength, &P::junction_capacity_J_K, 0.5},
+        {"relative_power", 0.225, power_share, &P::junction_relative_power, 0.55},
+        {"cooling_rate_1_s", 0.025, shape, &P::junction_cooling_rate_1_s, 0.6},
+        {"conductance_W_K", 0.075, shape, &P::junction_conductance_W_K, 0.6}}},
+      {"junction_layer",
+       "",
+       at_thermocouple,
+       true,
+       "a layer around the thermocouple's body stores heat",
+       {{"conductance_W_K", 0.035, strength, &P::layer_conductance_W_K, 0.42},
+        {"heat_capacity_J_K", 0.55, shape, &P::layer_capacity_J_K, 0.45},
+        {"heat_loss_W_K", 0.004, shape, &P::layer_loss_W_K, 0.5}}},
+      {"junction",
+       "series",
+       at_thermocouple,
+       false,
+       "two bodies in a row lie between the wire and the thermocouple",
+       {{"heat_capacity_J_K", 0.4, strength, &P::junction_capacity_J_K, 0.5},
+        {"relative_power", 0.225, power_share, &P::junction_relative_power, 0.55},
+        {"cooling_rate_1_s", 0.025, shape, &P::junction_cooling_rate_1_s, 0.6},
+        {"conductance_W_K", 0.075, shape, &P::junction_conductance_W_K, 0.6},
+        {"inner_conductance_W_K", 0.15, shape, &P::junction_inner_W_K}}},
+      {"junction",
+       "progressive",
+       at_thermocouple,
+       false,
+       "the joint between the wire and the thermocouple's body conducts better the warmer it is",
+       {{"heat_capacity_J_K", 0.4, strength, &P::junction_capacity_J_K, 0.5},
+        {"relative_power", 0.225, power_share, &P::junction_relative_power, 0.55},
+        {"cooling_rate_1_s", 0.025, shape, &P::junction_cooling_rate_1_s, 0.6},
+        {"conductance_W_K", 0.055, shape, &P::junction_conductance_W_K, 0.45},
+        {"slope_1_K", 0.012, shape, &P::junction_slope_1_K}}},
+      {"junction_layer",
+       "diffusive",
+       at_thermocouple,
+       false,
+       "heat diffuses through the layer around the thermocouple's body: four nodes in a row",
+       {{"conductance_W_K", 0.035, strength, &P::layer_conductance_W_K, 0.42},
+        {"heat_capacity_J_K", 0.55, shape, &P::layer_capacity_J_K, 0.45},
+        {"heat_loss_W_K", 0.004, shape, &P::layer_loss_W_K, 0.5},
+        {"inner_conductance_W_K", 0.08, shape, &P::layer_inner_W_K}}},
+  };
+}
+
 constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"latent_heat", "viscoelastic_creep"},
     {"thermocouple_lag", "dry_friction"},
@@ -356,10 +410,20 @@ constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"thermocouple_heat_sink", "viscoelastic_creep"},
 }};
 
-// Plus or minus 25 %.
-constexpr double variation = 0.25;
+// Names that came after the numbers had been drawn: their draws are still those of the old ones.
+constexpr std::array<std::array<std::string_view, 2>, 3> renamed{{
+    {"junction.outer_turns", "outer_turns"},
+    {"relative_power", "power_share"},
+    {"cooling_rate_1_s", "heat_loss_W_K"},
+}};
 
 }  // namespace
+
+std::string drawn_as(std::string_view name) {
+  for (const auto& [now, before] : renamed)
+    if (name == now) return std::string(before);
+  return std::string(name);
+}
 
 const std::vector<CoreNumber>& core_numbers() {
   using enum Spread;
@@ -395,7 +459,7 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside()}) list.insert(list.end(), more.begin(), more.end());
+    for (const auto& more : {other_forms(), outside(), junctions()}) list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
   return all;
@@ -429,9 +493,10 @@ Physics physics_of(const std::map<std::string, double>& core_parameters, const s
 TruthEffect drawn(const Effect& effect, const Draw& draw) {
   TruthEffect truth{std::string(effect.name), std::string(effect.form), std::string(effect.place), {},
                     effect.in_catalogue,      std::string(effect.words)};
+  double before = 1.0;
   for (const Number& number : effect.numbers) {
-    const Stream chance(draw.seed, draw.kind + "/" + key_of(effect) + "." + std::string(number.name));
-    const double varied = number.plain * chance.uniform(0, 1.0 - variation, 1.0 + variation);
+    const Stream chance(draw.seed, draw.kind + "/" + drawn_as(key_of(effect)) + "." + drawn_as(number.name));
+    const double varied = number.plain * chance.uniform(0, 1.0 - number.variation, 1.0 + number.variation);
     const double sign = chance.uniform(1) < 0.5 ? -1.0 : 1.0;
     double value = varied;
     switch (number.role) {
@@ -442,12 +507,15 @@ TruthEffect drawn(const Effect& effect, const Draw& draw) {
         value = sign * draw.strength * varied;
         break;
       case Role::from_one:
-        value = 1.0 - draw.strength * (1.0 - number.plain) * chance.uniform(0, 1.0 - variation, 1.0 + variation);
+        value = 1.0 - draw.strength * (1.0 - number.plain) * chance.uniform(0, 1.0 - number.variation, 1.0 + number.variation);
         break;
       case Role::root_of_strength:
         value = std::sqrt(draw.strength) * varied;
         break;
       case Role::shape:
+        break;
+      case Role::power_share:
+        value = before > 0.0 ? draw.strength * varied * (draw.wire_J_K + before) / before : 0.0;
         break;
       case Role::signed_shape:
         value = sign * varied;
@@ -467,6 +535,7 @@ TruthEffect drawn(const Effect& effect, const Draw& draw) {
         break;
     }
     truth.parameters.emplace(number.name, value);
+    before = value;
   }
   return truth;
 }
@@ -490,13 +559,22 @@ std::string_view name_of(Family family) {
 std::vector<Kind> kinds() {
   std::vector<Kind> all{{Family::clean, "core", {}}};
   const auto add = [&all](Family family, const std::vector<Effect>& list) {
-    for (const Effect& effect : list) all.push_back({family, key_of(effect), {key_of(effect)}});
+    for (const Effect& effect : list) {
+      const bool has_left = family == Family::catalogue && !effect.in_catalogue;
+      all.push_back({has_left ? Family::other_form : family, key_of(effect), {key_of(effect)}});
+    }
   };
   add(Family::catalogue, catalogue());
   add(Family::other_form, other_forms());
   for (const auto& [one, other] : pairs)
     all.push_back({Family::pair, std::string(one) + "+" + std::string(other), {std::string(one), std::string(other)}});
   add(Family::outside, outside());
+  // A layer is around a junction: it is never alone.
+  all.push_back({Family::catalogue, "junction", {"junction"}});
+  all.push_back({Family::pair, "junction+junction_layer", {"junction", "junction_layer"}});
+  all.push_back({Family::other_form, "junction.series", {"junction.series"}});
+  all.push_back({Family::other_form, "junction.progressive", {"junction.progressive"}});
+  all.push_back({Family::other_form, "junction_layer.diffusive", {"junction", "junction_layer.diffusive"}});
   return all;
 }
 

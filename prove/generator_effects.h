@@ -30,6 +30,7 @@ enum class Role {
   from_one,          // 1 - (1 - plain) * strength, as a gain
   root_of_strength,  // plain * sqrt(strength): what enters squared
   shape,
+  power_share,  // plain * strength: of the current heat; drawn: over the share of the heat capacity that the number before it gives
   signed_shape,
   fixed,
   onset,        // in the middle third of the training recording, and where it can be within the held-out one
@@ -41,6 +42,7 @@ struct Number {
   double plain;
   Role role;
   double Physics::*field;
+  double variation = 0.25;  // of the plain value, either way; within_reach has its own
 };
 
 struct Effect {
@@ -51,18 +53,20 @@ struct Effect {
   std::string_view words;
   std::vector<Number> numbers;
 };
-// The catalogue in its order, then other forms, then what is outside.
+// The catalogue in its order, then other forms, then what is outside; then the body under the thermocouple and the layer around it.
 const std::vector<Effect>& effects();
 
 std::string key_of(const Effect& effect);           // "name" or "name.form"
 const Effect& effect_of_key(std::string_view key);  // throws std::invalid_argument
+std::string drawn_as(std::string_view name);        // what the draws of a kind, effect or number are named after: its first name
 
 Physics physics_of(const std::map<std::string, double>& core_parameters, const std::vector<TruthEffect>& truth);
 
 struct Draw {
   std::uint64_t seed;
-  std::string kind;  // every kind draws its own numbers
+  std::string kind;  // every kind draws its own numbers; `drawn_as`
   double strength, training_s, heldout_s, reach_deg;
+  double wire_J_K;  // heat capacity, the mean of the two
 };
 TruthEffect drawn(const Effect& effect, const Draw& draw);
 

@@ -24,6 +24,9 @@ constexpr std::size_t memory = 26;      // 2, of the switch
 constexpr std::size_t stabilised = 28;  // 2
 constexpr std::size_t sheath = 30;      // 2
 constexpr std::size_t outer = 32;       // 2, how much warmer the turns outside are
+constexpr std::size_t junction = 34;    // 2 wires times 2 bodies, of which junction has one each
+constexpr std::size_t layer = 38;       // 2 wires times 4 nodes, of which junction_layer has one each
+constexpr std::size_t layer_nodes = 4;
 constexpr std::array series_factor{0.125, 1.0, 8.0};
 
 constexpr double stiff_step_s = 0.5e-3;
@@ -115,6 +118,7 @@ Run::Run(const Physics& physics, Air air, double start_s)
       loss_{p_.heat_loss_A_W_K, p_.heat_loss_B_W_K},
       arm_{p_.moment_arm_A_m, p_.moment_arm_B_m},
       side_{p_.bend_sign, -p_.bend_sign},
+      junction_power_share_(p_.junction_relative_power * p_.junction_capacity_J_K / (p_.wire_J_K() + p_.junction_capacity_J_K)),
       time_s_(start_s) {
   // Damping at its stiffest: friction at rest, and the loss that grows with speed at half a radian per second.
   const double damping_Nms_rad = p_.beam_damping_Nms_rad + p_.friction_Nm / p_.friction_smoothing_rad_s +
@@ -157,7 +161,7 @@ Shown Run::shown() const {
   const double ambient = ambient_degC(time_s_);
   Shown shown{};
   for (std::size_t j = 0; j < 2; ++j) {
-    double t = y_[temperature + j];
+    double t = y_[seat(j)];
     if (p_.lag_s > 0.0) t = y_[bead + 3 * j];
     if (p_.diffusive_lag_s > 0.0) t = y_[bead + 3 * j + 2];
     t += y_[outer + j];
@@ -241,9 +245,47 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
     y_[sheath + j] = ambient;
     y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
     for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
+    for (std::size_t i = 0; i < 2; ++i) y_[junction + 2 * j + i] = warm_degC[j];
+    for (std::size_t i = 0; i < layer_nodes; ++i) y_[layer + layer_nodes * j + i] = ambient;
   }
   for (std::size_t i = 0; i < 4; ++i) y_[creep + i] = theta;
   y_[angle] = y_[angle_sensor] = theta;
+}
+
+std::size_t Run::seat(std::size_t coil) const {
+  if (p_.junction_capacity_J_K <= 0.0) return temperature + coil;
+  return junction + 2 * coil + (p_.junction_inner_W_K > 0.0 ? 1 : 0);
+}
+
+// Heat that a wire gives away to the body under its thermocouple: what flows there, and the current heat that arises there instead of in
+// the wire. Sets the rates of that body and of the layer around it.
+double Run::into_junction_W(std::size_t coil, const State& y, double joule_W, double ambient_degC, State& dy) const {
+  const std::size_t touched = junction + 2 * coil, measured = seat(coil);
+  const double t = y[temperature + coil];
+  const double rise = 0.5 * (t + y[touched]) - ambient_degC;
+  const double gained =
+      junction_power_share_ * joule_W + p_.junction_conductance_W_K * (1.0 + p_.junction_slope_1_K * rise) * (t - y[touched]);
+
+  const std::size_t first = layer + layer_nodes * coil;
+  const std::size_t nodes = p_.layer_inner_W_K > 0.0 ? layer_nodes : 1;
+  const double into_layer = p_.layer_conductance_W_K * (y[measured] - y[first]);
+  double inwards = into_layer;
+  for (std::size_t i = first; i < first + nodes; ++i) {
+    const bool last = i + 1 == first + nodes;
+    const double onwards = last ? p_.layer_loss_W_K * (y[i] - ambient_degC) : p_.layer_inner_W_K * (y[i] - y[i + 1]);
+    dy[i] = (inwards - onwards) * static_cast<double>(nodes) / p_.layer_capacity_J_K;
+    inwards = onwards;
+  }
+
+  const double lost = p_.junction_cooling_rate_1_s * p_.junction_capacity_J_K * (y[measured] - ambient_degC) + into_layer;
+  if (measured == touched) {
+    dy[measured] = (gained - lost) / p_.junction_capacity_J_K;
+  } else {
+    const double onwards = p_.junction_inner_W_K * (y[touched] - y[measured]);
+    dy[touched] = (gained - onwards) / (0.5 * p_.junction_capacity_J_K);
+    dy[measured] = (onwards - lost) / (0.5 * p_.junction_capacity_J_K);
+  }
+  return gained;
 }
 
 Run::State Run::rates(double time_s, const State& y) const {
@@ -287,6 +329,7 @@ Run::State Run::rates(double time_s, const State& y) const {
     const double joule = u[j] * volt * volt / ohm[j];
     dy[outer + j] = (p_.outer_loss * (p_.outer_power_share * joule - h * rise) - (1.0 + p_.outer_loss) * h * y[outer + j]) / capacity_[j];
     double heat = joule - h * rise;
+    if (p_.junction_capacity_J_K > 0.0) heat -= into_junction_W(j, y, joule, ambient, dy);
     const double into_sheath = p_.sheath_conductance_W_K * (t - y[sheath + j]);
     heat -= into_sheath;
     dy[sheath + j] = (into_sheath - p_.sheath_loss_W_K * (y[sheath + j] - ambient)) / p_.sheath_capacity_J_K;
@@ -314,10 +357,11 @@ Run::State Run::rates(double time_s, const State& y) const {
     dy[stabilised + j] = (xi - y[stabilised + j]) / p_.stabilisation_time_s;
 
     const std::size_t first = bead + 3 * j;
-    if (p_.lag_s > 0.0) dy[first] = (t - y[first]) / p_.lag_s;
+    const double followed = y[seat(j)];
+    if (p_.lag_s > 0.0) dy[first] = (followed - y[first]) / p_.lag_s;
     if (p_.diffusive_lag_s > 0.0) {
       const double node_s = p_.diffusive_lag_s / 6.0;  // three nodes delay by 3 + 2 + 1 times that of one
-      dy[first] = (t - 2.0 * y[first] + y[first + 1]) / node_s;
+      dy[first] = (followed - 2.0 * y[first] + y[first + 1]) / node_s;
       dy[first + 1] = (y[first] - 2.0 * y[first + 1] + y[first + 2]) / node_s;
       dy[first + 2] = (y[first + 1] - y[first + 2]) / node_s;
     }

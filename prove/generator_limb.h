@@ -38,6 +38,15 @@ struct Physics {
   // The same heat in three nodes, each a third of the capacity; wires touch the first, the last loses to the air.
   double ladder_conductance_W_K = 0.0, ladder_capacity_J_K = 1.0, ladder_loss_W_K = 0.0, ladder_inner_W_K = 0.0;
   double sheath_conductance_W_K = 0.0, sheath_capacity_J_K = 1.0, sheath_loss_W_K = 0.0;
+  // The body that the thermocouple sits on; none without a heat capacity. It takes a share q C_x / (C + C_x) of the coil's current heat,
+  // the same in both coils (C: the mean of their wires), and the wire has the rest; it loses r C_x (T_x - T_inf);
+  // G (1 + a ((T + T_x) / 2 - T_inf)) joins them. With an inner conductance it is two bodies in a row, each of half the heat
+  // capacity: the first takes the heat and touches the wire, the second loses to the air and carries the thermocouple.
+  double junction_capacity_J_K = 0.0, junction_cooling_rate_1_s = 0.0, junction_relative_power = 0.0;
+  double junction_conductance_W_K = 0.0, junction_slope_1_K = 0.0, junction_inner_W_K = 0.0;
+  // What lies around that body. With an inner conductance four nodes in a row, each of a quarter of the heat capacity; the body touches
+  // the first, the last loses to the air.
+  double layer_conductance_W_K = 0.0, layer_capacity_J_K = 1.0, layer_loss_W_K = 0.0, layer_inner_W_K = 0.0;
   double cross_conductance_W_K = 0.0;
   double latent_heat_J = 0.0;
   double latent_heating_J = 0.0, latent_cooling_J = 0.0;  // absorbed while xi falls, freed while it rises
@@ -97,6 +106,8 @@ struct Physics {
   double settling_deg = 0.0, settling_time_s = 1.0;  // theta_m + d (1 - exp(-t / tau)), 0 before t = 0
   double saturation_1_deg = 0.0;                     // theta_m = tanh(s theta) / s
   double cross_sensitivity_deg_K = 0.0;              // theta_m + a ((T_A + T_B) / 2 - T_inf)
+
+  double wire_J_K() const { return 0.5 * (heat_capacity_A_J_K + heat_capacity_B_J_K); }
 };
 
 // How far the ambient is from its value, by time; straight between the values, constant beyond them.
@@ -138,7 +149,7 @@ class Run {
   static double balance_deg(const Physics& physics, const std::array<double, 2>& temperature_degC);
 
  private:
-  static constexpr std::size_t states = 34;
+  static constexpr std::size_t states = 46;
   using State = std::array<double, states>;
   struct Command {
     double arrives_s;
@@ -150,6 +161,8 @@ class Run {
   double tension_N(std::size_t coil, double temperature_degC, double fraction, double angle_rad, double cycles) const;
   double stress_shift_K(double tension_N) const;
   double static_moment_Nm(double angle_rad, double tension_A_N, double tension_B_N) const;
+  std::size_t seat(std::size_t coil) const;  // place in the state of the temperature that the thermocouple sits on
+  double into_junction_W(std::size_t coil, const State& y, double joule_W, double ambient_degC, State& dy) const;
   State rates(double time_s, const State& y) const;
   void step(double time_s, double step_s);
   void stiff_step(double time_s, double step_s);
@@ -157,6 +170,7 @@ class Run {
   Physics p_;
   Air air_;
   std::array<double, 2> resistance_, capacity_, loss_, arm_, side_;  // side: +1 where a bend shortens the coil
+  double junction_power_share_;                                      // of the coil's current heat
   double longest_step_s_ = 1.0e-3;
   Chebyshev stiff_;  // no stages: not needed
   double time_s_;
