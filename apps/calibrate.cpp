@@ -10,6 +10,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
@@ -26,7 +27,7 @@ namespace {
 struct CalibrateArguments {
   std::vector<std::string> recordings;
   std::string plant, out;
-  std::vector<std::string> fit, noise;
+  std::vector<std::string> fit, noise, ignored;
   double fit_until_s = std::numeric_limits<double>::infinity();
   int starts = 3;
   std::int64_t seed = 1;
@@ -153,6 +154,9 @@ int calibrate_command(const CalibrateArguments& arguments) {
   static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
   std::vector<sim::Recording> recordings;
   for (const std::string& file : arguments.recordings) recordings.push_back(sim::read_recording(file, system));
+  std::vector<sim::Recording*> all;
+  for (sim::Recording& recording : recordings) all.push_back(&recording);
+  ignore(arguments.ignored, system, all);
   std::vector<diagnose::FitData> data;
   for (const sim::Recording& recording : recordings) {
     const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
@@ -271,6 +275,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of each recording; the rest is held out")
       ->check(finite_number());
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
+  add_ignore(*command, arguments->ignored);
   command
       ->add_option("--noise", arguments->noise,
                    "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "

@@ -9,6 +9,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "report/console.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct CompareArguments {
   std::string recording, plant, out;
+  std::vector<std::string> ignored;
   double start_from_s = 60.0, fit_until_s = std::numeric_limits<double>::infinity();
   bool at_rest = false, json = false, overwrite = false;
 };
@@ -34,7 +36,8 @@ int compare_command(const CompareArguments& arguments) {
     outputs->claim({"comparison.html", "comparison.svg"});
   }
   const plant::Plant plant = sim::read_plant_file(arguments.plant);
-  const sim::Recording recording = sim::read_recording(arguments.recording, plant.system());
+  sim::Recording recording = sim::read_recording(arguments.recording, plant.system());
+  ignore(arguments.ignored, plant.system(), {&recording});
   const diagnose::PerChannel noise = diagnose::noise_of(plant.system(), recording);
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
 
@@ -96,6 +99,7 @@ void add_compare(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   command->add_option("--fit-until", arguments->fit_until_s, "the plant was fitted until here [s]: what comes later is counted apart")
       ->check(positive_number());
+  add_ignore(*command, arguments->ignored);
   command->add_flag("--at-rest", arguments->at_rest, "the recording begins cold and at rest");
   command->add_flag("--json", arguments->json, "print JSON");
   add_overwrite(*command, arguments->overwrite);

@@ -15,6 +15,7 @@
 #include "apps/diagnosis_json.h"
 #include "apps/diagnosis_page.h"
 #include "apps/diagnosis_text.h"
+#include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/columns.h"
@@ -30,7 +31,7 @@ namespace {
 constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or held out
 
 struct DiagnoseArguments {
-  std::vector<std::string> training, held_out, without;
+  std::vector<std::string> training, held_out, without, ignored;
   std::string plant, out;
   std::vector<std::string> noise;
   double fit_until_s = std::numeric_limits<double>::infinity();
@@ -123,6 +124,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   inputs.held_out = arguments.held_out;
   inputs.plant = arguments.plant;
   inputs.seed = arguments.seed;
+  inputs.ignored = arguments.ignored;
   diagnose::DiagnosisSettings& settings = inputs.settings;
   const plant::Plant nominal = sim::read_plant_file(arguments.plant);
   // Before any recording is read: what is wrong with the option does not wait for them.
@@ -136,6 +138,10 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   std::vector<sim::Recording> training, held_out;
   for (const std::string& path : arguments.training) training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
   for (const std::string& path : arguments.held_out) held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
+  std::vector<sim::Recording*> all;
+  for (auto* recordings : {&training, &held_out})
+    for (sim::Recording& recording : *recordings) all.push_back(&recording);
+  ignore(arguments.ignored, nominal.system(), all);
   if (!arguments.noise.empty())
     settings.noise = noise_of_option(arguments.noise, nominal.system(), diagnose::noise_of(nominal.system(), training.front()));
   if (std::isfinite(arguments.fit_until_s) && std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
@@ -208,6 +214,7 @@ void add_diagnose(CLI::App& program, int& exit_code) {
                    "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "
                    "otherwise estimated from the recordings")
       ->delimiter(',');
+  add_ignore(*command, arguments->ignored);
   command->add_option("--without", arguments->without, "effects that may not be named")->delimiter(',')->expected(1, 1000);
   command->add_option("--seed", arguments->seed, "of the draws that intervals and chances come from")
       ->check(CLI::NonNegativeNumber)

@@ -18,6 +18,7 @@ inline constexpr char no_break[] = "\u00a0";
 struct DiagnosisInputs {
   std::vector<std::string> training, held_out;  // paths
   std::string plant;
+  std::vector<std::string> ignored;  // as given
   std::int64_t seed = 1;
   diagnose::DiagnosisSettings settings;
 };

@@ -436,6 +436,19 @@ def test_diagnose():
             r"^--heldout = \./made/recording\.csv\n  is given twice")
     refused("diagnose of a recording that is not there", ["diagnose", "--train", "nowhere.csv", "--plant", PAPER_LIMB, "--out", "o"],
             r"^nowhere\.csv: cannot read")
+    for option, why in (("temperature*:5", "CHANNEL:FROM-TO in seconds is meant"), ("angle_deg:5-4", "ends before it begins"),
+                        ("angel_deg:1-2", r"no such channel; did you mean angle_deg\?"), ("angle_deg:900-950", "no sample lies there"),
+                        ("angle_deg:0-1000", "leaves nothing of angle_deg")):
+        refused(f"diagnose --ignore {option}", [*made, "--ignore", option, "--out", "o"],
+                rf"^--ignore = {re.escape(option)}\n  {why}")
+    refused("compare --ignore of an unknown channel",
+            ["compare", "made/recording.csv", "--plant", PAPER_LIMB, "--ignore", "heat:1-2"], r"--ignore = heat:1-2\n  no such channel")
+    whole = json.loads(sinew("compare", "made/recording.csv", "--plant", PAPER_LIMB, "--json").stdout)["channels"]
+    less = json.loads(sinew("compare", "made/recording.csv", "--plant", PAPER_LIMB, "--json", "--ignore",
+                            "temperature*:10-20").stdout)["channels"]
+    count = lambda channels: [channels[c]["fitted"]["samples"] for c in ("temperature_A_degC", "temperature_B_degC", "angle_deg")]
+    check("compare --ignore: ten seconds of both temperatures are left out, of the angle none",
+          [b - a for a, b in zip(count(less), count(whole))] == [101, 101, 0], f"{count(less)} {count(whole)}")
     refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
     refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
     refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"],
