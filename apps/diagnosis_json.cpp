@@ -112,6 +112,7 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
   for (const std::string& path : inputs.training) add("train", path);
   for (const std::string& path : inputs.held_out) add("heldout", path);
   add("plant", inputs.plant);
+  for (const std::string& one : inputs.ignored) json.push_back({{"role", "ignored"}, {"seconds", one}});
   return json;
 }
 
@@ -173,6 +174,9 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},
                                                                      {"after", d.correlation.after[c]}};
 
+  json["proposals"] = ordered_json::array();
+  for (const auto& one : d.proposals.all)
+    json["proposals"].push_back({{"effects", names_of(d, one.effects)}, {"log_odds", one.log_odds}, {"probability", one.probability}});
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
@@ -248,7 +252,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
   if (!stand_ins(d).empty())
     text += "# What was added is a stand-in for something that the catalogue does not have.\n";
-  else if (d.verdict == diagnose::Verdict::unexplained && !names.empty())
+  else if (something_is_left(d.verdict) && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + held_out_words(d) + ", open loop:\n";
   for (const plant::ChannelId c : channels_of(d).ids())

@@ -189,9 +189,32 @@ report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found
   return table;
 }
 
+report::Table proposal_table(const Diagnosis& d) {
+  constexpr std::size_t most_rows = 12;
+  report::Table table;
+  table.title = "Plants that were compared by open-loop simulation";
+  table.header = {"effects added", "against the best"};
+  table.align = {report::Align::left, report::Align::left};
+  const auto& all = d.proposals.all;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i >= most_rows && !all[i].effects.empty() && i != d.proposals.answer) continue;
+    std::vector<std::string> names;
+    for (const plant::EffectId e : all[i].effects) names.push_back(effect_name(d, e));
+    report::Row row;
+    row.cells = {names.empty() ? "none" : listed(names), i == 0 ? "the best" : odds_words(all.front().log_odds - all[i].log_odds)};
+    row.emphasis = i == d.proposals.answer;
+    table.rows.push_back(row);
+  }
+  table.caption =
+      "Each with all parameters fitted, begun from several values. Bold: the answer, without effects that do not help to predict what was "
+      "left out of the fit.";
+  return table;
+}
+
 void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(d.verdict == Verdict::consistent ? "What was looked for" : "What is missing"));
   add_paragraphs(blocks, words.what);
+  if (d.by_paths) blocks.push_back(proposal_table(d));
   for (std::size_t r = 0; r < d.search.rounds.size(); ++r)
     if (!d.search.rounds[r].candidates.empty() && (r == 0 || d.search.rounds[r].accepted))
       blocks.push_back(candidate_table(d, d.search.rounds[r], r));
@@ -562,7 +585,7 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
                         "well the repaired simulation predicts data that it has not seen, and what could be done next."});
   if (!words.summary.empty())
     blocks.push_back(
-        Paragraph{.text = words.summary, .tone = d.verdict == Verdict::unexplained ? Paragraph::Tone::caution : Paragraph::Tone::finding});
+        Paragraph{.text = words.summary, .tone = something_is_left(d.verdict) ? Paragraph::Tone::caution : Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);
@@ -588,6 +611,7 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
 
   for (const std::string& path : inputs.training) page.footer.push_back("fitted: " + path);
   for (const std::string& path : inputs.held_out) page.footer.push_back("held out: " + path);
+  for (const std::string& one : inputs.ignored) page.footer.push_back("not to be trusted, as given: " + one);
   page.footer.push_back("nominal plant: " + inputs.plant);
   page.footer.push_back("seed " + std::to_string(inputs.seed) + "; sinew " + sim::this_build().version + " (" + sim::this_build().commit +
                         ")");

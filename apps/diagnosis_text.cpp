@@ -96,6 +96,14 @@ std::string verdict_sentence(const Diagnosis& d) {
       if (!d.ambiguous_with.empty()) return text + rivals_in_headline(d);
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
+    case Verdict::named_in_part: {
+      std::vector<std::string> named;
+      for (const auto& found : d.effects)
+        named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
+      return "More is missing than the catalogue explains, but part of it has a name: " + listed(named) + ". " +
+             (d.effects.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
+             " of the squared error beyond noise.";
+    }
     case Verdict::unexplained: {
       if (d.wandering) {
         const auto& w = *d.wandering;
@@ -109,7 +117,7 @@ std::string verdict_sentence(const Diagnosis& d) {
         std::vector<std::string> named;
         for (const auto& found : d.effects)
           named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
-        return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share && !d.by_paths
+        return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
                     ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
                     : "More is missing than the catalogue explains, but part of it has a name: ") +
                listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
@@ -258,7 +266,9 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                      "; " + probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
-  if (alone && !d.by_paths)
+  if (d.by_paths)
+    text += found.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.gain) + ". " : "";
+  else if (alone)
     text += "Why: it explains " + percent(d.explained_share) + " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
   else
@@ -304,6 +314,17 @@ std::string wandering_words(const Diagnosis& d) {
   return text;
 }
 
+// Effects of the most probable plant that were not kept, since they do not help to predict.
+std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
+  std::vector<std::string> names;
+  if (!d.by_paths) return names;
+  const auto& kept = d.proposals.all[d.proposals.answer].effects;
+  for (const plant::EffectId e : d.proposals.all.front().effects)
+    if (std::find(kept.begin(), kept.end(), e) == kept.end())
+      names.push_back("that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
+  return names;
+}
+
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
@@ -324,15 +345,17 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     return text;
   }
   if (d.by_chance) text.push_back(chance_of_the_rest(d));
-  if (d.verdict == Verdict::unexplained && d.by_paths) {
+  if (d.by_paths) {
     text.push_back(
-        "No effects of the catalogue explain the recording to within noise. These were found by open-loop simulation: "
-        "effects were added one by one for how much nearer they bring the prediction from " +
-        input_words(system_of(d)) +
-        " alone, and kept "
-        "where they also predict better, beyond chance, what was left out of the fit, a tenth at a time. Together they "
-        "take away " +
+        "No effects of the catalogue explain the recording to within noise. These were found by open-loop simulation from " +
+        input_words(system_of(d)) + " alone: " + std::to_string(d.proposals.all.size()) +
+        " plants with other effects added, the best of all that were tried, were compared under one measure of error, and an effect "
+        "was kept where seconds that were left out of the fit, a tenth at a time, are predicted better with it, beyond chance. "
+        "Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
+    if (const auto more = fitted_but_idle(d); !more.empty())
+      text.push_back("Also tried: " + listed(more) +
+                     ". It fits the recording better and predicts no better what was left out, so it is not in the answer.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "
@@ -436,7 +459,7 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with " + std::string(d.effects.size() == 1 ? "this effect" : "these effects") +
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
            " switched on and all parameters fitted again." +
-           (d.verdict == Verdict::unexplained ? " That " + plant_words(d) + " does this is not certain." : "");
+           (something_is_left(d.verdict) ? " That " + plant_words(d) + " does this is not certain." : "");
   text += " `sinew run` and `sinew compare` accept it.";
   for (const plant::ParameterId p : d.flipped_signs)
     text += " The recording says that " + parameters_of(d)[p].key() + " is " + sim::parameter_text(d.repaired, p) +
@@ -527,7 +550,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
                      "and rests) and give both recordings to --train.");
     }
   }
-  if (d.verdict == Verdict::unexplained) {
+  if (something_is_left(d.verdict)) {
     const auto& left = d.left_over;
     if (d.wandering)
       text.push_back("Look at the course of " + d.wandering->of.words + " in the report, and at what happens at " + plant_words(d) +
@@ -560,7 +583,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
   if (!imitated.empty())
     hidden = "A little of " + listed(imitated) + " would not show: fitting the other parameters imitates " +
              (imitated.size() == 1 ? "it" : "them") + " to first order. How much would have been seen is not known.";
-  if (!too_small.empty() && d.verdict == Verdict::unexplained)
+  if (!too_small.empty() && something_is_left(d.verdict))
     hidden += std::string(hidden.empty() ? "" : " ") + "As long as something is unexplained, nothing can be said about " +
               listed(too_small) + ".";
   else if (!too_small.empty())

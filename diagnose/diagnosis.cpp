@@ -143,11 +143,23 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
   return result;
 }
 
-FoundEffect found_on_paths(plant::EffectId effect, double gain, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const Diagnosis& diagnosis,
+                           const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
-  result.gain = gain;
-  result.chance = std::erfc(std::sqrt(0.5 * gain));
-  result.confidence = settings.most_confidence_in_a_lead * gain / (gain + settings.doubtful_gain);
+  result.rivals.clear();
+  const Proposal& best = proposals.all[proposals.answer];
+  for (const Proposal& one : proposals.all) {
+    if (contains(one.effects, effect)) continue;
+    const double loss = proposals.all.front().log_odds - one.log_odds;
+    if (result.gain == 0.0) result.gain = 2.0 * loss;
+    for (const plant::EffectId other : one.effects)
+      if (!contains(best.effects, other) &&
+          std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
+        result.rivals.emplace_back(other, loss);
+  }
+  // What acts may be in no catalogue, and an effect of it the nearest look-alike: until that has been measured, as likely as not.
+  result.confidence = settings.most_confidence_in_a_lead * proposals.probability_of(effect);
+  result.chance = 1.0 - proposals.probability_of(effect);
   return result;
 }
 
@@ -172,6 +184,8 @@ std::string_view text_of(Verdict verdict) {
       return "consistent";
     case Verdict::missing_physics:
       return "missing_physics";
+    case Verdict::named_in_part:
+      return "named_in_part";
     case Verdict::unexplained:
       return "unexplained";
   }
@@ -234,7 +248,7 @@ class Diagnoser {
     effects_ = added(result_.answer, given_);
     predict_all();
     judge();
-    if (result_.verdict == Verdict::unexplained && result_.effects.empty()) take_lead();
+    if (result_.verdict == Verdict::unexplained && result_.effects.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     result_.correlation = correlation_of(result_.predictions);
     doubt();
@@ -371,50 +385,44 @@ class Diagnoser {
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
   }
 
-  // Where no explanation is one: what brings the whole path nearer, beyond chance where it was not fitted. It is
-  // certain where it brings a channel most of the way without parameters that are hard to believe. More is missing even
-  // so.
-  void take_lead() {
-    const PathSearch paths{search_.without, search_.most_effects, search_.least_gain, search_.threads};
-    const Lead lead = follow_paths(before_, data_, paths, search_.fit);
-    if (lead.effects.empty()) return;
-    const Agreement was = agreement_of(before_.of, before_, data_, numerics()),
-                    is = agreement_of(lead.path.of, lead.path, data_, numerics());
-    double largest_share = 0.0, sum = 0.0, channels_off = 0.0;
-    for (const plant::ChannelId c : was.rmse.ids()) {
-      if (!far_off(system(), was.rmse[c], c, sensors())) continue;
-      const double share = 1.0 - share_left(was.rmse[c], is.rmse[c], sensors()[c]);
-      largest_share = std::max(largest_share, share);
-      sum += std::max(0.0, share);
-      ++channels_off;
-    }
-    const bool believable =
-        is.pull <= settings_.most_growth_of_pull * was.pull &&
-        std::all_of(lead.effects.begin(), lead.effects.end(), [&](plant::EffectId e) { return sensible(e, lead.path.of); });
-    const bool certain = largest_share >= settings_.named_share && believable;
-    // As a stand-in it must do better than the one there is.
-    if (!certain && !effects_.empty() &&
-        !better_beyond_chance(cross_validated(after_, data_, search_.threads, search_.fit),
-                              cross_validated(lead.path, data_, search_.threads, search_.fit)))
-      return;
+  // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
+  // beyond chance, what was left out of the fit, and the held-out data no worse.
+  void propose_whole_paths() {
+    const ProposalSettings ask{.without = search_.without,
+                               .seed = search_.seed,
+                               .threads = search_.threads,
+                               .progress = search_.progress
+                                               ? [this](double share, const std::string& doing) { tell(0.9 + 0.08 * share, doing); }
+                                               : std::function<void(double, const std::string&)>{}};
+    Proposals proposals = propose(before_, data_, ask, search_.fit);
+    if (proposals.all.empty() || proposals.all[proposals.answer].effects.empty()) return;
+    const Proposal& best = proposals.all[proposals.answer];
+    const Fitted path = fitted(best.fit);
     std::vector<Prediction> predictions = result_.predictions;
-    set_after(predictions, predicted_by(lead.path));
+    set_after(predictions, predicted_by(path));
     const HeldOutError held_out = error_of(predictions, search_.seed);
     if (held_out.highest_total_gain < 0.0) return;  // the veto of the held-out data
+    const Agreement was = agreement_of(before_.of, before_, data_, numerics()), is = agreement_of(path.of, path, data_, numerics());
+    double sum = 0.0, channels_off = 0.0;
+    for (const plant::ChannelId c : was.rmse.ids()) {
+      if (!far_off(system(), was.rmse[c], c, sensors())) continue;
+      sum += std::max(0.0, 1.0 - share_left(was.rmse[c], is.rmse[c], sensors()[c]));
+      ++channels_off;
+    }
     result_.by_chance.reset();
     result_.unrest_after_refit.reset();
-    result_.answer = lead.path.of;
-    after_ = lead.path;
-    effects_ = lead.effects;
+    result_.answer = path.of;
+    after_ = path;
+    effects_ = best.effects;
     result_.predictions = std::move(predictions);
     result_.held_out = held_out;
-    if (!certain) return;
-    result_.explained_share = sum / channels_off;
+    result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
+    result_.verdict = Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (std::size_t i = 0; i < effects_.size(); ++i)
-      result_.effects.push_back(found_on_paths(effects_[i], lead.gains[i], result_, settings_));
+    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_, settings_));
+    result_.proposals = std::move(proposals);
   }
 
   void add_rival(plant::EffectId effect) {
@@ -439,7 +447,7 @@ class Diagnoser {
   }
 
   std::optional<Wandering> ask_what_wanders() {
-    if (result_.verdict != Verdict::unexplained || (!result_.effects.empty() && !result_.by_paths)) return std::nullopt;
+    if (!result_.by_paths && (result_.verdict != Verdict::unexplained || !result_.effects.empty())) return std::nullopt;
     tell(0.99, "asking what is no constant");
     WanderSettings wander = settings_.wander;
     wander.without = search_.without;
@@ -463,7 +471,7 @@ class Diagnoser {
     result_.located = locate(core(), gated_training_, search_.seed);
     const auto& groups = system().entry_groups();
     const plant::EntryGroupId leading = result_.located.shares.front().group;
-    if (result_.verdict == Verdict::unexplained)
+    if (something_is_left(result_.verdict))
       result_.left_over = left_over(result_.effects.empty() || result_.wandering ? core() : result_.answer, leading);
     std::string& place = result_.located.place;
     std::vector<std::string>& group = result_.located.cannot_be_told_from;

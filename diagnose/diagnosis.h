@@ -10,6 +10,7 @@
 #include "diagnose/gate.h"
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
+#include "diagnose/proposals.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
 
@@ -33,12 +34,11 @@ struct DiagnosisSettings {
   double most_rise_of_pull = 6.0;
   // What explains so much, in every channel, without a rise of pull is named even where something is left.
   double named_share = 0.75;
-  // Where evidence finds no answer, whole paths are followed (open_loop.h); the core's pull may grow by this factor.
-  double most_growth_of_pull = 1.5;
-  double most_confidence_in_a_lead = 0.5;  // on development, what paths alone suggest was a look-alike as often as not
-  WanderSettings wander;                   // thresholds
-  double other_place_loss = 200.0;         // of log evidence: a place whose best wanderer loses less may be the one
-  double doubtful_gain = 50.0;             // confidence in a gain of this size is a half
+  // Where something is left: on development, what was named by open-loop simulation, or varies, was a look-alike as often as not.
+  double most_confidence_in_a_lead = 0.5;
+  WanderSettings wander;            // thresholds
+  double other_place_loss = 200.0;  // of log evidence: a place whose best wanderer loses less may be the one
+  double doubtful_gain = 50.0;      // confidence in a gain of this size is a half
   // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
   // catalogue's, or what acts is not in the catalogue and looks like it.
   double most_confidence_in_a_form = 0.5;
@@ -71,8 +71,14 @@ struct Parsimony {
 Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool something_left,
                        const DiagnosisSettings& settings);
 
-enum class Verdict { consistent, missing_physics, unexplained };
+enum class Verdict {
+  consistent,
+  missing_physics,  // with a name, and nothing is left
+  named_in_part,    // names, and something is left
+  unexplained,
+};
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json
+inline bool something_is_left(Verdict verdict) { return verdict == Verdict::named_in_part || verdict == Verdict::unexplained; }
 
 struct FoundEffect {
   plant::EffectId effect{};
@@ -113,7 +119,8 @@ struct Diagnosis {
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What wanders has a
   // share of its own.
   double explained_share = 0.0;
-  bool by_paths = false;  // the effects were found by following whole paths (open_loop.h)
+  bool by_paths = false;  // the effects were found by open-loop simulation (proposals.h)
+  Proposals proposals;    // that were compared then
   // Where the verdict hangs on an unrest that is not large: what is left of it once the parameters are fitted again without the
   // forcings that carry it; and, unless that is nothing, how large it becomes where nothing is missing.
   std::optional<double> unrest_after_refit;

@@ -55,9 +55,14 @@ class Fit {
       const Eigen::MatrixXd jacobian = whitened_jacobian(noise);
       Eigen::MatrixXd residual = this->residual();
       noise.whiten(residual);
-      const Eigen::VectorXd gradient = jacobian.transpose() * residual.col(0) + z_;
+      Eigen::VectorXd gradient = jacobian.transpose() * residual.col(0) + z_;
       Eigen::MatrixXd information = jacobian.transpose() * jacobian;
       information.diagonal().array() += 1.0;
+      FitProblem::RowMajor order_jacobian;
+      if (const Eigen::VectorXd orders = problem_.order_residuals(z_.data(), &order_jacobian); orders.any()) {
+        gradient += order_jacobian.transpose() * orders;
+        information += order_jacobian.transpose() * order_jacobian;
+      }
       bool moved = false;
       double gained = 0.0;
       for (int attempt = 0; attempt < 6 && !moved; ++attempt) {
@@ -105,7 +110,7 @@ class Fit {
   double cost_of(const Path& path, const Eigen::VectorXd& z, const StateNoise& noise) const {
     Eigen::MatrixXd residual = blocks_.means(path.residuals.data(), 1);
     noise.whiten(residual);
-    return 0.5 * (residual.squaredNorm() + z.squaredNorm());
+    return 0.5 * (residual.squaredNorm() + z.squaredNorm()) + 0.5 * problem_.order_residuals(z.data(), nullptr).squaredNorm();
   }
 
   const FitProblem& problem_;
@@ -180,7 +185,8 @@ double share_explained(const Explanation& core, const Explanation& by) {
 }
 
 plant::Plant with_effect(const plant::Plant& plant, plant::EffectId effect) {
-  plant::Plant result = plant;
+  const auto& needs = plant.system().effects()[effect].needs;
+  plant::Plant result = needs && !plant.is_on(*needs) ? with_effect(plant, *needs) : plant;
   result.turn(effect, true);
   for (const plant::ParameterId p : plant.system().effects()[effect].parameters) {
     const auto& declared = plant.system().parameters()[p].declaration;
@@ -240,7 +246,8 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
     else
       size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
-    const double posterior = likelihood - 0.5 * fit.z().squaredNorm();
+    const double posterior =
+        likelihood - 0.5 * fit.z().squaredNorm() - 0.5 * problem.order_residuals(fit.z().data(), nullptr).squaredNorm();
     const double gained = posterior - result.log_posterior;
     if (gained > 0.0) {
       result.z = fit.z();
@@ -262,7 +269,9 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
   best->whiten(whitened);
   result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
 
-  const Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
+  FitProblem::RowMajor order_jacobian;
+  if (problem.order_residuals(result.z.data(), &order_jacobian).any()) information += order_jacobian.transpose() * order_jacobian;
   const Eigen::LLT<Eigen::MatrixXd> factor(information);
   result.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
   double log_determinant = 0.0;

@@ -23,9 +23,19 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
     const auto& info = system().parameters()[p];
     const auto& declared = info.declaration;
     const double unit = declared.unit.internal_per_unit;
-    unknowns_.push_back({info.key(), p, centres_.get(p), declared.prior_deviation * unit, declared.range.lowest * unit,
+    double wider = 1.0;
+    for (const plant::EffectId e : system().effects().ids())
+      for (const auto& [hidden, factor] : system().effects()[e].hides)
+        if (hidden == p && centres_.is_on(e)) wider = std::max(wider, factor);
+    unknowns_.push_back({info.key(), p, centres_.get(p), wider * declared.prior_deviation * unit, declared.range.lowest * unit,
                          declared.range.highest * unit, unit, declared.unit.text});
   }
+  constexpr double order_share = 0.01;  // of the prior's deviation: hardly more than a bound, and smooth enough to be fitted
+  for (std::size_t low = 0; low < parameters_.size(); ++low)
+    for (std::size_t high = 0; high < parameters_.size(); ++high)
+      if (const auto& all = system().parameters(); !all[parameters_[low]].declaration.less_than.empty() &&
+                                                   all[parameters_[low]].declaration.less_than == all[parameters_[high]].key())
+        orders_.push_back({low, high, order_share * unknowns_[low].deviation});
   for (const plant::StateId i : states_.ids())
     if (start_ == StartPolicy::estimated && states_[i].free_at_start) free_states_.push_back(i);
   for (std::size_t r = 0; r < data_.size(); ++r) {
@@ -65,6 +75,22 @@ plant::Start FitProblem::start_at(const double* z, std::size_t recording) const 
   const std::size_t first = parameters_.size() + recording * free_states_.size();
   for (std::size_t i = 0; i < free_states_.size(); ++i) start.given[free_states_[i].index] = value(first + i, z[first + i]);
   return start;
+}
+
+Eigen::VectorXd FitProblem::order_residuals(const double* z, RowMajor* jacobian) const {
+  Eigen::VectorXd residuals = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(orders_.size()));
+  if (jacobian) *jacobian = RowMajor::Zero(residuals.size(), static_cast<Eigen::Index>(unknowns_.size()));
+  for (std::size_t k = 0; k < orders_.size(); ++k) {
+    const auto& [low, high, scale] = orders_[k];
+    const double above = value(low, z[low]) - value(high, z[high]);
+    if (above <= 0.0) continue;
+    const auto row = static_cast<Eigen::Index>(k);
+    residuals(row) = above / scale;
+    if (!jacobian) continue;
+    (*jacobian)(row, static_cast<Eigen::Index>(low)) = unknowns_[low].deviation / scale;
+    (*jacobian)(row, static_cast<Eigen::Index>(high)) = -unknowns_[high].deviation / scale;
+  }
+  return residuals;
 }
 
 bool FitProblem::evaluate(const double* z, double* residuals, double* jacobian) const {
@@ -117,6 +143,13 @@ bool FitProblem::evaluate(const double* z, double* residuals, double* jacobian) 
       out[u] = 1.0;
     }
   }
+  if (order_count() == 0) return true;
+  RowMajor order_jacobian;
+  const Eigen::VectorXd orders = order_residuals(z, jacobian ? &order_jacobian : nullptr);
+  std::copy(orders.begin(), orders.end(), residuals + rows_.size() + unknowns_.size());
+  if (jacobian)
+    std::copy(order_jacobian.data(), order_jacobian.data() + order_jacobian.size(),
+              jacobian + static_cast<Eigen::Index>(rows_.size() + unknowns_.size()) * columns);
   return true;
 }
 

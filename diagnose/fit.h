@@ -6,7 +6,8 @@
 // and bounds from its declaration, and is scaled by the prior: an unknown's coordinate is z = (value - centre) / deviation.
 //
 // Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
-// then one row z for each unknown.
+// then one row z for each unknown; then one for each pair of unknowns that physics orders (Declaration::less_than): by how many
+// hundredths of the prior's deviation, where it is so, the lower one lies above the higher.
 #pragma once
 
 #include <Eigen/Core>
@@ -61,7 +62,10 @@ class FitProblem {
   // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
   const std::vector<plant::StateId>& free_states() const { return free_states_; }
   void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) { data_[recording].deviation[channel] = deviation; }
-  std::size_t residual_count() const { return rows_.size() + unknowns_.size(); }
+  std::size_t residual_count() const { return rows_.size() + unknowns_.size() + orders_.size(); }
+  // Rows of the pairs that physics orders, and their derivatives [orders x unknowns]; 0 where the order is kept.
+  std::size_t order_count() const { return orders_.size(); }
+  Eigen::VectorXd order_residuals(const double* z, FitProblem::RowMajor* jacobian) const;
 
   double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
   const plant::Plant& centres() const { return centres_; }  // what is on, and the centres of the priors
@@ -81,6 +85,11 @@ class FitProblem {
   StartPolicy start_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
+  struct Order {
+    std::size_t low, high;  // unknowns
+    double scale;
+  };
+  std::vector<Order> orders_;
   std::vector<plant::StateId> free_states_;
   std::vector<std::size_t> first_row_;  // of each recording
   std::vector<Row> rows_;

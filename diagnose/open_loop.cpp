@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "diagnose/compare.h"
-#include "diagnose/search.h"
 #include "plant/integrator.h"
 #include "sim/parallel.h"
 #include "sim/simulation.h"
@@ -108,9 +106,14 @@ PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, 
   return longest;
 }
 
-// Each channel weighted as a path fits it: by how far off it is, and for how long.
-std::vector<FitData> weighted_for(const Fitted& path, const std::vector<FitData>& data, const PerChannel& correlation,
-                                  const plant::NumericalSettings& numerics) {
+bool has_reading(const sim::Sample& sample) {
+  return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
+}
+
+}  // namespace
+
+std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  const PerChannel correlation = correlation_of(path, data, numerics);
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)
@@ -118,19 +121,13 @@ std::vector<FitData> weighted_for(const Fitted& path, const std::vector<FitData>
   return weighted;
 }
 
-bool has_reading(const sim::Sample& sample) {
-  return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
-}
-
-}  // namespace
-
 FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings) {
   constexpr std::size_t folds = 10;
   constexpr double beginning_s = 10.0;  // is always fitted: it tells how the recording begins
   ExplanationSettings least_squares = settings;
   least_squares.least_squares = true;
   least_squares.most_rounds = 1;
-  const std::vector<FitData> weighted = weighted_for(path, data, correlation_of(path, data, settings.numerics), settings.numerics);
+  const std::vector<FitData> weighted = weighted_by(path, data, settings.numerics);
 
   FoldErrors errors;
   errors.squares.assign(folds, per_channel(path.model.system()));
@@ -191,76 +188,6 @@ bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after) {
   double variance = 0.0;
   for (const double gain : gains) variance += (gain - mean) * (gain - mean) * (n - 1.0) / n;
   return gain_without(folds) > 2.0 * std::sqrt(variance);
-}
-
-namespace {
-
-// Log posterior of a path, up to a constant, each channel's error having the size that it has.
-double log_posterior_of(const Fitted& path, const std::vector<FitData>& data, const PerChannel& correlation,
-                        const plant::NumericalSettings& numerics) {
-  const Spread spread = spread_of(path, data, numerics);
-  double sum = -0.5 * path.of.z.squaredNorm();
-  for (std::size_t r = 0; r < data.size(); ++r)
-    for (const plant::ChannelId c : correlation.ids())
-      sum -= static_cast<double>(data[r].sample_count) / correlation[c] * std::log(spread.rmse[r][c]);
-  return sum;
-}
-
-}  // namespace
-
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings) {
-  constexpr std::size_t most_fits = 6, most_tries = 3;
-  ExplanationSettings least_squares = settings;
-  least_squares.least_squares = true;
-  least_squares.most_rounds = 1;
-  least_squares.iterations_per_round = 15;
-  Lead lead{core, {}, {}};
-  std::optional<FoldErrors> errors;  // of the path that is gone on from
-  while (lead.effects.size() < search.most_effects) {
-    std::vector<plant::EffectId> candidates;
-    for (const plant::EffectId e : core.model.system().effects().ids())
-      if (!lead.path.model.is_on(e) && std::find(search.without.begin(), search.without.end(), e) == search.without.end())
-        candidates.push_back(e);
-    if (candidates.empty()) break;
-    const PerChannel correlation = correlation_of(lead.path, data, settings.numerics);
-    const std::vector<FitData> weighted = weighted_for(lead.path, data, correlation, settings.numerics);
-    const Explanation here = explain(lead.path.of.problem->centres(), weighted, lead.path.of.as_guess(), least_squares);
-    if (!here.usable) break;
-    const Fitted without_more = fitted(here);
-    const double before = std::max(log_posterior_of(lead.path, data, correlation, settings.numerics),
-                                   log_posterior_of(without_more, data, correlation, settings.numerics));
-    const Scores scores = score(here, candidates, search.threads);
-    std::vector<const Score*> tried;
-    for (const std::size_t s : scores.best)
-      if (scores.all[s].blind || tried.size() < most_fits) tried.push_back(&scores.all[s]);
-    std::vector<Fitted> paths(tried.size());
-    std::vector<double> reached(tried.size(), -1e300);
-    sim::in_parallel(tried.size(), search.threads, [&](std::size_t i) {
-      const Explanation with =
-          explain(with_effect(here.problem->centres(), tried[i]->effect), weighted, guess_with(here, *tried[i]), least_squares);
-      if (!with.usable) return;
-      paths[i] = fitted(with);
-      reached[i] = log_posterior_of(paths[i], data, correlation, settings.numerics);
-    });
-    std::vector<std::size_t> order(tried.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return reached[a] > reached[b]; });
-    const double enough = lead.effects.empty() ? search.least_gain : 0.5 * search.least_gain;
-    const std::size_t already = lead.effects.size();
-    for (std::size_t n = 0; n < std::min(order.size(), most_tries) && lead.effects.size() == already; ++n) {
-      const double gain = 2.0 * (reached[order[n]] - before);
-      if (gain < enough) break;
-      if (!errors) errors = cross_validated(lead.path, data, search.threads, settings);
-      const FoldErrors with = cross_validated(paths[order[n]], data, search.threads, settings);
-      if (!better_beyond_chance(*errors, with)) continue;
-      errors = with;
-      lead.path = paths[order[n]];
-      lead.effects.push_back(tried[order[n]]->effect);
-      lead.gains.push_back(gain);
-    }
-    if (lead.effects.size() == already) break;
-  }
-  return lead;
 }
 
 }  // namespace sinew::diagnose

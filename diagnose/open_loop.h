@@ -46,6 +46,9 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
+// The data, each channel weighted as a path fits it: by how far off it is, never less than its noise, and for how long.
+std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+
 // Ten-fold cross-validation of a path: of each fold and channel, how far off the prediction is where the path was
 // fitted to everything else, its unknowns begun where they are. A fold is a tenth of every recording's fitted samples,
 // in one piece, without the seconds that tell how the recording begins; its neighbourhood is in neither part.
@@ -61,24 +64,5 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
 // over channels, by more than twice its standard deviation, which is the jackknife's over folds. What is below the
 // sensors' noise counts as noise.
 bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after);
-
-// Where noise in the state swallows what is missing, the search by evidence sees only how well the next seconds follow
-// from the last. This one looks at whole paths: effects are added one by one for how much closer to the recordings the
-// plant comes from its duty alone, each channel's error counting by how many independent values it has (its correlation
-// time). The six that the score test ranks highest are fitted, and those it is blind for. A path that gains
-// `least_gain` (half of it after the first) in twice the log likelihood is cross-validated, best first, three at most;
-// the first that predicts better beyond chance is gone on from. Nothing outside of `data` has a vote.
-struct PathSearch {
-  std::vector<plant::EffectId> without;  // effects that may not be named
-  std::size_t most_effects;
-  double least_gain;
-  int threads;
-};
-struct Lead {
-  Fitted path;
-  std::vector<plant::EffectId> effects;  // in the order in which they were added; empty where nothing was
-  std::vector<double> gains;             // of each
-};
-Lead follow_paths(const Fitted& core, const std::vector<FitData>& data, const PathSearch& search, const ExplanationSettings& settings);
 
 }  // namespace sinew::diagnose

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
-#include "diagnose/open_loop.h"
+#include "diagnose/proposals.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -126,15 +126,7 @@ class Searcher {
 
   std::size_t base_count() const { return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true)); }
 
-  std::vector<plant::EffectId> candidates_at(const Explanation& at) const {
-    const std::vector<plant::EffectId> on = at.effects();
-    std::vector<plant::EffectId> candidates;
-    for (const plant::EffectId e : system_.effects().ids())
-      if (std::find(on.begin(), on.end(), e) == on.end() &&
-          std::find(settings_.without.begin(), settings_.without.end(), e) == settings_.without.end())
-        candidates.push_back(e);
-    return candidates;
-  }
+  std::vector<plant::EffectId> candidates_at(const Explanation& at) const { return addable(at.problem->centres(), settings_.without); }
 
   // Where the best candidate ended, everything else is nearer to the truth than where all began: the effects that look
   // most like it are tried from there, so that a twin does not win because the other's fit got stuck.

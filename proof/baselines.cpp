@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnose/open_loop.h"
+#include "diagnose/proposals.h"
 #include "diagnose/score.h"
 
 namespace sinew::proof {
@@ -141,11 +141,7 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
       diagnose::explain(diagnosis.search.core.problem->centres(), data, diagnosis.search.core.as_guess(), least_squares);
   std::vector<std::string_view> names;
   while (best.usable && names.size() < settings.search.most_effects) {
-    std::vector<plant::EffectId> candidates;
-    for (const plant::EffectId e : best.system().effects().ids())
-      if (!best.problem->centres().is_on(e) &&
-          std::find(settings.search.without.begin(), settings.search.without.end(), e) == settings.search.without.end())
-        candidates.push_back(e);
+    const std::vector<plant::EffectId> candidates = diagnose::addable(best.problem->centres(), settings.search.without);
     const diagnose::Scores scores = diagnose::score(best, candidates, 1);
     diagnose::Explanation better;
     std::size_t tried = 0;

@@ -89,4 +89,32 @@ TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a 
   }
 }
 
+TEST_CASE("fit: a cooling midpoint above the heating midpoint costs, one below does not; an effect widens what it hides") {
+  const testing::FittedCore limb(testing::babbling(20.0));
+  const auto id = [](const char* key) { return testing::parameter(key); };
+  const std::vector<plant::ParameterId> both{id("heating_midpoint_degC"), id("cooling_midpoint_degC")};
+  const diagnose::FitProblem problem(plant::default_plant(), both, limb.data, diagnose::StartPolicy::at_rest, limb.settings.numerics);
+  REQUIRE(problem.order_count() == 1);
+  const std::vector<double> ordered{0.0, 0.0}, crossed{0.0, 1.6};  // 75 and 60 degC; 75 and 76
+  CHECK(problem.order_residuals(ordered.data(), nullptr)(0) == 0.0);
+  // A kelvin, in hundredths of a deviation of 10 K.
+  CHECK(problem.order_residuals(crossed.data(), nullptr)(0) == doctest::Approx(10.0));
+  diagnose::FitProblem::RowMajor slope;
+  static_cast<void>(problem.order_residuals(crossed.data(), &slope));
+  CHECK(slope(0, 0) == doctest::Approx(-100.0));
+  CHECK(slope(0, 1) == doctest::Approx(100.0));
+  CHECK(diagnose::FitProblem(plant::default_plant(), {both[1]}, limb.data, diagnose::StartPolicy::at_rest, limb.settings.numerics)
+            .order_count() == 0);
+
+  const std::vector<plant::ParameterId> capacity{id("heat_capacity_A_J_K"), id("beam_stiffness_Nm_rad")};
+  const auto deviations = [&](const plant::Plant& plant) {
+    const diagnose::FitProblem of(plant, capacity, limb.data, diagnose::StartPolicy::at_rest, limb.settings.numerics);
+    return std::pair{of.unknowns()[0].deviation, of.unknowns()[1].deviation};
+  };
+  const auto core = deviations(plant::default_plant());
+  const auto with = deviations(diagnose::with_effect(plant::default_plant(), testing::effect("junction")));
+  CHECK(with.first == 2.0 * core.first);
+  CHECK(with.second == core.second);
+}
+
 }  // namespace diagnose_fit_test

@@ -14,7 +14,6 @@ namespace diagnose_open_loop_test {
 using namespace sinew;
 using diagnose::Explanation;
 using diagnose::Fitted;
-using diagnose::Lead;
 
 namespace {
 
@@ -24,8 +23,6 @@ sim::Scenario lagging_thermocouples() {
   scenario.plant.set(testing::parameter("thermocouple_lag.time_constant_s"), 2.5);
   return scenario;
 }
-
-const diagnose::PathSearch one_effect{.without = {}, .most_effects = 1, .least_gain = 24.0, .threads = 2};
 
 // Folds whose error, in units of noise, is as given.
 diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
@@ -51,23 +48,16 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
         5.0 * testing::paper_noise[testing::temperature_A]);
 }
 
-TEST_CASE("open loop: following whole paths finds what is missing, and nothing once it is there" * long_when_sanitized) {
-  const testing::FittedCore limb(lagging_thermocouples());
-  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
-  const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
-  REQUIRE(lead.effects.size() == 1);
-  CHECK(testing::limb_system().effects()[lead.effects[0]].name == "thermocouple_lag");
-  CHECK(lead.gains[0] > 24.0);
-  CHECK(lead.path.model.get_in_file_units(testing::parameter("thermocouple_lag.time_constant_s")) == doctest::Approx(2.5).epsilon(0.05));
-  CHECK(diagnose::follow_paths(lead.path, limb.data, one_effect, limb.settings).effects.empty());
-}
-
 TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
   const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
-  const Lead lead = diagnose::follow_paths(core, limb.data, one_effect, limb.settings);
+  auto least_squares = limb.settings;
+  least_squares.least_squares = true;
+  const Explanation right = diagnose::explain(diagnose::with_effect(limb.core.problem->centres(), testing::effect("thermocouple_lag")),
+                                              limb.data, {{{"thermocouple_lag.time_constant_s", 2.0}}, {}}, least_squares);
+  REQUIRE(right.usable);
   const auto without = diagnose::cross_validated(core, limb.data, 2, limb.settings),
-             with = diagnose::cross_validated(lead.path, limb.data, 1, limb.settings);
+             with = diagnose::cross_validated(diagnose::fitted(right), limb.data, 1, limb.settings);
   CHECK(diagnose::better_beyond_chance(without, with));
   CHECK_FALSE(diagnose::better_beyond_chance(with, without));
   double squares = 0.0, noise = 0.0, samples = 0.0;

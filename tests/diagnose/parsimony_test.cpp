@@ -57,7 +57,7 @@ TEST_CASE("parsimony: two effects that leave something are patchwork") {
 }
 
 TEST_CASE("parsimony: both kinds of sensor late may be one cause before both") {
-  const Search search = searched({{"thermocouple_lag", 0.87}, {"input_delay", 0.81}, {"outer_turns", 0.8}, {"latent_heat", 0.5}});
+  const Search search = searched({{"thermocouple_lag", 0.87}, {"input_delay", 0.81}, {"junction", 0.8}, {"latent_heat", 0.5}});
   const auto delay = std::vector<plant::EffectId>{effect("input_delay")};
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("angle_sensor_lag")}, search, false, {}).common_causes == delay);
   CHECK(parsimony_of({effect("thermocouple_lag"), effect("viscoelastic_creep")}, search, false, {}).none());

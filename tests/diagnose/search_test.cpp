@@ -114,7 +114,7 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
 TEST_CASE("search: what is taken out of the catalogue is not found, and what is left does not look like noise" * long_when_sanitized) {
   SearchSettings settings;
   settings.threads = 2;
-  settings.without = {testing::effect("thermocouple_lag")};
+  settings.without = {testing::effect("thermocouple_lag"), testing::effect("junction")};  // a junction without current lags, too
   const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
   const Search without = search(plant::default_plant(), data_of(lagging), settings);
   CHECK(without.best.unrest > 1000.0);

@@ -335,7 +335,7 @@ TEST_CASE("state noise: filter and smoother say what dense matrices do, for plan
   const std::pair<std::size_t, std::vector<const char*>> sizes[] = {
       {6, {}},
       {10, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"}},
-      {14, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "outer_turns"}}};
+      {14, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "junction"}}};
   for (const auto& [states, effects] : sizes) {
     CAPTURE(states);
     const plant::Plant plant = with_effects(plant::default_plant(), effects);
@@ -350,8 +350,8 @@ TEST_CASE("state noise: and for plants that are larger, in forcings, in states o
   REQUIRE(many_forcings.system().entries().size() == 17);
   check_against_dense(many_forcings);
   const plant::Plant many_states =
-      with_effects(plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage",
-                                            "outer_turns", "body_heat_storage", "fatigue"});
+      with_effects(plant::default_plant(), {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep", "sheath_heat_storage", "junction",
+                                            "body_heat_storage", "fatigue"});
   REQUIRE(many_states.states().size() > 16);
   check_against_dense(many_states);
   const plant::Plant many_of_both = with_effects(many_forcings, {"thermocouple_lag", "angle_sensor_lag", "viscoelastic_creep"});

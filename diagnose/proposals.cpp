@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/proposals.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+
+#include "diagnose/compare.h"
+#include "diagnose/search.h"
+#include "sim/parallel.h"
+#include "sim/random.h"
+
+namespace sinew::diagnose {
+namespace {
+
+using Effects = std::vector<plant::EffectId>;
+
+bool holds(const Effects& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
+
+// A fit that waits to be made: which effects, and from where.
+struct Begun {
+  Effects effects;
+  Guess guess;
+  Explanation fit;
+};
+
+struct ByCatalogue {
+  bool operator()(const Effects& a, const Effects& b) const {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), [](auto x, auto y) { return x.index < y.index; });
+  }
+};
+
+class Proposer {
+ public:
+  Proposer(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit)
+      : given_(core.of.problem->centres()), data_(data), yardstick_(data), settings_(settings), fit_(fit) {
+    fit_.least_squares = true;
+    fit_.most_rounds = 1;
+    fit_.enough = 1.0;
+    measure_by(core);
+    all_[{}] = fitted_from({}, core.of.as_guess(), long_fit);
+    if (!all_[{}].usable) all_[{}] = core.of;
+  }
+
+  Proposals run() {
+    for (std::size_t depth = 1; depth <= settings_.most_effects; ++depth) {
+      tell(static_cast<double>(depth - 1) / static_cast<double>(settings_.most_effects + 1), "trying effects, whole paths");
+      const Effects before = best();
+      if (!all_.at(before).usable) break;
+      std::vector<Begun> begun = depth == 1 ? first_round() : next_round();
+      halve(begun);
+      for (Begun& one : begun) keep(one);
+      settle();
+      if (best().size() < depth) break;
+    }
+    tell(static_cast<double>(settings_.most_effects) / static_cast<double>(settings_.most_effects + 1), "weighing proposals, whole paths");
+    restart();
+    settle();
+    weigh_without(best());
+    settle();
+    tell(0.97, "predicting what was left out of the fit");
+    return ranked(what_pays(best()));
+  }
+
+ private:
+  static constexpr int short_fit = 4, middle_fit = 8, long_fit = 25;
+
+  void tell(double share, const std::string& doing) const {
+    if (settings_.progress) settings_.progress(share, doing);
+  }
+
+  plant::Plant with(const Effects& effects) const {
+    plant::Plant plant = given_;
+    for (const plant::EffectId e : effects) plant = with_effect(plant, e);
+    return plant;
+  }
+  Explanation fitted_from(const Effects& effects, const Guess& guess, int iterations) const {
+    ExplanationSettings fit = fit_;
+    fit.iterations_per_round = iterations;
+    return explain(with(effects), yardstick_, guess, fit);
+  }
+
+  // Every effect alike: one in so many is there.
+  double log_prior(const Effects& effects) const {
+    return -std::log(static_cast<double>(given_.system().effects().size())) * static_cast<double>(effects.size());
+  }
+  double log_odds(const Effects& effects, const Explanation& fit) const {
+    return fit.usable ? fit.log_evidence + log_prior(effects) : -1e300;
+  }
+  std::vector<Effects> order() const {
+    std::vector<Effects> sets;
+    for (const auto& [effects, fit] : all_) sets.push_back(effects);
+    std::stable_sort(sets.begin(), sets.end(),
+                     [&](const Effects& a, const Effects& b) { return log_odds(a, all_.at(a)) > log_odds(b, all_.at(b)); });
+    return sets;
+  }
+  Effects best() const { return order().front(); }
+
+  void keep(const Begun& one) {
+    if (!one.fit.usable) return;
+    const auto [at, is_new] = all_.try_emplace(one.effects, one.fit);
+    if (!is_new && (!at->second.usable || one.fit.log_evidence > at->second.log_evidence)) at->second = one.fit;
+  }
+
+  // What a path leaves in each channel, for as long as that is correlated; never more than before.
+  bool measure_by(const Fitted& path) {
+    const std::vector<FitData> weighted = weighted_by(path, data_, fit_.numerics);
+    bool changed = !measured_;
+    for (std::size_t r = 0; r < weighted.size(); ++r)
+      for (const plant::ChannelId c : yardstick_[r].deviation.ids()) {
+        const double now = measured_ ? std::min(yardstick_[r].deviation[c], weighted[r].deviation[c]) : weighted[r].deviation[c];
+        changed = changed || now < 0.95 * yardstick_[r].deviation[c];
+        yardstick_[r].deviation[c] = now;
+      }
+    measured_ = true;
+    return changed;
+  }
+
+  // Where the plant as given has gone far without an effect, the effect is begun with the values that were believed.
+  Guess from_belief(const Effects& effects) const {
+    Guess guess;
+    for (const plant::EffectId e : effects) put_typical(guess, e);
+    return guess;
+  }
+  void put_typical(Guess& guess, plant::EffectId e) const {
+    const plant::System& system = given_.system();
+    const plant::ParameterId strength = system.effects()[e].strength;
+    const auto& declared = system.parameters()[strength].declaration;
+    if (declared.kind != plant::Kind::toggle)
+      guess.values[system.parameters()[strength].key()] = declared.typical * declared.unit.internal_per_unit;
+  }
+
+  static Effects joined(Effects effects, plant::EffectId more) {
+    effects.insert(std::upper_bound(effects.begin(), effects.end(), more, [](auto a, auto b) { return a.index < b.index; }), more);
+    return effects;
+  }
+
+  std::vector<Begun> first_round() const {
+    const Explanation& core = all_.at(Effects{});
+    const Effects candidates = addable(given_, settings_.without);
+    std::vector<Begun> begun;
+    const Scores scores = score(core, candidates, settings_.threads);
+    for (const std::size_t s : scores.best) {
+      const Effects alone{scores.all[s].effect};
+      if (!scores.all[s].blind) begun.push_back({alone, guess_with(core, scores.all[s]), {}});
+      // Where the core has gone far without it, or the score says nothing of it.
+      if (scores.all[s].blind || !given_.system().effects()[scores.all[s].effect].hides.empty())
+        begun.push_back({alone, from_belief(alone), {}});
+    }
+    // Pairs by their joint score; both as believed, too.
+    struct Pair {
+      const Score *one, *other;
+      JointScore joint;
+    };
+    std::vector<Pair> pairs;
+    for (std::size_t i = 0; i < scores.best.size(); ++i)
+      for (std::size_t j = i + 1; j < scores.best.size(); ++j) {
+        const Score &one = scores.all[scores.best[i]], &other = scores.all[scores.best[j]];
+        const bool seen = one.column.size() > 0 && one.column.size() == other.column.size();
+        pairs.push_back({&one, &other, seen ? joint(one, other) : JointScore{}});
+      }
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.joint.statistic > b.joint.statistic; });
+    if (pairs.size() > settings_.pairs) pairs.resize(settings_.pairs);
+    for (const Pair& pair : pairs) {
+      const Effects both = joined({pair.one->effect}, pair.other->effect);
+      Guess guess = guess_with(core, *pair.one);
+      for (const auto& [key, value] : guess_with(core, *pair.other).values) guess.values.try_emplace(key, value);
+      begun.push_back({both, guess, {}});
+      begun.push_back({both, from_belief(both), {}});
+    }
+    return begun;
+  }
+
+  std::vector<Begun> next_round() const {
+    std::vector<Begun> begun;
+    std::vector<Effects> parents = order();
+    if (parents.size() > settings_.width) parents.resize(settings_.width);
+    for (const Effects& parent : parents) {
+      const Explanation& at = all_.at(parent);
+      const plant::Plant plant = with(parent);
+      const Scores scores = score(at, addable(plant, settings_.without), settings_.threads);
+      std::size_t scored = 0;
+      for (const std::size_t s : scores.best) {
+        const Score& one = scores.all[s];
+        const bool brought = given_.system().effects()[one.effect].needs.has_value();
+        if (!one.blind && !brought && scored++ >= settings_.scored) continue;
+        const Effects effects = joined(parent, one.effect);
+        if (all_.contains(effects)) continue;
+        begun.push_back({effects, guess_with(at, one), {}});
+        if (!brought) continue;
+        Guess typical = at.as_guess();
+        put_typical(typical, one.effect);
+        begun.push_back({effects, typical, {}});
+      }
+    }
+    return begun;
+  }
+
+  void fit_all(std::vector<Begun>& begun, int iterations) const {
+    sim::in_parallel(begun.size(), settings_.threads,
+                     [&](std::size_t i) { begun[i].fit = fitted_from(begun[i].effects, begun[i].guess, iterations); });
+    for (Begun& one : begun)
+      if (one.fit.usable) one.guess = one.fit.as_guess();
+    std::stable_sort(begun.begin(), begun.end(),
+                     [&](const Begun& a, const Begun& b) { return log_odds(a.effects, a.fit) > log_odds(b.effects, b.fit); });
+    std::erase_if(begun, [](const Begun& one) { return !one.fit.usable; });
+  }
+
+  // The better half is fitted further; of that the better half to the end, but no fewer than twice the beam.
+  void halve(std::vector<Begun>& begun) const {
+    fit_all(begun, short_fit);
+    begun.resize(std::min(begun.size(), std::max(begun.size() / 2, 2 * settings_.width)), Begun{});
+    fit_all(begun, middle_fit);
+    begun.resize(std::min(begun.size(), 2 * settings_.width), Begun{});
+    fit_all(begun, long_fit);
+  }
+
+  // The yardstick as the best leaves it; the best, and what they are compared with, fitted again under it, the plant
+  // as given also from the best's own values.
+  void settle() {
+    for (int pass = 0; pass < 2; ++pass) {
+      const Effects leading = best();
+      if (!all_.at(leading).usable || (!measure_by(fitted(all_.at(leading))) && pass > 0)) return;
+      std::vector<Effects> sets = order();
+      std::vector<Begun> again;
+      for (std::size_t i = 0; i < sets.size(); ++i)
+        if (i < 2 * settings_.width || sets[i].empty()) again.push_back({sets[i], all_.at(sets[i]).as_guess(), {}});
+      for (std::size_t i = 0; i < sets.size(); ++i)
+        if (sets[i].size() < leading.size() &&
+            std::includes(leading.begin(), leading.end(), sets[i].begin(), sets[i].end(), [](auto a, auto b) { return a.index < b.index; }))
+          again.push_back({sets[i], all_.at(leading).as_guess(), {}});
+      fit_all(again, long_fit);
+      all_.clear();
+      for (const Begun& one : again) keep(one);
+      if (all_.empty()) return;
+      all_.try_emplace(Effects{});
+    }
+  }
+
+  // The best two from several starts drawn from half the prior.
+  void restart() {
+    std::vector<Effects> sets = order();
+    std::erase_if(sets, [](const Effects& effects) { return effects.empty(); });
+    if (sets.size() > 2) sets.resize(2);
+    std::vector<Begun> begun;
+    for (const Effects& effects : sets) {
+      const std::vector<Unknown>& unknowns = all_.at(effects).problem->unknowns();
+      for (int start = 1; start < settings_.starts; ++start) {
+        const sim::RandomStream chance(settings_.seed, "propose.start." + std::to_string(start));
+        Guess guess = from_belief(effects);
+        for (std::size_t u = 0; u < unknowns.size(); ++u) {
+          double& value = guess.values.try_emplace(unknowns[u].name, unknowns[u].centre).first->second;
+          value = std::clamp(value + 0.5 * unknowns[u].deviation * chance.normal(u), unknowns[u].lowest, unknowns[u].highest);
+        }
+        begun.push_back({effects, guess, {}});
+      }
+    }
+    halve(begun);
+    for (const Begun& one : begun) keep(one);
+  }
+
+  // Each of the effects, with what needs it, taken out.
+  std::vector<Effects> less_one(const Effects& effects) const {
+    std::vector<Effects> less;
+    for (const plant::EffectId e : effects) {
+      less.emplace_back();
+      for (const plant::EffectId other : effects)
+        if (other != e && given_.system().effects()[other].needs != e) less.back().push_back(other);
+    }
+    return less;
+  }
+
+  // A proposal without each of its effects, from its own values.
+  void weigh_without(const Effects& effects) {
+    std::vector<Begun> begun;
+    for (const Effects& rest : less_one(effects))
+      if (!rest.empty()) begun.push_back({rest, all_.at(effects).as_guess(), {}});
+    fit_all(begun, long_fit);
+    for (const Begun& one : begun) keep(one);
+  }
+
+  // Without what does not pay: the effect that is missed least is taken out until what is left out of the fit is predicted worse for it.
+  Effects what_pays(Effects effects) {
+    std::map<Effects, FoldErrors, ByCatalogue> known;
+    const auto errors_of = [&](const Effects& of) {
+      if (!known.contains(of)) known[of] = cross_validated(fitted(all_.at(of)), data_, settings_.threads, fit_);
+      return known.at(of);
+    };
+    while (!effects.empty()) {
+      weigh_without(effects);
+      Effects least;
+      double most = -1e300;
+      for (const Effects& rest : less_one(effects))
+        if (all_.contains(rest) && all_.at(rest).usable && log_odds(rest, all_.at(rest)) > most) {
+          most = log_odds(rest, all_.at(rest));
+          least = rest;
+        }
+      if (most == -1e300 || better_beyond_chance(errors_of(least), errors_of(effects))) break;
+      effects = least;
+    }
+    return effects;
+  }
+
+  Proposals ranked(const Effects& answer) const {
+    Proposals result;
+    result.yardstick = yardstick_;
+    for (const Effects& effects : order())
+      if (all_.at(effects).usable) result.all.push_back({effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0});
+    if (result.all.empty()) return result;
+    double sum = 0.0;
+    for (Proposal& one : result.all) sum += one.probability = std::exp(one.log_odds - result.all.front().log_odds);
+    for (Proposal& one : result.all) one.probability /= sum;
+    for (std::size_t i = 0; i < result.all.size(); ++i)
+      if (result.all[i].effects == answer) result.answer = i;
+    return result;
+  }
+
+  const plant::Plant given_;
+  const std::vector<FitData>& data_;
+  std::vector<FitData> yardstick_;
+  const ProposalSettings& settings_;
+  ExplanationSettings fit_;
+  bool measured_ = false;
+  std::map<Effects, Explanation, ByCatalogue> all_;
+};
+
+}  // namespace
+
+double Proposals::probability_of(plant::EffectId effect) const {
+  double sum = 0.0;
+  for (const Proposal& one : all)
+    if (holds(one.effects, effect)) sum += one.probability;
+  return sum;
+}
+
+Proposals propose(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit) {
+  return Proposer(core, data, settings, fit).run();
+}
+
+std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without) {
+  std::vector<plant::EffectId> result;
+  for (const plant::EffectId e : plant.system().effects().ids()) {
+    const auto& needs = plant.system().effects()[e].needs;
+    if (!plant.is_on(e) && !holds(without, e) && (!needs || plant.is_on(*needs))) result.push_back(e);
+  }
+  return result;
+}
+
+}  // namespace sinew::diagnose

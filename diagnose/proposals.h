@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proposals: plants with effects added, fitted to whole open-loop simulations, and compared by evidence.
+//
+// Where noise in the state swallows what is missing, the search by forcings (search.h) sees only how well the next seconds follow
+// from the last. This one asks how well a plant follows the recordings from its inputs alone:
+//
+// - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves in it, never less than
+//   the sensor's noise, times the square root of the samples over which that is correlated. It shrinks as proposals improve, the
+//   same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
+// - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
+//   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
+// - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
+//   the best proposals from several starts drawn from the prior.
+// - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
+//   the proposals that have it.
+// - The answer is what is left of the most probable proposal once every effect that does not pay is taken out: one without which
+//   seconds that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h).
+//
+// Source: MacKay 2003, Information Theory, Inference, and Learning Algorithms, chapter 28; Jamieson, Talwalkar 2016, AISTATS
+// (successive halving).
+#pragma once
+
+#include "diagnose/open_loop.h"
+
+namespace sinew::diagnose {
+
+struct ProposalSettings {
+  std::vector<plant::EffectId> without;  // effects that may not be named
+  std::size_t most_effects = 4;
+  std::size_t width = 3;   // proposals that are gone on from
+  std::size_t scored = 6;  // effects of the score test's ranking that are added to each; those it is blind for besides
+  std::size_t pairs = 6;   // of the joint score test's ranking, fitted at first
+  int starts = 5;          // of the best proposals, at the end
+  std::uint64_t seed = 1;
+  int threads = 2;
+  std::function<void(double done_share, const std::string& doing)> progress;
+};
+
+struct Proposal {
+  std::vector<plant::EffectId> effects;  // that are added, in the catalogue's order; empty: the plant as given
+  Explanation fit;                       // least squares under the yardstick
+  double log_odds = 0.0;                 // log evidence plus log prior of the terms
+  double probability = 0.0;              // among all proposals
+};
+
+struct Proposals {
+  std::vector<Proposal> all;       // most probable first; the plant as given is among them
+  std::size_t answer = 0;          // of `all`
+  std::vector<FitData> yardstick;  // the data with the deviations under which all were compared
+  double probability_of(plant::EffectId effect) const;
+};
+
+// `core`: the plant as given, fitted. `data`: deviations are the sensors' noise.
+Proposals propose(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit);
+
+// Effects that may be added where these are on: that are off, allowed, and not without what they act on.
+std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without);
+
+}  // namespace sinew::diagnose

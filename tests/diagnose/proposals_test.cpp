@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/proposals.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
+
+namespace diagnose_proposals_test {
+
+using namespace sinew;
+using diagnose::Fitted;
+using diagnose::Proposals;
+
+namespace {
+
+std::vector<std::string> names_of(const diagnose::Proposal& proposal) {
+  std::vector<std::string> names;
+  for (const plant::EffectId e : proposal.effects) names.emplace_back(testing::limb_system().effects()[e].name);
+  return names;
+}
+
+// Two of the catalogue and two of its rivals, so that a test is short.
+diagnose::ProposalSettings among(const std::vector<std::string>& names) {
+  diagnose::ProposalSettings settings;
+  settings.most_effects = 2;
+  settings.starts = 2;
+  for (const plant::EffectId e : testing::limb_system().effects().ids())
+    if (std::find(names.begin(), names.end(), testing::limb_system().effects()[e].name) == names.end()) settings.without.push_back(e);
+  return settings;
+}
+
+sim::Scenario with_junctions() {
+  sim::Scenario scenario = testing::babbling(60.0);
+  scenario.plant = diagnose::with_effect(plant::default_plant(), testing::effect("junction"));
+  scenario.plant.set(testing::parameter("junction.heat_capacity_J_K"), 0.4);
+  return scenario;
+}
+
+}  // namespace
+
+TEST_CASE("proposals: what needs another effect can be added only where that is on") {
+  const plant::Plant core = plant::default_plant();
+  const auto has = [](const std::vector<plant::EffectId>& all, const char* name) {
+    return std::find(all.begin(), all.end(), testing::effect(name)) != all.end();
+  };
+  CHECK(has(diagnose::addable(core, {}), "junction"));
+  CHECK_FALSE(has(diagnose::addable(core, {}), "junction_layer"));
+  CHECK_FALSE(has(diagnose::addable(core, {testing::effect("junction")}), "junction"));
+  const plant::Plant with = diagnose::with_effect(core, testing::effect("junction"));
+  CHECK(has(diagnose::addable(with, {}), "junction_layer"));
+  CHECK_FALSE(has(diagnose::addable(with, {}), "junction"));
+  // And what is asked for brings what it needs.
+  CHECK(diagnose::with_effect(core, testing::effect("junction_layer")).is_on(testing::effect("junction")));
+}
+
+TEST_CASE("proposals: a junction is found among its look-alikes, and nothing is added once it is there" * long_when_sanitized) {
+  const testing::FittedCore limb(with_junctions());
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  const auto settings = among({"junction", "thermocouple_lag", "sheath_heat_storage"});
+  const Proposals found = diagnose::propose(core, limb.data, settings, limb.settings);
+  REQUIRE_FALSE(found.all.empty());
+  CHECK(names_of(found.all[found.answer]) == std::vector<std::string>{"junction"});
+  CHECK(found.probability_of(testing::effect("junction")) > 0.99);
+  const plant::Plant repaired = found.all[found.answer].fit.model();
+  CHECK(repaired.get(testing::parameter("junction.heat_capacity_J_K")) == doctest::Approx(0.4).epsilon(0.05));
+  double sum = 0.0;
+  for (const diagnose::Proposal& one : found.all) sum += one.probability;
+  CHECK(sum == doctest::Approx(1.0));
+  for (std::size_t i = 1; i < found.all.size(); ++i) CHECK(found.all[i].log_odds <= found.all[i - 1].log_odds);
+
+  const Fitted with = diagnose::fitted(found.all[found.answer].fit);
+  const Proposals again = diagnose::propose(with, limb.data, settings, limb.settings);
+  CHECK(again.all[again.answer].effects.empty());  // beside what is on
+}
+
+TEST_CASE("proposals: the same whatever the number of threads" * long_when_sanitized) {
+  const testing::FittedCore limb(with_junctions());
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  auto settings = among({"junction", "cubic_stiffening"});
+  settings.most_effects = 1;
+  settings.threads = 1;
+  const Proposals one = diagnose::propose(core, limb.data, settings, limb.settings);
+  settings.threads = 3;
+  const Proposals three = diagnose::propose(core, limb.data, settings, limb.settings);
+  REQUIRE(one.all.size() == three.all.size());
+  for (std::size_t i = 0; i < one.all.size(); ++i) {
+    CHECK(names_of(one.all[i]) == names_of(three.all[i]));
+    CHECK(one.all[i].log_odds == three.all[i].log_odds);
+  }
+}
+
+}  // namespace diagnose_proposals_test
