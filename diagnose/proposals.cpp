@@ -38,8 +38,9 @@ class Proposer {
     fit_.least_squares = true;
     fit_.most_rounds = 1;
     fit_.enough = 1.0;
-    measure_by(core);
-    all_[{}] = fitted_from({}, core.of.as_guess(), long_fit);
+    const Fitted settled = settled_core(core);
+    measure_by(settled);
+    all_[{}] = fitted_from({}, settled.of.as_guess(), long_fit);
     if (!all_[{}].usable) all_[{}] = core.of;
   }
 
@@ -103,6 +104,42 @@ class Proposer {
     if (!is_new && (!at->second.usable || one.fit.log_evidence > at->second.log_evidence)) at->second = one.fit;
   }
 
+  // The plant as given as near to the recordings as it comes, from several starts, each channel weighted by how far off the best so far is:
+  // what it leaves is the first measure of all others.
+  Fitted settled_core(const Fitted& core) {
+    Fitted best = core;
+    double least = spread_of(best, data_, fit_.numerics).log_sum;
+    for (int pass = 0; pass < 2; ++pass) {
+      const Spread left = spread_of(best, data_, fit_.numerics);
+      for (std::size_t r = 0; r < yardstick_.size(); ++r) yardstick_[r].deviation = left.rmse[r];
+      std::vector<Begun> begun{{{}, best.of.as_guess(), {}}};
+      for (int start = 0; pass == 0 && start < settings_.starts; ++start) begun.push_back({{}, drawn(*core.of.problem, {}, start), {}});
+      fit_all(begun, long_fit);
+      for (const Begun& one : begun) {
+        const Fitted tried = fitted(one.fit);
+        const double log_sum = spread_of(tried, data_, fit_.numerics).log_sum;
+        if (log_sum >= least) continue;
+        best = tried;
+        least = log_sum;
+      }
+    }
+    yardstick_ = data_;
+    return best;
+  }
+
+  // What is believed, the effects as is typical of them; from the second start on drawn from half the prior around that.
+  Guess drawn(const FitProblem& problem, const Effects& effects, int start) const {
+    Guess guess = from_belief(effects);
+    if (start == 0) return guess;
+    const sim::RandomStream chance(settings_.seed, "propose.start." + std::to_string(start));
+    const std::vector<Unknown>& unknowns = problem.unknowns();
+    for (std::size_t u = 0; u < unknowns.size(); ++u) {
+      double& value = guess.values.try_emplace(unknowns[u].name, unknowns[u].centre).first->second;
+      value = std::clamp(value + 0.5 * unknowns[u].deviation * chance.normal(u), unknowns[u].lowest, unknowns[u].highest);
+    }
+    return guess;
+  }
+
   // What a path leaves in each channel, for as long as that is correlated; never more than before.
   bool measure_by(const Fitted& path) {
     const std::vector<FitData> weighted = weighted_by(path, data_, fit_.numerics);
@@ -131,6 +168,15 @@ class Proposer {
       guess.values[system.parameters()[strength].key()] = declared.typical * declared.unit.internal_per_unit;
   }
 
+  // The core without it went far, or what it acts on has just come: the score test, linear about the core, says little of it.
+  bool begins_far(plant::EffectId e) const {
+    const plant::EffectInfo& effect = given_.system().effects()[e];
+    return !effect.hides.empty() || effect.needs.has_value();
+  }
+  bool begins_far(const Effects& effects) const {
+    return std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return begins_far(e); });
+  }
+
   static Effects joined(Effects effects, plant::EffectId more) {
     effects.insert(std::upper_bound(effects.begin(), effects.end(), more, [](auto a, auto b) { return a.index < b.index; }), more);
     return effects;
@@ -145,8 +191,7 @@ class Proposer {
       const Effects alone{scores.all[s].effect};
       if (!scores.all[s].blind) begun.push_back({alone, guess_with(core, scores.all[s]), {}});
       // Where the core has gone far without it, or the score says nothing of it.
-      if (scores.all[s].blind || !given_.system().effects()[scores.all[s].effect].hides.empty())
-        begun.push_back({alone, from_belief(alone), {}});
+      if (scores.all[s].blind || begins_far(scores.all[s].effect)) begun.push_back({alone, from_belief(alone), {}});
     }
     // Pairs by their joint score; both as believed, too.
     struct Pair {
@@ -183,12 +228,12 @@ class Proposer {
       std::size_t scored = 0;
       for (const std::size_t s : scores.best) {
         const Score& one = scores.all[s];
-        const bool brought = given_.system().effects()[one.effect].needs.has_value();
-        if (!one.blind && !brought && scored++ >= settings_.scored) continue;
+        const bool far = begins_far(one.effect);
+        if (!one.blind && !far && scored++ >= settings_.scored) continue;
         const Effects effects = joined(parent, one.effect);
         if (all_.contains(effects)) continue;
         begun.push_back({effects, guess_with(at, one), {}});
-        if (!brought) continue;
+        if (!far) continue;
         Guess typical = at.as_guess();
         put_typical(typical, one.effect);
         begun.push_back({effects, typical, {}});
@@ -207,10 +252,14 @@ class Proposer {
     std::erase_if(begun, [](const Begun& one) { return !one.fit.usable; });
   }
 
-  // The better half is fitted further; of that the better half to the end, but no fewer than twice the beam.
+  // The better half is fitted further, and what begins far; of that the better half to the end, but no fewer than twice the beam.
   void halve(std::vector<Begun>& begun) const {
     fit_all(begun, short_fit);
-    begun.resize(std::min(begun.size(), std::max(begun.size() / 2, 2 * settings_.width)), Begun{});
+    const std::size_t half = std::max(begun.size() / 2, 2 * settings_.width);
+    std::vector<Begun> kept;
+    for (std::size_t i = 0; i < begun.size(); ++i)
+      if (i < half || begins_far(begun[i].effects)) kept.push_back(std::move(begun[i]));
+    begun = std::move(kept);
     fit_all(begun, middle_fit);
     begun.resize(std::min(begun.size(), 2 * settings_.width), Begun{});
     fit_all(begun, long_fit);
@@ -244,18 +293,9 @@ class Proposer {
     std::erase_if(sets, [](const Effects& effects) { return effects.empty(); });
     if (sets.size() > 2) sets.resize(2);
     std::vector<Begun> begun;
-    for (const Effects& effects : sets) {
-      const std::vector<Unknown>& unknowns = all_.at(effects).problem->unknowns();
-      for (int start = 1; start < settings_.starts; ++start) {
-        const sim::RandomStream chance(settings_.seed, "propose.start." + std::to_string(start));
-        Guess guess = from_belief(effects);
-        for (std::size_t u = 0; u < unknowns.size(); ++u) {
-          double& value = guess.values.try_emplace(unknowns[u].name, unknowns[u].centre).first->second;
-          value = std::clamp(value + 0.5 * unknowns[u].deviation * chance.normal(u), unknowns[u].lowest, unknowns[u].highest);
-        }
-        begun.push_back({effects, guess, {}});
-      }
-    }
+    for (const Effects& effects : sets)
+      for (int start = 1; start < settings_.starts; ++start)
+        begun.push_back({effects, drawn(*all_.at(effects).problem, effects, start), {}});
     halve(begun);
     for (const Begun& one : begun) keep(one);
   }

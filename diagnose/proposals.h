@@ -7,6 +7,7 @@
 // - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves in it, never less than
 //   the sensor's noise, times the square root of the samples over which that is correlated. It shrinks as proposals improve, the
 //   same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
+// - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
