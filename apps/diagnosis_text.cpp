@@ -533,7 +533,12 @@ std::vector<std::string> next_words(const Diagnosis& d) {
     else
       (is_imitated(other) ? imitated : too_small).push_back(std::string(effect_name(d, other.effect)));
   if (!d.ambiguous_with.empty()) {
-    std::vector<std::string> names{std::string(effect_name(d, d.effects.front().effect))};
+    // The effect in whose place the first of them would do.
+    const auto in_place_of = std::find_if(d.effects.begin(), d.effects.end(), [&](const auto& found) {
+      return std::any_of(found.rivals.begin(), found.rivals.end(), [&](const auto& r) { return r.first == d.ambiguous_with.front(); });
+    });
+    const auto& found = in_place_of == d.effects.end() ? d.effects.front() : *in_place_of;
+    std::vector<std::string> names{std::string(effect_name(d, found.effect))};
     for (const plant::EffectId e : d.ambiguous_with) names.push_back(effect_name(d, e));
     if (d.experiment && d.experiment->separation > 0.0) {
       const auto& e = *d.experiment;
@@ -692,7 +697,8 @@ std::string probability_words(double probability) {
   const char* words = probability >= 0.99   ? "practically certain"
                       : probability >= 0.95 ? "very likely"
                       : probability >= 0.8  ? "likely"
-                      : probability >= 0.5  ? "more likely than not"
+                      : probability > 0.505 ? "more likely than not"
+                      : probability >= 0.45 ? "as likely as not"
                                             : "possible";
   const std::string number = probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
   return std::string(words) + " (probability " + number + ")";

@@ -153,7 +153,7 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, c
     const double loss = proposals.all.front().log_odds - one.log_odds;
     if (result.gain == 0.0) result.gain = 2.0 * loss;
     for (const plant::EffectId other : one.effects)
-      if (!contains(best.effects, other) &&
+      if (!contains(best.effects, other) && !contains(proposals.all.front().effects, other) &&
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }
@@ -525,7 +525,8 @@ class Diagnoser {
   }
 
   void design() {
-    if (result_.ambiguous_with.empty() || result_.wandering) return;
+    // Of what was found by open-loop simulation no explanation by forcings is at hand to be told apart.
+    if (result_.ambiguous_with.empty() || result_.wandering || result_.by_paths) return;
     const plant::EffectId rival = result_.ambiguous_with.front();
     for (const Round& round : result_.search.rounds)
       for (const Candidate& candidate : round.candidates)
