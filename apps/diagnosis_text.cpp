@@ -354,8 +354,9 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
         "Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
     if (const auto more = fitted_but_idle(d); !more.empty())
-      text.push_back("Also tried: " + listed(more) +
-                     ". It fits the recording better and predicts no better what was left out, so it is not in the answer.");
+      text.push_back("Also tried: " + listed(more) + ". The plant with this is " +
+                     odds_words(d.proposals.all[d.proposals.answer].log_odds - d.proposals.all.front().log_odds) +
+                     " than the answer by its fit, but predicts no better what was left out of it.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "

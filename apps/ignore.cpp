@@ -49,9 +49,11 @@ Ignored parsed(const std::string& text, const plant::System& system) {
   return result;
 }
 
-bool is_measured(const sim::Recording& recording, plant::ChannelId channel) {
-  return std::any_of(recording.samples.begin(), recording.samples.end(),
-                     [&](const sim::Sample& sample) { return !std::isnan(sample.channels[channel.index]); });
+constexpr std::ptrdiff_t least_samples = 20;  // of a channel that is not ignored altogether
+
+std::ptrdiff_t count_measured(const sim::Recording& recording, plant::ChannelId channel) {
+  return std::count_if(recording.samples.begin(), recording.samples.end(),
+                       [&](const sim::Sample& sample) { return !std::isnan(sample.channels[channel.index]); });
 }
 
 }  // namespace
@@ -70,15 +72,15 @@ void ignore(const std::vector<std::string>& ignored, const plant::System& system
     bool inside = false;
     for (sim::Recording* recording : recordings) {
       std::vector<bool> was;
-      for (const plant::ChannelId c : one.channels) was.push_back(is_measured(*recording, c));
+      for (const plant::ChannelId c : one.channels) was.push_back(count_measured(*recording, c) >= least_samples);
       for (sim::Sample& sample : recording->samples) {
         if (sample.time_s < one.from_s || sample.time_s > one.to_s) continue;
         inside = true;
         for (const plant::ChannelId c : one.channels) sample.channels[c.index] = sim::not_a_number;
       }
       for (std::size_t k = 0; k < one.channels.size(); ++k)
-        if (was[k] && !is_measured(*recording, one.channels[k]))
-          refuse(text, "leaves nothing of " + system.channels()[one.channels[k]].column + " in " + recording->name);
+        if (was[k] && count_measured(*recording, one.channels[k]) < least_samples)
+          refuse(text, "leaves fewer than 20 samples of " + system.channels()[one.channels[k]].column + " in " + recording->name);
     }
     if (!inside)
       refuse(text, "no sample lies there; " + recordings.front()->name + " goes from " +

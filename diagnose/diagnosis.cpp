@@ -150,10 +150,14 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, c
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
     if (contains(one.effects, effect)) continue;
-    const double loss = proposals.all.front().log_odds - one.log_odds;
-    if (result.gain == 0.0) result.gain = 2.0 * loss;
+    if (result.gain == 0.0) result.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
+    // What does in its place, the others kept.
+    const double loss = best.log_odds - one.log_odds;
+    if (one.effects.size() != best.effects.size() ||
+        std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
+      continue;
     for (const plant::EffectId other : one.effects)
-      if (!contains(best.effects, other) && !contains(proposals.all.front().effects, other) &&
+      if (!contains(best.effects, other) &&
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }

@@ -438,7 +438,7 @@ def test_diagnose():
             r"^nowhere\.csv: cannot read")
     for option, why in (("temperature*:5", "CHANNEL:FROM-TO in seconds is meant"), ("angle_deg:5-4", "ends before it begins"),
                         ("angel_deg:1-2", r"no such channel; did you mean angle_deg\?"), ("angle_deg:900-950", "no sample lies there"),
-                        ("angle_deg:0-1000", "leaves nothing of angle_deg")):
+                        ("angle_deg:0-1000", "leaves fewer than 20 samples of angle_deg")):
         refused(f"diagnose --ignore {option}", [*made, "--ignore", option, "--out", "o"],
                 rf"^--ignore = {re.escape(option)}\n  {why}")
     refused("compare --ignore of an unknown channel",

@@ -26,8 +26,9 @@ struct Junction {
   static constexpr Place place = Place::sensor_temperature;
   static constexpr Part part = Part::thermocouple;
   static constexpr std::string_view equation =
-      "C_x dT_x,j/dt = s_j P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf), T_m,j = T_x,j, s_j = q_x C_x / (C_j + C_x)";
-  static constexpr std::string_view words = "the thermocouple shows a body of its own that is joined to the wire, not the wire";
+      "C_x dT_x,j/dt = s_j P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf), T_m,j = T_x,j, s_j = min(1, q_x C_x / (C_j + C_x))";
+  static constexpr std::string_view words =
+      "the thermocouple shows a body of its own (epoxy, turns outside) that is joined to the wire, not the wire";
   // Once the thermocouple sits on the junction, nothing shows the wire's own heat balance directly, nor when it transforms.
   static constexpr std::array hides{Hidden{"heat_capacity", 2.0}, Hidden{"heat_loss", 2.0}, Hidden{"transformation_time", 5.0}};
   static constexpr std::array states{StateDeclaration{"temperature_{}_degC", units::degC, 20.0}};
