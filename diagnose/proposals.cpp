@@ -2,7 +2,6 @@
 #include "diagnose/proposals.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -46,7 +45,7 @@ class Proposer {
 
   Proposals run() {
     for (std::size_t depth = 1; depth <= settings_.most_effects; ++depth) {
-      tell(static_cast<double>(depth - 1) / static_cast<double>(settings_.most_effects + 1), "trying effects, whole paths");
+      tell(static_cast<double>(depth - 1) / static_cast<double>(settings_.most_effects + 1), "trying effects by open-loop simulation");
       const Effects before = best();
       if (!all_.at(before).usable) break;
       std::vector<Begun> begun = depth == 1 ? first_round() : next_round();
@@ -55,7 +54,7 @@ class Proposer {
       settle();
       if (best().size() < depth) break;
     }
-    tell(static_cast<double>(settings_.most_effects) / static_cast<double>(settings_.most_effects + 1), "weighing proposals, whole paths");
+    tell(static_cast<double>(settings_.most_effects) / static_cast<double>(settings_.most_effects + 1), "weighing proposals");
     restart();
     settle();
     weigh_without(best());
