@@ -432,7 +432,7 @@ void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double 
   add("one deviation less", -1.0, report::ScatterSeries::Style::dashed, colors::orange);
 }
 
-// The course of what wanders in the first recording, and as a function of what.
+// The course of what varies in the first recording, and as a function of what.
 void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
   const auto& w = *d.wandering;
   const bool relative = w.of.unit == "%";

@@ -362,7 +362,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                    ". What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "
                    "the catalogue lacks.");
-  } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what wanders
+  } else if (d.verdict == Verdict::unexplained) {  // nothing has a name, or only what varies
     std::string start = "Something is missing that matches no effect in the catalogue.";
     const auto& left = d.left_over;
     if (d.wandering) {
@@ -784,7 +784,7 @@ std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
 
 std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<plant::EffectId> all = added_effects(d);
-  if (d.wandering) return all;  // what wanders is not what was added, even if by the same name
+  if (d.wandering) return all;  // what varies is not what was added, even if by the same name
   std::erase_if(all, [&](plant::EffectId e) {
     return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });

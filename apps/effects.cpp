@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/app.h"
+#include "report/console.h"
 #include "sim/plant_file.h"
 #include "sim/text.h"
 
@@ -31,7 +32,16 @@ std::string markdown_row(std::string_view name, const Declaration& d) {
          std::string(d.source) + " |\n";
 }
 
-std::string terms(const plant::System& system, const plant::EffectInfo& effect);
+// What an effect asks of others, in words; empty for most.
+std::string terms(const plant::System& system, const plant::EffectInfo& effect) {
+  std::string text;
+  if (effect.needs) text = "Needs " + std::string(system.effects()[*effect.needs].name) + ".";
+  std::string hidden;
+  for (const auto& [parameter, factor] : effect.hides)
+    hidden += (hidden.empty() ? "" : ", ") + system.parameters()[parameter].key() + " (" + sim::shortest(factor) + " times)";
+  if (!hidden.empty()) text += std::string(text.empty() ? "" : " ") + "Widens what is believed of " + hidden + ".";
+  return text;
+}
 
 std::string markdown(const plant::System& system) {
   constexpr std::string_view head =
@@ -43,8 +53,9 @@ std::string markdown(const plant::System& system) {
   for (const auto& info : system.parameters())
     if (!info.effect) text += markdown_row(info.declaration.name, info.declaration);
   for (const auto& effect : system.effects()) {
-    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " + terms(system, effect) +
-            std::string(effect.words) + ".\n\n    " + std::string(effect.equation) + "\n\n";
+    text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " + std::string(effect.words) +
+            ".\n\n    " + std::string(effect.equation) + "\n\n";
+    if (const std::string more = terms(system, effect); !more.empty()) text += report::wrap(more, 120) + "\n\n";
     text += head;
     for (const plant::ParameterId p : effect.parameters)
       text += markdown_row(system.parameters()[p].declaration.name, system.parameters()[p].declaration);
@@ -60,17 +71,6 @@ nlohmann::ordered_json json_of(const Declaration& d) {
   json["meaning"] = d.meaning;
   json["source"] = d.source;
   return json;
-}
-
-// What an effect asks of others, in words; empty for most.
-std::string terms(const plant::System& system, const plant::EffectInfo& effect) {
-  std::string text;
-  if (effect.needs) text = "Needs " + std::string(system.effects()[*effect.needs].name) + ". ";
-  std::string hidden;
-  for (const auto& [parameter, factor] : effect.hides)
-    hidden += (hidden.empty() ? "" : ", ") + system.parameters()[parameter].key() + " (" + sim::shortest(factor) + " times)";
-  if (!hidden.empty()) text += "Widens what is believed of " + hidden + ". ";
-  return text;
 }
 
 std::string json(const plant::System& system) {
@@ -104,7 +104,7 @@ void print_text(const plant::System& system, bool core) {
   for (const auto& effect : system.effects()) {
     std::printf("%s  (%s)\n    %s\n    %s\n", std::string(effect.name).c_str(), std::string(effect.place).c_str(),
                 std::string(effect.words).c_str(), std::string(effect.equation).c_str());
-    if (const std::string more = terms(system, effect); !more.empty()) std::printf("    %s\n", more.c_str());
+    if (const std::string more = terms(system, effect); !more.empty()) std::printf("%s\n", report::wrap(more, 120, 4).c_str());
     for (const plant::ParameterId p : effect.parameters) print_parameter(system.parameters()[p].declaration);
     std::printf("\n");
   }

@@ -2,7 +2,7 @@
 // How large an unrest becomes by chance: parametric bootstrap of the check that something is missing.
 //
 // The filter is linear about one path. Surroundings that push a plant over a corner, or to where it stiffens, leave more than the filter
-// expects of it, in some recordings and not in others. So the explanation itself, integrated with air that wanders as much as was found and
+// expects of it, in some recordings and not in others. So the explanation itself, integrated with air that varies as much as was found and
 // with the sensors' noise, is put in the recording's place, and fitted again. Steps of a sensor count as white noise of their size.
 //
 // Source: Davison, Hinkley, Bootstrap Methods and their Application (1997), section 4.2 (Monte Carlo tests).

@@ -470,7 +470,7 @@ class Diagnoser {
     return wandering;
   }
 
-  // The equation that is wrong: of what wanders, of the effect, or else by the forcing that accounts for most.
+  // The equation that is wrong: of what varies, of the effect, or else by the forcing that accounts for most.
   void place(const std::optional<Wandering>& wandering) {
     result_.located = locate(core(), gated_training_, search_.seed);
     const auto& groups = system().entry_groups();

@@ -37,7 +37,7 @@ struct DiagnosisSettings {
   // Where something is left: on development, what was named by open-loop simulation, or varies, was a look-alike as often as not.
   double most_confidence_in_a_lead = 0.5;
   WanderSettings wander;            // thresholds
-  double other_place_loss = 200.0;  // of log evidence: a place whose best wanderer loses less may be the one
+  double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
   double doubtful_gain = 50.0;      // confidence in a gain of this size is a half
   // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
   // catalogue's, or what acts is not in the catalogue and looks like it.
@@ -116,7 +116,7 @@ struct Diagnosis {
   Located located;
   std::vector<FoundEffect> effects;  // accepted, strongest first
   std::vector<plant::EffectId> ambiguous_with;
-  // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What wanders has a
+  // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What varies has a
   // share of its own.
   double explained_share = 0.0;
   bool by_paths = false;  // the effects were found by open-loop simulation (proposals.h)

@@ -47,12 +47,12 @@ struct Explanation {
   Eigen::MatrixXd covariance;  // of z
   Eigen::VectorXd residual;    // block rows, model - measured, in standard deviations of the sensors
   ForcingSize forcing;
-  double varying_size = 0.0;    // deviation of the strength that wanders
+  double varying_size = 0.0;    // deviation of the strength that varies
   double log_likelihood = 0.0;  // of the data at z and forcing
   double log_posterior = 0.0;   // with the prior of z
   double log_evidence = 0.0;
   // The data's distance from what a right model would leave, in squared standard deviations: r^T V0^-1 r - rows, with V0
-  // of the sensors and surroundings that wander by as much as was found, at most EntryGroup::most, and of what varies, if
+  // of the sensors and surroundings that vary by as much as was found, at most EntryGroup::most, and of what varies, if
   // anything does.
   double misfit = 0.0;
   // 2 (log likelihood with all forcings - with the surroundings, and what varies, alone): what is still there that these do not explain.

@@ -290,7 +290,7 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
 ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
                                  double finest_factor) {
   // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
-  // the strength that wanders.
+  // the strength that varies.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
   using Sizes = std::vector<double>;
   const std::size_t groups = system_.entry_groups().size(), all = groups + 1;

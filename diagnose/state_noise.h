@@ -23,7 +23,7 @@
 
 namespace sinew::diagnose {
 
-// One more forcing: an effect whose strength wanders (varying.h). What it does to the plant along a path, for a strength that
+// One more forcing: an effect whose strength varies (varying.h). What it does to the plant along a path, for a strength that
 // is typical of it, sample by sample.
 struct VaryingPush {
   double correlation_time_s;
@@ -39,7 +39,7 @@ ForcingSize no_forcing(const plant::System& system);
 ForcingSize forcing_to_begin_with(const plant::System& system);
 // The same, but for the surroundings a tenth: forcings that leave the parameters what they can explain.
 ForcingSize small_forcing(const plant::System& system);
-// The sensors' noise and nothing else, or with surroundings that wander by `size`.
+// The sensors' noise and nothing else, or with surroundings that vary by `size`.
 ForcingSize only_nuisance(const plant::System& system, double size);
 // The size of the surroundings' forcing, 0 where a system has none.
 double nuisance_of(const plant::System& system, const ForcingSize& size);
@@ -79,7 +79,7 @@ class Blocks {
 struct Smoothed {
   // Of each entry (System::entries) over all blocks: estimate and standard deviation, internal units.
   std::vector<Eigen::VectorXd> forcing, deviation;
-  // Of the strength that wanders, in units of what is typical; empty where there is none.
+  // Of the strength that varies, in units of what is typical; empty where there is none.
   Eigen::VectorXd varying, varying_deviation;
   // What each forcing alone does to the rows, in standard deviations of the sensors: [rows x groups].
   Eigen::MatrixXd response;
@@ -106,7 +106,7 @@ class StateNoise {
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
-  // help end at 0; no size passes EntryGroup::most, where that is given. The strength that wanders, where there is one, is free, too, and
+  // help end at 0; no size passes EntryGroup::most, where that is given. The strength that varies, where there is one, is free, too, and
   // begins at its size here. Sizes are found to
   // within `finest_factor`. Leaves the object at the result.
   ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free, double finest_factor);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What if something of the plant is no constant but wanders?
+// What if something of the plant is no constant but varies?
 //
 // A disturbance that comes and goes, or a law of another form than the plant's, is a constant that changes from one moment
 // to the next: the strength of an effect, a parameter of the core, the gain of a sensor. As one more slow forcing
@@ -21,14 +21,14 @@ namespace sinew::diagnose {
 struct Wanderer {
   std::string words;  // "the beam's stiffness", "the strength of supply_sag"
   std::string_view place;
-  std::optional<plant::EffectId> effect;    // its strength wanders ...
+  std::optional<plant::EffectId> effect;    // its strength varies ...
   std::optional<plant::Constant> constant;  // ... or this does
   // The forcing counts in units of `scale`: what is said of it is centre + scale times that, in `unit`.
   double centre = 0.0, scale = 10.0;
   std::string unit = "%";
 };
 
-// All that may wander in a plant: effects that are off there, have no states of their own, delay nothing and are not the gain
+// All that may vary in a plant: effects that are off there, have no states of their own, delay nothing and are not the gain
 // of a sensor upstream; what the core holds for constant; the sensors' gains.
 std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<plant::EffectId>& without);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where no effect explains a recording: what of the plant, if it were no constant but wandered, would (varying.h).
+// Where no effect explains a recording: what of the plant, if it were no constant but varied, would (varying.h).
 #pragma once
 
 #include <functional>

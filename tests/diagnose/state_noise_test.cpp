@@ -121,7 +121,7 @@ const std::string large_limb =
     "    - {column: angle_base_deg, bend: base}\n"
     "    - {column: angle_tip_deg, bend: tip}\n";
 
-// Two short recordings, the second begun in mid-motion, with samples missing; and a strength that wanders, made up.
+// Two short recordings, the second begun in mid-motion, with samples missing; and a strength that varies, made up.
 struct Large {
   plant::Plant plant;
   sim::Recording first, second;

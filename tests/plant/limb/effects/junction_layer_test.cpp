@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant/limb/effects/junction_layer.h"
 
+#include "tests/plant/limb/limb_with_junctions.h"
 #include "tests/plant/limb/one_instant.h"
 
 namespace plant_limb_effects_junction_layer_test {
@@ -10,13 +11,6 @@ using namespace sinew::test;
 
 namespace {
 
-// Junctions of 0.15 J/K that take 0.3 of the current's heat and lose 0.006 W/K.
-Plant limb_with_junctions(double heat_capacity_J_K = 0.15) {
-  return limb_with("junction", {{"heat_capacity_J_K", heat_capacity_J_K},
-                                {"conductance_W_K", 0.05},
-                                {"relative_power", 2.0},
-                                {"cooling_rate_1_s", 0.04}});
-}
 Plant limb_with_layers(double conductance_W_K = 0.02) {
   Plant limb = limb_with_junctions();
   turn_on(limb, "junction_layer", {{"conductance_W_K", conductance_W_K}, {"heat_capacity_J_K", 0.5}, {"heat_loss_W_K", 0.01}});

@@ -2,6 +2,7 @@
 #include "plant/limb/effects/junction.h"
 
 #include "tests/plant/limb/general.h"
+#include "tests/plant/limb/limb_with_junctions.h"
 #include "tests/plant/limb/one_instant.h"
 
 namespace plant_limb_effects_junction_test {
@@ -10,14 +11,6 @@ using namespace sinew::plant;
 using namespace sinew::test;
 
 namespace {
-
-// With a wire of 0.85 J/K it has 0.15 of their heat capacity, takes twice that, 0.3, of the current's heat, and loses 0.006 W/K.
-Plant limb_with_junctions(double heat_capacity_J_K = 0.15) {
-  return limb_with("junction", {{"heat_capacity_J_K", heat_capacity_J_K},
-                                {"conductance_W_K", 0.05},
-                                {"relative_power", 2.0},
-                                {"cooling_rate_1_s", 0.04}});
-}
 
 // The last two are the junctions'.
 const std::vector<double> warm{85.0, 55.0, 0.2, 0.8, 0.0, 0.0, 65.0, 75.0};
