@@ -184,14 +184,14 @@ class SmallEquations final : public Equations<S> {
   }
 
   // The core's states, the inputs, the time; in the order of the System's list.
-  void variables(const S* y, double* values) const override {
+  void variables(const S* y, S* values) const override {
     std::size_t next = 0;
     for (const StateInfo& state : alive_->states(EffectsOn(on_.size(), false))) {
-      values[next] = value_of(y[next]) / state.unit.internal_per_unit;
+      values[next] = y[next] / state.unit.internal_per_unit;
       ++next;
     }
-    for (const InputId i : alive_->inputs().ids()) values[next++] = now_.given->input(i.index);
-    values[next] = now_.given->time_s;
+    for (const InputId i : alive_->inputs().ids()) values[next++] = S(now_.given->input(i.index));
+    values[next] = S(now_.given->time_s);
   }
 
  private:
@@ -322,7 +322,7 @@ class SmallSystem final : public System {
 
   void list_variables_and_entries() {
     for (const SmallState& state : lists_.states) variables_.push_back({words_of_key(state.key, state.unit), std::string(state.unit.text)});
-    for (const InputInfo& input : lists_.inputs) variables_.push_back({input.words, std::string(input.unit.text)});
+    for (const InputInfo& input : lists_.inputs) variables_.push_back({input.words, std::string(input.unit.text), true});
     variables_.push_back({"time", "s"});
     for (const SmallEntry& declared : lists_.entries) {
       Entry entry{.group = {entry_groups_.size()}};

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "plant/effect_set.h"
+#include "plant/laws.h"
 
 namespace sinew::plant {
 namespace {
@@ -31,6 +32,10 @@ std::string name_in_part(std::string_view pattern, std::string_view part) {
   if (!part.empty()) return name.replace(at, 2, part);
   return name.replace(at > 0 && name[at - 1] == '_' ? at - 1 : at, at > 0 && name[at - 1] == '_' ? 3 : 2, "");
 }
+
+System::System() = default;
+System::~System() = default;
+const std::vector<Law>& System::laws() const { return laws_; }
 
 std::string ParameterInfo::key() const { return owner.empty() ? declaration.name : owner + "." + declaration.name; }
 
@@ -95,7 +100,7 @@ std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(const std::vec
 }
 
 bool operator==(const Plant& left, const Plant& right) {
-  if (left.on_ != right.on_ || left.values_ != right.values_) return false;
+  if (left.on_ != right.on_ || left.values_ != right.values_ || left.system_->laws() != right.system_->laws()) return false;
   if (left.system_ == right.system_) return true;
   // Values of a part's own: the same numbers may be another part's.
   const auto same = [](const ParameterInfo& a, const ParameterInfo& b) { return a.key() == b.key(); };

@@ -114,6 +114,8 @@ struct EffectInfo {
   std::optional<EffectId> needs = std::nullopt;
   // Of these parameters a recording shows less where this is on: what is believed of them then is wider by the factor.
   std::vector<std::pair<ParameterId, double>> hides = {};
+  // Where this is no effect of the catalogue but a law: which of System::laws().
+  std::optional<std::size_t> law = std::nullopt;
 };
 
 // The same equation, or the same reading, in every part that has it. A random forcing of it has one size.
@@ -144,12 +146,14 @@ struct Entry {
   std::optional<ChannelId> channel = std::nullopt;
   std::optional<ParameterId> parameter = std::nullopt;
   std::vector<VariableId> may_depend_on = {};  // best guess first
+  std::vector<VariableId> factors = {};        // parts of the equation, of which a law may be a share
 };
 
 // What the equations compute on the way, and a mismatch may be a function of.
 struct VariableInfo {
-  std::string name;  // "temperature A"
-  std::string unit;  // "°C"
+  std::string name;        // "temperature A"
+  std::string unit;        // "°C"
+  bool of_inputs = false;  // what follows it comes from the inputs' side (EntryGroup::places)
 };
 
 // What is held for constant, and might not be.
@@ -170,6 +174,7 @@ struct StartBelief {
 };
 
 class Plant;
+struct Law;
 
 // The right-hand side and the readings of one plant, in one scalar. Keeps scratch: one object serves one thread.
 template <class S>
@@ -186,15 +191,15 @@ class Equations {
   virtual S input_delay_s() const { return S(0.0); }
   // Instants at which the right-hand side jumps.
   virtual std::vector<S> switch_times_s() const { return {}; }
-  // After `rates` of the same instant: [variables], in the units of their list. For plain numbers only.
-  virtual void variables(const S*, double*) const {}
+  // After `rates` of the same instant: [variables], in the units of their list.
+  virtual void variables(const S*, S*) const {}
 };
 
 using EffectsOn = std::vector<bool>;  // by EffectId
 
 class System : public std::enable_shared_from_this<System> {
  public:
-  virtual ~System() = default;
+  virtual ~System();
   System(const System&) = delete;
   System& operator=(const System&) = delete;
 
@@ -219,6 +224,9 @@ class System : public std::enable_shared_from_this<System> {
   const std::vector<std::string_view>& upstream_places() const { return upstream_places_; }
   // The parameter of the surroundings, where there is one (entries()).
   std::optional<ParameterId> surroundings() const;
+  // Physics without a name, as curves (laws.h); each is an effect, too, after those of the catalogue.
+  const std::vector<Law>& laws() const;
+  virtual std::shared_ptr<const System> without_laws() const { return shared_from_this(); }
   // Averages of the readings over this time lose nothing that the plant can do; 0: samples are taken as they are.
   double averaging_s() const { return averaging_s_; }
 
@@ -242,7 +250,7 @@ class System : public std::enable_shared_from_this<System> {
   virtual std::string structure_yaml() const { return ""; }
 
  protected:
-  System() = default;
+  System();
   std::string name_, words_;
   ListOf<InputId, InputInfo> inputs_;
   ListOf<ChannelId, ChannelInfo> channels_;
@@ -257,6 +265,7 @@ class System : public std::enable_shared_from_this<System> {
   std::string_view parts_word_ = "inputs", upstream_kind_ = "";
   std::vector<std::string_view> upstream_places_;
   double averaging_s_ = 0.0;
+  std::vector<Law> laws_;
 };
 
 // A system with values. Copies are cheap enough to pass around, and equal where all values are.

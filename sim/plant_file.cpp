@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "plant/laws.h"
 #include "sim/text.h"
 
 namespace sinew::sim {
@@ -65,7 +66,7 @@ void read_effects(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
   const auto& all = plant.system().parameters();
   for (const auto& effect : plant.system().effects()) {
-    const YamlValue* given = map.find(effect.name);
+    const YamlValue* given = effect.law ? nullptr : map.find(effect.name);
     if (!given) continue;
     YamlMap inner(*given);
     for (const plant::ParameterId p : effect.parameters) inner.find(all[p].declaration.name);
@@ -81,6 +82,102 @@ void read_effects(const YamlValue& value, plant::Plant& plant) {
       read_effect_values(of_part, std::string(effect.name) + "." + part, effect.name, plant);
     }
   }
+}
+
+std::string names_of(const auto& list, auto&& name_of) {
+  std::string text;
+  for (const auto& one : list) text += (text.empty() ? "" : ", ") + std::string(name_of(one));
+  return text;
+}
+
+const YamlValue& list_of(const YamlValue& value, const char* what) {
+  if (value.kind != YamlValue::Kind::list || value.list.empty()) value.complain(std::string("must be a list of ") + what);
+  return value;
+}
+
+plant::Law read_law(const YamlValue& value, const plant::System& system) {
+  YamlMap map(value);
+  const YamlValue& entry = map.require("entry", "where the law enters");
+  const YamlValue& argument = map.require("argument", "the variable that the law is a function of");
+  const YamlValue* times = map.find("times");
+  const YamlValue* memory = map.find("fading_memory_s");
+  const YamlValue& knots = list_of(map.require("knots", "values of the argument, rising"), "numbers");
+  const YamlValue& values = list_of(map.require("values", "the law at each knot"), "numbers");
+  map.finish();
+
+  plant::Law law;
+  std::vector<std::string_view> may_be;
+  std::size_t parts = 0;
+  bool found = false;
+  for (const plant::EntryGroupId g : system.entry_groups().ids()) {
+    std::size_t count = 0;
+    for (const plant::Entry& one : system.entries()) count += one.group == g && (one.state || one.channel);
+    if (count == 0) continue;
+    may_be.push_back(system.entry_groups()[g].name);
+    if (system.entry_groups()[g].name != entry.text()) continue;
+    law.entry = g, parts = count, found = true;
+  }
+  if (!found) entry.complain("no such entry; there are " + names_of(may_be, [](auto name) { return name; }));
+  const auto variable = [&](const YamlValue& name) {
+    for (const plant::VariableId v : system.variables().ids())
+      if (system.variables()[v].name == name.text()) return v;
+    name.complain("no such variable; there are " + names_of(system.variables(), [](const auto& info) { return info.name; }));
+  };
+  const auto variables = [&](const YamlValue& of) {
+    std::vector<plant::VariableId> result;
+    if (of.kind == YamlValue::Kind::list)
+      for (const YamlValue& one : of.list) result.push_back(variable(one));
+    else
+      result.push_back(variable(of));
+    if (result.size() != parts)
+      of.complain("needs " + std::to_string(parts) + " variables in a list, one for each part that has this entry");
+    return result;
+  };
+  law.argument = variables(argument);
+  if (times) law.factor = variables(*times);
+  if (memory) law.fading_memory_s = memory->number_in({1e-3, 1e6});
+  for (const YamlValue& knot : knots.list) {
+    law.knots.push_back(knot.number());
+    if (law.knots.size() > 1 && !(law.knots.back() > law.knots[law.knots.size() - 2])) knot.complain("must be above the knot before it");
+  }
+  if (law.knots.size() < 2) knots.complain("needs two knots or more");
+  if (values.list.size() != knots.list.size()) values.complain("needs as many values as knots: " + std::to_string(knots.list.size()));
+  law.curve.resize(static_cast<Eigen::Index>(values.list.size()), 1);
+  for (std::size_t k = 0; k < values.list.size(); ++k) law.curve(static_cast<Eigen::Index>(k), 0) = values.list[k].number();
+  return law;
+}
+
+std::vector<plant::Law> read_laws(const YamlValue& value, const plant::System& system) {
+  std::vector<plant::Law> laws;
+  for (const YamlValue& one : list_of(value, "laws").list) laws.push_back(read_law(one, system));
+  return laws;
+}
+
+std::string laws_to_yaml(const plant::Plant& plant, const std::string& margin) {
+  const plant::System& system = plant.system();
+  const auto numbers = [](const auto& values) {
+    std::string text = "[";
+    for (const double value : values) text += (text.size() > 1 ? ", " : "") + shortest(value);
+    return text + "]";
+  };
+  std::string text;
+  for (const plant::EffectId e : system.effects().ids()) {
+    if (!system.effects()[e].law || !plant.is_on(e)) continue;
+    const plant::Law& law = system.laws()[*system.effects()[e].law];
+    const auto& group = system.entry_groups()[law.entry];
+    const auto variables = [&](const std::vector<plant::VariableId>& of) {
+      const std::string names = names_of(of, [&](plant::VariableId v) { return system.variables()[v].name; });
+      return of.size() > 1 ? "[" + names + "]" : names;
+    };
+    if (text.empty()) text = margin + "laws:\n";
+    text += margin + "  - entry: " + std::string(group.name) + (law.factor.empty() ? "  # in " + std::string(group.unit) : "") + "\n";
+    text += margin + "    argument: " + variables(law.argument) + "\n";
+    if (!law.factor.empty()) text += margin + "    times: " + variables(law.factor) + "\n";
+    if (law.fading_memory_s > 0.0) text += margin + "    fading_memory_s: " + shortest(law.fading_memory_s) + "\n";
+    text += margin + "    knots: " + numbers(law.knots) + "\n";
+    text += margin + "    values: " + numbers(plant::values_of(plant, e)) + "\n";
+  }
+  return text;
 }
 
 plant::Description description_of(const YamlValue& value) {
@@ -160,12 +257,15 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
     }
   const YamlValue* parameters = map.find("parameters");
   const YamlValue* effects = map.find("effects");
+  const YamlValue* laws = map.find("laws");
   map.finish();
+  if (laws) needs_format_2(*laws);
   if (effects) {
     // Before a part's own values are asked for: an unknown effect may be a misspelling.
     const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
     YamlMap names(*effects);
-    for (const auto& effect : without_own.system().effects()) names.find(effect.name);
+    for (const auto& effect : without_own.system().effects())
+      if (!effect.law) names.find(effect.name);
     names.finish(all_effects_advice);
   }
   if (effects)
@@ -181,11 +281,15 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
   if (anew) {
     plant::Plant again = made(making, value);
     carry_over(plant, again);
-    if (again.system().name() != plant.system().name()) again = plant::Plant(again.shared_system());
+    if (again.system().name() != plant.system().name())
+      again = plant::Plant(again.shared_system());
+    else
+      again = plant::with_laws_on(again, plant.system().laws());
     plant = again;
   }
   if (parameters) read_core(*parameters, plant);
   if (effects) read_effects(*effects, plant);
+  if (laws) plant = plant::with_laws_on(plant, read_laws(*laws, plant.system()));
   plant.turn_on_by_strength();
   if (effects)
     for (const plant::EffectId e : plant.system().effects().ids()) {
@@ -244,7 +348,7 @@ std::string plant_to_yaml(const plant::Plant& plant, int indent) {
     if (!all[p].effect) text += margin + "  " + all[p].declaration.name + ": " + parameter_text(plant, p) + "\n";
   std::string effects;
   for (const plant::EffectId e : plant.system().effects().ids()) {
-    if (!plant.is_on(e)) continue;
+    if (!plant.is_on(e) || plant.system().effects()[e].law) continue;
     const std::string name(plant.system().effects()[e].name);
     std::string owner = name;
     effects += margin + "  " + name + ":\n";
@@ -256,7 +360,7 @@ std::string plant_to_yaml(const plant::Plant& plant, int indent) {
       effects += margin + "    " + more + all[p].declaration.name + ": " + parameter_text(plant, p) + "\n";
     }
   }
-  return text + margin + (effects.empty() ? "effects: {}\n" : "effects:\n" + effects);
+  return text + margin + (effects.empty() ? "effects: {}\n" : "effects:\n" + effects) + laws_to_yaml(plant, margin);
 }
 
 std::string plant_file_text(const plant::Plant& plant) {
@@ -264,7 +368,8 @@ std::string plant_file_text(const plant::Plant& plant) {
   const bool own = std::any_of(all.begin(), all.end(), [&](const plant::ParameterInfo& info) {
     return info.owner.find('.') != std::string::npos && plant.is_on(*info.effect);
   });
-  return std::string("format: ") + (own || !plant.system().structure_yaml().empty() ? "2" : "1") + "\n" + plant_to_yaml(plant);
+  return std::string("format: ") + (own || !plant.system().structure_yaml().empty() || !laws_to_yaml(plant, "").empty() ? "2" : "1") +
+         "\n" + plant_to_yaml(plant);
 }
 
 }  // namespace sinew::sim

@@ -8,7 +8,17 @@
 //     effects:
 //       latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } }
 //
-// `format: 2` is needed where a structure, or values of a part's own, are given. All of it walks the lists of a System; nothing
+// Physics without a name stands in a list `laws:`, each a curve at an entry (plant/laws.h); `sinew diagnose` writes them:
+//
+//     laws:
+//       - entry: moment
+//         argument: angle                  # where several parts have the entry, a list: one variable each
+//         times: ...                       # what the curve is a share of; left out: nothing, values are in the entry's unit
+//         fading_memory_s: 20              # left out: none
+//         knots: [-20, -5, 5, 20]
+//         values: [0.001, 0, 0, -0.002]
+//
+// `format: 2` is needed where a structure, values of a part's own or laws are given. All of it walks the lists of a System; nothing
 // here knows a parameter by name.
 #pragma once
 

@@ -51,7 +51,7 @@ class LimbEquations final : public Equations<S> {
   std::vector<S> rest(const Situation& given, const std::vector<std::optional<S>>& known) override;
   S input_delay_s() const override;
   std::vector<S> switch_times_s() const override;
-  void variables(const S* y, double* values) const override;
+  void variables(const S* y, S* values) const override;
 
   // After `rates` of the same instant.
   const Instant<S>& instant() const { return now_; }
@@ -253,22 +253,27 @@ std::vector<S> LimbEquations<S>::switch_times_s() const {
 
 // Order of LimbSystem's variables.
 template <class S>
-void LimbEquations<S>::variables(const S*, double* values) const {
+void LimbEquations<S>::variables(const S*, S* values) const {
   const Instant<S>& now = now_;
-  const auto put = [&](double value) { *values++ = value; };
+  using std::abs;
+  const auto put = [&](const S& value) { *values++ = value; };
   for (std::size_t j = 0; j < shape_.coils.size(); ++j) {
-    put(value_of(now.temperature_degC[j]));
-    put(value_of(now.temperature_rate_K_s[j]));
-    put(value_of(now.martensite_fraction[j]));
-    put(value_of(now.duty_fraction[j]));
+    put(now.temperature_degC[j]);
+    put(now.temperature_rate_K_s[j]);
+    put(now.martensite_fraction[j]);
+    put(now.duty_fraction[j]);
   }
   for (std::size_t b = 0; b < shape_.bends.size(); ++b) {
-    const double speed = value_of(now.angular_velocity_rad_s[b]) / radians_per_degree;
-    put(value_of(now.angle_rad[b]) / radians_per_degree);
+    const S speed = now.angular_velocity_rad_s[b] / radians_per_degree;
+    put(now.angle_rad[b] / radians_per_degree);
     put(speed);
-    put(std::abs(speed));
+    put(abs(speed));
   }
-  put(now.given->time_s);
+  put(S(now.given->time_s));
+  for (std::size_t j = 0; j < shape_.coils.size(); ++j) {
+    put(now.heat_loss_W_K[j] * (now.ambient_temperature_degC - now.temperature_degC[j]));
+    put(now.joule_heat_W[j]);
+  }
 }
 
 // Wires at ambient temperature, their fractions on the cooling envelope, effects at rest, and the beams in static balance,

@@ -139,7 +139,7 @@ void LimbSystem::list_entries() {
     variables_.push_back({"temperature " + coil.name, "°C"});
     variables_.push_back({"rate of temperature " + coil.name, "K/s"});
     variables_.push_back({"martensite fraction " + coil.name, ""});
-    variables_.push_back({"duty " + coil.name, ""});
+    variables_.push_back({"duty " + coil.name, "", true});
   }
   for (const Shape::Bend& bend : shape_.bends) {
     variables_.push_back({with_name("angle", bend.name), "°"});
@@ -148,6 +148,10 @@ void LimbSystem::list_entries() {
   }
   variables_.push_back({"time", "s"});
   const VariableId time{variables_.size() - 1};
+  for (const Shape::Coil& coil : shape_.coils) {
+    variables_.push_back({"heat from the air " + coil.name, "W"});
+    variables_.push_back({"heat of the current " + coil.name, "W", true});
+  }
   const auto of_coil = [](std::size_t j, std::size_t k) { return VariableId{4 * j + k}; };
   const auto of_bend = [&](std::size_t b, std::size_t k) { return VariableId{4 * shape_.coils.size() + 3 * b + k}; };
 
@@ -235,7 +239,8 @@ void LimbSystem::list_entries() {
                         .part = coil_names[j],
                         .state = StateId{at.temperature + j},
                         .divided_by = parameter("heat_capacity_" + coil_names[j] + "_J_K"),
-                        .may_depend_on = on_a_wire(j)});
+                        .may_depend_on = on_a_wire(j),
+                        .factors = {VariableId{time.index + 1 + 2 * j}, VariableId{time.index + 2 + 2 * j}}});
   });
   all_coils([&](std::size_t j) {
     entries_.push_back(

@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 
+#include "plant/laws.h"
 #include "sim/text.h"
 
 namespace sim_plant_file_test {
@@ -130,6 +131,57 @@ TEST_CASE("plant file: written with a margin it reads back inside another map") 
     const YamlValue root = parse_yaml("plant:\n" + plant_to_yaml(limb, 2), "s.yaml");
     CHECK(same_bits(read_plant(*YamlMap(root).find("plant"), "."), limb));
   }
+}
+
+TEST_CASE("plant file: laws stand in a list, are on, and read back bit for bit; a base's come first") {
+  const std::string moment =
+      "laws:\n  - entry: moment\n    argument: angle\n    fading_memory_s: 20\n    knots: [-20, 5, 20]\n    values: [0.001, 0, -0.002]\n";
+  const std::string heat =
+      "laws:\n  - entry: heat\n    argument: [duty A, duty B]\n    times: [heat of the current A, heat of the current B]\n"
+      "    knots: [0, 1]\n    values: [0, -0.25]\n";
+  const plant::Plant limb = read("format: 2\n" + moment);
+  REQUIRE(limb.system().laws().size() == 1);
+  CHECK(limb.system().laws()[0].fading_memory_s == 20.0);
+  CHECK(limb.is_on(limb.system().effect("law_1")));
+  CHECK(limb.states().size() == plant::default_plant().states().size() + 1);
+  const std::string text = plant_file_text(limb);
+  CHECK(text.starts_with("format: 2\n"));
+  CHECK(read(text) == limb);
+  CHECK(plant_file_text(read(text)) == text);
+
+  const Folder folder;
+  folder.write("base.yaml", "format: 2\n" + moment);
+  const plant::Plant both =
+      read("format: 2\nbase: base.yaml\n" + heat + "effects: { latent_heat: { latent_heat_J: 12, B: { latent_heat_J: 15 } } }\n",
+           folder.path());
+  REQUIRE(both.system().laws().size() == 2);
+  CHECK(both.system().laws()[0] == limb.system().laws()[0]);
+  CHECK(both.system().laws()[1].factor.size() == 2);
+  CHECK(plant_file_text(read(plant_file_text(both))) == plant_file_text(both));
+}
+
+TEST_CASE("plant file: a law that cannot be is refused at its place") {
+  const auto with = [](const std::string& entry, const std::string& argument, const std::string& knots, const std::string& values) {
+    return "format: 2\nlaws:\n  - entry: " + entry + "\n    argument: " + argument + "\n    knots: " + knots + "\n    values: " + values +
+           "\n";
+  };
+  const auto complains = [](const std::string& text, const std::string& place, const std::string& words) {
+    const std::string error = reading_error(text);
+    CAPTURE(error);
+    CHECK(error.find(place) != std::string::npos);
+    CHECK(error.find(words) != std::string::npos);
+  };
+  CHECK_NOTHROW(read(with("moment", "angle", "[0, 1]", "[1, 2]")));
+  complains(with("momentum", "angle", "[0, 1]", "[1, 2]"), "p.yaml:3:12", "no such entry; there are heat, transformation");
+  complains(with("air", "time", "[0, 1]", "[1, 2]"), "p.yaml:3:12", "no such entry");
+  complains(with("moment", "bend", "[0, 1]", "[1, 2]"), "p.yaml:4:15", "no such variable; there are temperature A");
+  complains(with("heat", "temperature A", "[0, 1]", "[1, 2]"), "p.yaml:4:15", "needs 2 variables");
+  complains(with("moment", "angle", "[0, 0]", "[1, 2]"), "p.yaml:5:16", "above the knot before it");
+  complains(with("moment", "angle", "[0]", "[1]"), "p.yaml:5:12", "two knots or more");
+  complains(with("moment", "angle", "[0, 1]", "[1, 2, 3]"), "p.yaml:6:13", "as many values as knots: 2");
+  complains("format: 2\nlaws: { entry: moment }\n", "p.yaml:2:7", "must be a list of laws");
+  complains("format: 1\nlaws: []\n", "p.yaml:2:7", "needs `format: 2`");
+  complains("format: 2\nlaws:\n  - entry: moment\n    argumen: angle\n    knots: [0, 1]\n    values: [0, 1]\n", "p.yaml", "argument");
 }
 
 TEST_CASE("plant file: angles are degrees in the file and radians inside") {
