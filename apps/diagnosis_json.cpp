@@ -97,9 +97,10 @@ ordered_json fitted_json(const diagnose::Explanation& answer) {
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt) continue;
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = 1.959964 * answer.deviation(u) / unit;
-    json[unknown.name] = {{"value", value}, {"ci95", {value - error, value + error}}, {"before", unknown.centre / unit}};
+    if (unknown.parameter == std::nullopt || is_of_law(answer.system(), *unknown.parameter)) continue;
+    const double unit = unknown.internal_per_unit;
+    const auto [lowest, highest] = answer.interval(u, 1.959964);
+    json[unknown.name] = {{"value", answer.value(u) / unit}, {"ci95", {lowest / unit, highest / unit}}, {"before", unknown.centre / unit}};
   }
   return json;
 }
@@ -123,6 +124,37 @@ ordered_json chance_json(const diagnose::UnrestByChance& chance) {
           {"air_K", chance.nuisance}, {"largest", chance.largest},   {"probability", chance.probability()}};
 }
 
+// Values in the unit of the entry's group; of a law that is a share of something, shares.
+ordered_json law_json(const Diagnosis& d, const diagnose::FoundLaw& found) {
+  const auto variables = [&](const std::vector<plant::VariableId>& of) {
+    ordered_json names = ordered_json::array();
+    for (const plant::VariableId v : of) names.push_back(system_of(d).variables()[v].name);
+    return names;
+  };
+  const auto& group = groups_of(d)[found.law.entry];
+  ordered_json law = {{"entry", group.name},
+                      {"argument", variables(found.law.argument)},
+                      {"times", variables(found.law.factor)},
+                      {"fading_memory_s", found.law.fading_memory_s},
+                      {"unit", found.law.factor.empty() ? std::string(group.unit) : ""},
+                      {"argument_unit", system_of(d).variables()[found.law.argument.front()].unit},
+                      {"knots", found.law.knots},
+                      {"values", found.values}};
+  ordered_json band = ordered_json::array(), forms = ordered_json::array();
+  for (std::size_t k = 0; k < found.values.size(); ++k) {
+    const double half = 1.959964 * found.deviation[k];
+    band.push_back({found.values[k] - half, found.values[k] + half});
+  }
+  for (const auto& form : found.forms) forms.push_back({{"form", form.words}, {"error", form.error}});
+  law["band"] = band;
+  return {{"words", effects_of(d)[found.effect].words},
+          {"form", "free"},
+          {"place", found.place},
+          {"log_odds", found.log_odds},
+          {"law", law},
+          {"closed_forms", forms}};
+}
+
 ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
   ordered_json json;
   json["verdict"] = text_of(d.verdict);
@@ -131,6 +163,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     json["effects"].push_back(effect_json(d, found));
     if (d.wandering) json["effects"].back()["constant"] = false;
   }
+  json["laws"] = ordered_json::array();
+  for (const auto& found : d.laws) json["laws"].push_back(law_json(d, found));
   json["ambiguous_with"] = names_of(d, d.ambiguous_with);
   if (d.experiment)
     json["experiment"] = {{"effect", effects_of(d)[d.experiment->effect].name},
@@ -264,11 +298,11 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   const auto& answer = answer_of(d);
   const auto& unknowns = answer.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    if (unknowns[u].parameter == std::nullopt) continue;
+    if (unknowns[u].parameter == std::nullopt || is_of_law(answer.system(), *unknowns[u].parameter)) continue;
     const double unit = unknowns[u].internal_per_unit;
     text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
   }
-  return text + sim::plant_file_text(d.repaired);
+  return text + sim::plant_file_text(plant::with_known_laws(d.repaired));
 }
 
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d) {

@@ -189,11 +189,40 @@ report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found
   return table;
 }
 
+report::ScatterPlot law_plot(const Diagnosis& d, const diagnose::FoundLaw& found) {
+  const auto& variable = system_of(d).variables()[found.law.argument.front()];
+  const auto [unit, scale] = law_unit(d, found.law);
+  report::ScatterPlot plot;
+  plot.title = "What is missing: " + plant::law_words(system_of(d), found.law);
+  plot.x_label =
+      variable.name + (found.law.fading_memory_s > 0.0 ? " less its slow part" : "") + (variable.unit.empty() ? "" : " / " + variable.unit);
+  plot.y_label = (found.law.factor.empty() ? std::string(groups_of(d)[found.law.entry].words)
+                                           : "change of the " + system_of(d).variables()[found.law.factor.front()].name) +
+                 " / " + unit;
+  const auto add = [&](std::string name, double deviations, report::ScatterSeries::Style style, std::string color) {
+    report::ScatterSeries series;
+    series.name = std::move(name);
+    series.x = found.law.knots;
+    for (std::size_t k = 0; k < found.values.size(); ++k) series.y.push_back(scale * (found.values[k] + deviations * found.deviation[k]));
+    series.style = style;
+    series.color = std::move(color);
+    plot.series.push_back(std::move(series));
+  };
+  add("fitted", 0.0, report::ScatterSeries::Style::path, colors::vermillion);
+  add("95 % band", 1.959964, report::ScatterSeries::Style::dashed, colors::orange);
+  add("", -1.959964, report::ScatterSeries::Style::dashed, colors::orange);
+  plot.caption =
+      "Drawn over the range that the recordings have; beyond it the value at the end is held. Straight between eight knots, which lie "
+      "closer "
+      "together where there is more data.";
+  return plot;
+}
+
 report::Table proposal_table(const Diagnosis& d) {
   constexpr std::size_t most_rows = 12;
   report::Table table;
   table.title = "Plants that were compared by open-loop simulation";
-  table.header = {"effects added", "against the best"};
+  table.header = {"effects and laws added", "against the best"};
   table.align = {report::Align::left, report::Align::left};
   const auto& all = d.proposals.all;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -214,6 +243,7 @@ report::Table proposal_table(const Diagnosis& d) {
 void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(d.verdict == Verdict::consistent ? "What was looked for" : "What is missing"));
   add_paragraphs(blocks, words.what);
+  for (const diagnose::FoundLaw& law : d.laws) blocks.push_back(law_plot(d, law));
   if (d.by_paths) blocks.push_back(proposal_table(d));
   for (std::size_t r = 0; r < d.search.rounds.size(); ++r)
     if (!d.search.rounds[r].candidates.empty() && (r == 0 || d.search.rounds[r].accepted))
@@ -236,11 +266,12 @@ report::Table parameter_table(const Diagnosis& d) {
   std::vector<report::Row> core;
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt) continue;
+    if (unknown.parameter == std::nullopt || is_of_law(answer.system(), *unknown.parameter)) continue;
     const auto& info = parameters_of(d)[*unknown.parameter];
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit, error = two_sided_95 * answer.deviation(u) / unit;
-    const double low = std::max(value - error, info.declaration.range.lowest),
-                 high = std::min(value + error, info.declaration.range.highest);
+    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit;
+    const auto [lowest, highest] = answer.interval(u, two_sided_95);
+    const double low = std::max(lowest / unit, info.declaration.range.lowest),
+                 high = std::min(highest / unit, info.declaration.range.highest);
     const bool new_here = info.effect && std::find(added.begin(), added.end(), *info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
@@ -249,15 +280,16 @@ report::Table parameter_table(const Diagnosis& d) {
                  with_unit(rounded(value, low, high), info.declaration.unit.text),
                  "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
     row.emphasis = new_here;
-    const double moved = (answer.value(u) - unknown.centre) / unknown.deviation;
+    const double moved = unknown.coordinate_of(answer.value(u));
     if (!new_here && std::abs(moved) > 2.0)
       row.note = report::significant(std::abs(moved), 2) + " standard deviations from what was believed before";
-    else if (answer.deviation(u) > 0.7 * unknown.deviation)
+    else if (answer.deviation(u) > 0.7 * unknown.slope_at(moved))
       row.note = "the data says little about it: mostly what was believed before";
     (new_here ? table.rows : core).push_back(row);
   }
   for (const plant::EffectId e : added)
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      if (is_of_law(system_of(d), p)) continue;
       const auto& info = parameters_of(d)[p];
       const bool fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
@@ -525,6 +557,7 @@ report::Table effect_table(const Diagnosis& d) {
     return std::find(effects.begin(), effects.end(), e) != effects.end();
   };
   for (const plant::EffectId e : effects_of(d).ids()) {
+    if (effects_of(d)[e].law) continue;
     const auto& info = effects_of(d)[e];
     const auto& strength = parameters_of(d)[info.strength].declaration;
     const bool toggle = strength.kind == plant::Kind::toggle;

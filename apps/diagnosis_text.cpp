@@ -26,6 +26,13 @@ std::vector<std::string> found_words(const Diagnosis& d) {
   return words;
 }
 
+// Laws without a name, as clauses.
+std::vector<std::string> law_clauses(const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const auto& found : d.laws) words.push_back(std::string(effects_of(d)[found.effect].words));
+  return words;
+}
+
 std::string either_words(const std::vector<std::string>& parts) {
   std::string text;
   for (std::size_t i = 0; i < parts.size(); ++i) text += (i == 0 ? "" : i + 1 == parts.size() ? " or " : ", ") + parts[i];
@@ -100,8 +107,9 @@ std::string verdict_sentence(const Diagnosis& d) {
       std::vector<std::string> named;
       for (const auto& found : d.effects)
         named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
-      return "More is missing than the catalogue explains, but part of it has a name: " + listed(named) + ". " +
-             (d.effects.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
+      return "More is missing than the catalogue explains, but part of it has a name: " + listed(named) +
+             (d.laws.empty() ? "" : "; and without a name, " + listed(law_clauses(d))) + ". " +
+             (d.effects.size() + d.laws.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
              " of the squared error beyond noise.";
     }
     case Verdict::unexplained: {
@@ -122,6 +130,9 @@ std::string verdict_sentence(const Diagnosis& d) {
                     : "More is missing than the catalogue explains, but part of it has a name: ") +
                listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
       }
+      if (!d.laws.empty())
+        return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
+               ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of the squared error beyond noise goes.";
       return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + ".";
     }
   }
@@ -296,6 +307,36 @@ std::string chance_of_the_rest(const Diagnosis& d) {
                                    percent(chance.largest / chance.unrest) + " of it.";
 }
 
+// "+0.31 W at 25 °C, ... and -0.2 W at 90 °C": ends and middle.
+std::string curve_words(const Diagnosis& d, const diagnose::FoundLaw& found) {
+  const auto [unit, scale] = law_unit(d, found.law);
+  const std::string argument_unit = system_of(d).variables()[found.law.argument.front()].unit;
+  std::vector<std::string> points;
+  const std::size_t last = found.values.size() - 1;
+  for (const std::size_t k : {std::size_t{0}, last / 3, last - last / 3, last}) {
+    const double value = scale * found.values[k], half = scale * 1.959964 * found.deviation[k];
+    points.push_back(interval_words(value, value - half, value + half, unit) + " at " +
+                     with_unit(report::significant(found.law.knots[k], 2), argument_unit));
+  }
+  return listed(points);
+}
+
+std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
+  std::string text =
+      "Left out, without a name: " + std::string(effects_of(d)[found.effect].words) + ", the same for all parts. It is " +
+      curve_words(d, found) + ". Of " + std::to_string(d.proposals.cells) +
+      " places and quantities that a law was sought for, each in its best curve, this one lets the plant follow best; the best "
+      "plant without it is " +
+      odds_words(found.log_odds) + ".";
+  std::vector<std::string> forms;
+  for (const auto& form : found.forms) forms.push_back(form.words);
+  if (forms.empty())
+    text += " No simple form that was tried (line, parabola, cube, size, exponential, ramp, saturation, step) lies within its band.";
+  else
+    text += " Of simple forms " + listed(forms) + (forms.size() == 1 ? " lies" : " lie") + " within its band.";
+  return text;
+}
+
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
   std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " + percent(w.explained_share) +
@@ -321,18 +362,19 @@ std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   const auto& kept = d.proposals.all[d.proposals.answer].effects;
   for (const plant::EffectId e : d.proposals.all.front().effects)
     if (std::find(kept.begin(), kept.end(), e) == kept.end())
-      names.push_back("that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
+      names.push_back(effects_of(d)[e].law ? std::string(effects_of(d)[e].words)
+                                           : "that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
   return names;
 }
 
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
-  const std::size_t tried = effects_of(d).size() - inputs.settings.search.without.size();
+  const std::size_t tried = catalogue_size(d) - inputs.settings.search.without.size();
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())
-      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(effects_of(d).size()) + " effects were tried.";
+      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(catalogue_size(d)) + " effects were tried.";
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
       const plant::EffectId best =
@@ -347,10 +389,10 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   if (d.by_chance) text.push_back(chance_of_the_rest(d));
   if (d.by_paths) {
     text.push_back(
-        "No effects of the catalogue explain the recording to within noise. These were found by open-loop simulation from " +
+        "No effects of the catalogue explain the recording to within noise. What follows was found by open-loop simulation from " +
         input_words(system_of(d)) + " alone: " + std::to_string(d.proposals.all.size()) +
-        " plants with other effects added, the best of all that were tried, were compared under one measure of error, and an effect "
-        "was kept where seconds that were left out of the fit, a tenth at a time, are predicted better with it, beyond chance. "
+        " plants with effects or laws added, the best of all that were tried, were compared under one measure of error, and each was kept "
+        "where seconds that were left out of the fit, a tenth at a time, are predicted better with it, beyond chance. "
         "Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
     if (const auto more = fitted_but_idle(d); !more.empty())
@@ -394,6 +436,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     return text;
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
+  for (const auto& found : d.laws) text.push_back(law_paragraph(d, found));
   if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what " + left_open_words(d) + ".");
   if (!d.effects.empty() && !(d.by_paths && d.ambiguous_with.empty())) {
@@ -433,7 +476,7 @@ std::vector<std::string> moved_parameters(const Diagnosis& d) {
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
     const auto& unknown = unknowns[u];
     if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect) continue;
-    if (std::abs(answer.value(u) - unknown.centre) > 2.0 * unknown.deviation) moved.push_back(unknown.name);
+    if (std::abs(unknown.coordinate_of(answer.value(u))) > 2.0) moved.push_back(unknown.name);
   }
   return moved;
 }
@@ -452,6 +495,9 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
   if (added_effects(d).empty())
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
+  else if (!d.laws.empty())
+    text = "plant.yaml is the plant with " + std::string(d.effects.empty() ? "" : "these effects and ") +
+           (d.laws.size() == 1 ? "this law" : "these laws") + " (`laws:`) in it, and all parameters fitted again.";
   else if (d.effects.empty() || d.wandering)
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
            " switched on as a stand-in: " + (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
@@ -786,9 +832,17 @@ std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<plant::EffectId> all = added_effects(d);
   if (d.wandering) return all;  // what varies is not what was added, even if by the same name
   std::erase_if(all, [&](plant::EffectId e) {
-    return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
+    return effects_of(d)[e].law || std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });
   return all;
+}
+
+std::pair<std::string, double> law_unit(const diagnose::Diagnosis& d, const plant::Law& law) {
+  if (!law.factor.empty()) return {"%", 100.0};
+  const std::string_view unit = groups_of(d)[law.entry].unit;
+  if (unit == "rad") return {"°", 1.0 / plant::radians_per_degree};
+  if (unit == "Nm") return {"mN·m", 1000.0};
+  return {unit_words(unit), 1.0};
 }
 
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {

@@ -35,6 +35,13 @@ inline const auto& effects_of(const diagnose::Diagnosis& diagnosis) { return sys
 inline const auto& parameters_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).parameters(); }
 inline const auto& channels_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).channels(); }
 inline const auto& groups_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).entry_groups(); }
+// A weight of a law: drawn as a curve, and no number for readers.
+inline bool is_of_law(const plant::System& system, plant::ParameterId p) {
+  const auto& effect = system.parameters()[p].effect;
+  return effect && system.effects()[*effect].law;
+}
+// Effects of the catalogue.
+inline std::size_t catalogue_size(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).without_laws()->effects().size(); }
 inline std::string effect_name(const diagnose::Diagnosis& diagnosis, plant::EffectId effect) {
   return std::string(effects_of(diagnosis)[effect].name);
 }
@@ -75,6 +82,8 @@ const diagnose::Explanation& answer_of(const diagnose::Diagnosis& diagnosis);
 // for what is missing.
 std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& diagnosis);
 std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& diagnosis);
+// What a law's values are shown in, and what they are multiplied with for that.
+std::pair<std::string, double> law_unit(const diagnose::Diagnosis& diagnosis, const plant::Law& law);
 // Effects that were not found, and whether they would have been.
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& diagnosis);
 

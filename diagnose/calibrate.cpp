@@ -48,12 +48,12 @@ class Watch : public ceres::IterationCallback {
 
 std::vector<double> lower_bounds(const FitProblem& problem) {
   std::vector<double> z;
-  for (const Unknown& u : problem.unknowns()) z.push_back((u.lowest - u.centre) / u.deviation);
+  for (const Unknown& u : problem.unknowns()) z.push_back(u.coordinate_of(u.lowest));
   return z;
 }
 std::vector<double> upper_bounds(const FitProblem& problem) {
   std::vector<double> z;
-  for (const Unknown& u : problem.unknowns()) z.push_back((u.highest - u.centre) / u.deviation);
+  for (const Unknown& u : problem.unknowns()) z.push_back(u.coordinate_of(u.highest));
   return z;
 }
 
@@ -202,7 +202,7 @@ std::vector<Estimate> estimates_of(const FitProblem& problem, const std::vector<
     const Unknown& unknown = problem.unknowns()[u];
     Estimate estimate{unknown,
                       problem.value(u, z[u]),
-                      std::sqrt(cov(i, i)) * unknown.deviation,
+                      std::sqrt(cov(i, i)) * unknown.slope_at(z[u]),
                       std::sqrt(cov(i, i)),
                       std::min(z[u] - low[u], high[u] - z[u]) < 1e-4,
                       "",

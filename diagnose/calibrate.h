@@ -46,7 +46,7 @@ struct Estimate {
   double share_of_prior;  // standard error over the prior's deviation
   bool told() const { return share_of_prior < untold_share; }
   bool at_bound = false;
-  double surprise() const { return (value - unknown.centre) / unknown.deviation; }  // in prior deviations
+  double surprise() const { return unknown.coordinate_of(value); }  // in prior deviations
   // Where it cannot be told: the unknown with which it trades off most, and their correlation.
   std::string partner;
   double partner_correlation = 0.0;

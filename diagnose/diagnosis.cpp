@@ -117,8 +117,8 @@ FoundEffect described(plant::EffectId effect, const Explanation& by, const Searc
     FoundEffect::Parameter parameter{p, value, value, value, true};
     for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
       if (by.problem->parameters()[u] == p) {
-        const double error = two_sided_95 * by.deviation(u) / unit;
-        parameter = {p, value, std::max(declared.range.lowest, value - error), std::min(declared.range.highest, value + error), false};
+        const auto [lowest, highest] = by.interval(u, two_sided_95);
+        parameter = {p, value, std::max(declared.range.lowest, lowest / unit), std::min(declared.range.highest, highest / unit), false};
       }
     result.parameters.push_back(parameter);
   }
@@ -157,13 +157,44 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, c
         std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
       continue;
     for (const plant::EffectId other : one.effects)
-      if (!contains(best.effects, other) &&
+      if (!contains(best.effects, other) && !one.fit.system().effects()[other].law &&
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }
   // What acts may be in no catalogue, and an effect of it the nearest look-alike: until that has been measured, as likely as not.
   result.confidence = settings.most_confidence_in_a_lead * proposals.probability_of(effect);
   result.chance = 1.0 - proposals.probability_of(effect);
+  return result;
+}
+
+// Where a law enters. What depends on an input comes from the inputs' side.
+std::string place_of(const plant::Law& law, const plant::System& system) {
+  const auto& places = system.entry_groups()[law.entry].places;
+  const auto of_inputs = [&](const std::vector<plant::VariableId>& of) { return !of.empty() && system.variables()[of.front()].of_inputs; };
+  return std::string(places[places.size() > 1 && (of_inputs(law.argument) || of_inputs(law.factor)) ? 1 : 0]);
+}
+
+FoundLaw found_law(plant::EffectId effect, const Proposals& proposals) {
+  const Proposal& answer = proposals.all[proposals.answer];
+  const plant::System& system = answer.fit.system();
+  FoundLaw result;
+  result.effect = effect;
+  result.law = system.laws()[*system.effects()[effect].law];
+  result.place = place_of(result.law, system);
+  for (const Proposal& one : proposals.all)
+    if (!contains(one.effects, effect)) {
+      result.log_odds = answer.log_odds - one.log_odds;
+      break;
+    }
+  const Eigen::VectorXd values = plant::values_of(answer.fit.model(), effect);
+  result.values.assign(values.begin(), values.end());
+  // The weights are unknowns of one deviation each.
+  const auto& parameters = answer.fit.problem->parameters();
+  const auto first = std::find(parameters.begin(), parameters.end(), system.effects()[effect].parameters[1]) - parameters.begin();
+  const Eigen::Index n = result.law.curve.cols();
+  const Eigen::MatrixXd covariance = result.law.curve * answer.fit.covariance.block(first, first, n, n) * result.law.curve.transpose();
+  for (Eigen::Index k = 0; k < covariance.rows(); ++k) result.deviation.push_back(std::sqrt(covariance(k, k)));
+  result.forms = forms_within(result.law.knots, result.values, result.deviation);
   return result;
 }
 
@@ -260,7 +291,7 @@ class Diagnoser {
     place(wandering);
     list_others();
     design();
-    result_.repaired = after_.model;
+    result_.repaired = plant::carried_into(after_.model, given_.shared_system());
     result_.starts = after_.starts;
     return std::move(result_);
   }
@@ -417,15 +448,20 @@ class Diagnoser {
     result_.unrest_after_refit.reset();
     result_.answer = path.of;
     after_ = path;
+    given_ = plant::carried_into(given_, proposals.system);
+    const auto is_law = [&](plant::EffectId e) { return system().effects()[e].law.has_value(); };
     effects_ = best.effects;
+    std::erase_if(effects_, is_law);
     result_.predictions = std::move(predictions);
     result_.held_out = held_out;
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
-    result_.verdict = Verdict::named_in_part;
+    result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
     for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_, settings_));
+    for (const plant::EffectId e : best.effects)
+      if (is_law(e)) result_.laws.push_back(found_law(e, proposals));
     result_.proposals = std::move(proposals);
   }
 
@@ -476,7 +512,8 @@ class Diagnoser {
     const auto& groups = system().entry_groups();
     const plant::EntryGroupId leading = result_.located.shares.front().group;
     if (something_is_left(result_.verdict))
-      result_.left_over = left_over(result_.effects.empty() || result_.wandering ? core() : result_.answer, leading);
+      result_.left_over =
+          left_over((result_.effects.empty() && result_.laws.empty()) || result_.wandering ? core() : result_.answer, leading);
     std::string& place = result_.located.place;
     std::vector<std::string>& group = result_.located.cannot_be_told_from;
     const auto add_to_group = [&](std::string_view other) {
@@ -492,12 +529,16 @@ class Diagnoser {
       place = system().effects()[result_.effects.front().effect].place;
       group.clear();
       if (wandering) add_to_group(wandering->of.place);
+    } else if (!result_.laws.empty()) {
+      place = result_.laws.front().place;
+      group.clear();
+      for (const FoundLaw& law : result_.laws) add_to_group(law.place);
+      if (wandering) add_to_group(wandering->of.place);
     } else if (result_.verdict == Verdict::unexplained) {
       const auto& places = groups[leading].places;
-      // What depends on an input comes from the inputs' side.
-      const auto& inputs = system().inputs();
-      const bool of_input = places.size() > 1 && std::any_of(inputs.begin(), inputs.end(), [&](const plant::InputInfo& input) {
-                              return input.words == result_.left_over.variable;
+      const auto& variables = system().variables();
+      const bool of_input = places.size() > 1 && std::any_of(variables.begin(), variables.end(), [&](const plant::VariableInfo& variable) {
+                              return variable.of_inputs && variable.name == result_.left_over.variable;
                             });
       place = places[of_input ? 1 : 0];
       if (places.size() > 1) group.emplace_back(places[of_input ? 0 : 1]);

@@ -7,12 +7,14 @@
 
 #include "diagnose/chance.h"
 #include "diagnose/experiment.h"
+#include "diagnose/free_laws.h"
 #include "diagnose/gate.h"
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
 #include "diagnose/proposals.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
+#include "plant/laws.h"
 
 namespace sinew::diagnose {
 
@@ -94,6 +96,16 @@ struct FoundEffect {
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
 };
 
+// Physics without a name that was found: a law of the answer's plant (plant/laws.h), and its curve. Internal units of its entry.
+struct FoundLaw {
+  plant::EffectId effect{};
+  plant::Law law;
+  std::string place;
+  double log_odds = 0.0;                  // of the answer against the best that has no such law
+  std::vector<double> values, deviation;  // at the knots
+  std::vector<ClosedForm> forms;          // that lie within the band
+};
+
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
 struct Visibility {
   plant::EffectId effect{};
@@ -115,6 +127,7 @@ struct Diagnosis {
   Search search;
   Located located;
   std::vector<FoundEffect> effects;  // accepted, strongest first
+  std::vector<FoundLaw> laws;        // found by open-loop simulation
   std::vector<plant::EffectId> ambiguous_with;
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What varies has a
   // share of its own.

@@ -17,8 +17,8 @@ class Fit {
  public:
   Fit(const FitProblem& problem, const Blocks& blocks) : problem_(problem), blocks_(blocks) {
     for (const Unknown& u : problem.unknowns()) {
-      low_.push_back((u.lowest - u.centre) / u.deviation);
-      high_.push_back((u.highest - u.centre) / u.deviation);
+      low_.push_back(u.coordinate_of(u.lowest));
+      high_.push_back(u.coordinate_of(u.highest));
     }
   }
 
@@ -132,7 +132,13 @@ std::vector<plant::EffectId> Explanation::effects() const {
 
 double Explanation::deviation(std::size_t unknown) const {
   const auto i = static_cast<Eigen::Index>(unknown);
-  return std::sqrt(covariance(i, i)) * problem->unknowns()[unknown].deviation;
+  return std::sqrt(covariance(i, i)) * problem->unknowns()[unknown].slope_at(z(i));
+}
+
+std::pair<double, double> Explanation::interval(std::size_t unknown, double deviations) const {
+  const auto i = static_cast<Eigen::Index>(unknown);
+  const double error = deviations * std::sqrt(covariance(i, i));
+  return {problem->value(unknown, z(i) - error), problem->value(unknown, z(i) + error)};
 }
 
 Guess Explanation::as_guess() const {
@@ -223,7 +229,7 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
   for (std::size_t u = 0; u < unknowns; ++u) {
     const Unknown& unknown = problem.unknowns()[u];
     if (const auto given = guess.values.find(unknown.name); given != guess.values.end())
-      z(static_cast<Eigen::Index>(u)) = (given->second - unknown.centre) / unknown.deviation;
+      z(static_cast<Eigen::Index>(u)) = unknown.coordinate_of(given->second);
   }
   Fit fit(problem, blocks);
   if (!fit.begin(fit.clamped(z, 1e-3))) return result;

@@ -65,6 +65,7 @@ struct Explanation {
   std::vector<plant::EffectId> effects() const;  // that are on
   double value(std::size_t unknown) const { return problem->value(unknown, z(static_cast<Eigen::Index>(unknown))); }
   double deviation(std::size_t unknown) const;
+  std::pair<double, double> interval(std::size_t unknown, double deviations) const;  // that many to either side
   Guess as_guess() const;
 };
 

@@ -14,6 +14,11 @@ double first_measured(const FitData& data, plant::ChannelId channel) {
   return std::nan("");
 }
 
+// A quantity that a limb cannot be without: its range ends above zero, as no temperature's or offset's does.
+bool is_positive(const plant::Declaration& declared) {
+  return declared.range.lowest > 0.0 && declared.typical > 0.0 && !declared.null_value;
+}
+
 }  // namespace
 
 FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
@@ -27,8 +32,19 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
     for (const plant::EffectId e : system().effects().ids())
       for (const auto& [hidden, factor] : system().effects()[e].hides)
         if (hidden == p && centres_.is_on(e)) wider = std::max(wider, factor);
-    unknowns_.push_back({info.key(), p, centres_.get(p), wider * declared.prior_deviation * unit, declared.range.lowest * unit,
-                         declared.range.highest * unit, unit, declared.unit.text});
+    Unknown unknown{info.key(),
+                    p,
+                    centres_.get(p),
+                    wider * declared.prior_deviation * unit,
+                    declared.range.lowest * unit,
+                    declared.range.highest * unit,
+                    unit,
+                    declared.unit.text};
+    if (is_positive(declared)) {
+      unknown.log_deviation = wider * std::sqrt(std::log1p(std::pow(declared.prior_deviation / declared.typical, 2)));
+      unknown.deviation = unknown.centre * unknown.log_deviation;
+    }
+    unknowns_.push_back(unknown);
   }
   constexpr double order_share = 0.01;  // of the prior's deviation: hardly more than a bound, and smooth enough to be fitted
   for (std::size_t low = 0; low < parameters_.size(); ++low)
@@ -87,8 +103,8 @@ Eigen::VectorXd FitProblem::order_residuals(const double* z, RowMajor* jacobian)
     const auto row = static_cast<Eigen::Index>(k);
     residuals(row) = above / scale;
     if (!jacobian) continue;
-    (*jacobian)(row, static_cast<Eigen::Index>(low)) = unknowns_[low].deviation / scale;
-    (*jacobian)(row, static_cast<Eigen::Index>(high)) = -unknowns_[high].deviation / scale;
+    (*jacobian)(row, static_cast<Eigen::Index>(low)) = unknowns_[low].slope_at(z[low]) / scale;
+    (*jacobian)(row, static_cast<Eigen::Index>(high)) = -unknowns_[high].slope_at(z[high]) / scale;
   }
   return residuals;
 }
@@ -125,10 +141,10 @@ bool FitProblem::evaluate(const double* z, double* residuals, double* jacobian) 
           const double weight = 1.0 / (data.deviation[c] * system().channels()[c].unit.internal_per_unit);
           const auto channel = static_cast<Eigen::Index>(c.index);
           for (std::size_t u = 0; u < parameters_.size(); ++u)
-            out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * unknowns_[u].deviation;
+            out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * unknowns_[u].slope_at(z[u]);
           for (std::size_t i = 0; i < request.initial_states.size(); ++i)
-            out[first_start + i] =
-                sensitivity(channel, static_cast<Eigen::Index>(parameters_.size() + i)) * weight * unknowns_[first_start + i].deviation;
+            out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters_.size() + i)) * weight *
+                                   unknowns_[first_start + i].slope_at(z[first_start + i]);
         }
         ++row;
       }

@@ -3,7 +3,8 @@
 //
 // Unknowns are parameters of the plant, shared by all recordings, and for each recording the first values of those states
 // that a recording may begin with in mid-motion; the others are at rest with them (System::start_beliefs). Each unknown has a weak prior
-// and bounds from its declaration, and is scaled by the prior: an unknown's coordinate is z = (value - centre) / deviation.
+// and bounds from its declaration, and a coordinate z in which the prior is N(0, 1): value = centre + z deviation. The prior of a
+// quantity that cannot but be positive is log-normal, value = centre exp(z log_deviation): twice as much is believed as easily as half.
 //
 // Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
 // then one row z for each unknown; then one for each pair of unknowns that physics orders (Declaration::less_than): by how many
@@ -11,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +29,12 @@ struct Unknown {
   double centre, deviation, lowest, highest;    // internal units
   double internal_per_unit;
   std::string_view unit;
+  double log_deviation = 0.0;  // of a log-normal prior, whose median is `centre`; 0: the prior is normal
+  double value_at(double z) const { return log_deviation > 0.0 ? centre * std::exp(z * log_deviation) : centre + z * deviation; }
+  double coordinate_of(double value) const {
+    return log_deviation > 0.0 ? std::log(value / centre) / log_deviation : (value - centre) / deviation;
+  }
+  double slope_at(double z) const { return log_deviation > 0.0 ? value_at(z) * log_deviation : deviation; }  // dvalue/dz
 };
 
 struct FitData {
@@ -67,7 +75,7 @@ class FitProblem {
   std::size_t order_count() const { return orders_.size(); }
   Eigen::VectorXd order_residuals(const double* z, FitProblem::RowMajor* jacobian) const;
 
-  double value(std::size_t unknown, double z) const { return unknowns_[unknown].centre + z * unknowns_[unknown].deviation; }
+  double value(std::size_t unknown, double z) const { return unknowns_[unknown].value_at(z); }
   const plant::Plant& centres() const { return centres_; }  // what is on, and the centres of the priors
   plant::Plant plant_at(const double* z) const;
   plant::Start start_at(const double* z, std::size_t recording) const;

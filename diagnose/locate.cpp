@@ -50,28 +50,6 @@ std::string describe(const plant::System& system, const sim::Recording& recordin
                 : who + most.channel->idle_words + ", between " + whole(most.high) + " and " + whole(most.low) + unit;
 }
 
-// The plant's variables at the blocks' first samples: [variables], one value a block.
-std::vector<Eigen::VectorXd> variables_of(const Explanation& at) {
-  const plant::System& system = at.system();
-  const auto& blocks = at.blocks->blocks();
-  std::vector<Eigen::VectorXd> all(system.variables().size(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(blocks.size())));
-  std::size_t b = 0;
-  for (std::size_t r = 0; r < at.problem->data().size(); ++r) {
-    const FitData& data = at.problem->data()[r];
-    plant::Integrator integrator(at.model(), at.start(r), at.problem->numerics());
-    const auto& samples = data.recording->samples;
-    for (std::size_t k = 0; k < data.sample_count; ++k) {
-      if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return {};
-      sim::command_sample(integrator, system, samples, k);
-      if (b >= blocks.size() || blocks[b].recording != r || blocks[b].first_sample != k) continue;
-      const std::vector<double> values = integrator.variables();
-      for (std::size_t v = 0; v < values.size(); ++v) all[v](static_cast<Eigen::Index>(b)) = values[v];
-      ++b;
-    }
-  }
-  return all;
-}
-
 struct Binned {
   double explained = -1.0;
   std::vector<double> centre, mean, deviation;
@@ -120,6 +98,27 @@ Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, c
 
 }  // namespace
 
+std::vector<Eigen::VectorXd> variables_of(const Explanation& at) {
+  const plant::System& system = at.system();
+  const auto& blocks = at.blocks->blocks();
+  std::vector<Eigen::VectorXd> all(system.variables().size(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(blocks.size())));
+  std::size_t b = 0;
+  for (std::size_t r = 0; r < at.problem->data().size(); ++r) {
+    const FitData& data = at.problem->data()[r];
+    plant::Integrator integrator(at.model(), at.start(r), at.problem->numerics());
+    const auto& samples = data.recording->samples;
+    for (std::size_t k = 0; k < data.sample_count; ++k) {
+      if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return {};
+      sim::command_sample(integrator, system, samples, k);
+      if (b >= blocks.size() || blocks[b].recording != r || blocks[b].first_sample != k) continue;
+      const std::vector<double> values = integrator.variables();
+      for (std::size_t v = 0; v < values.size(); ++v) all[v](static_cast<Eigen::Index>(b)) = values[v];
+      ++b;
+    }
+  }
+  return all;
+}
+
 Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, const std::vector<plant::VariableId>& among) {
   Dependence result;
   const std::vector<Eigen::VectorXd> values = variables_of(at);
@@ -130,8 +129,13 @@ Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, cons
     if (found.explained > result.explained_share)
       result = {list[v].name, list[v].unit, found.explained, found.centre, found.mean, found.deviation};
   };
+  const auto& entries = at.system().entries();
   if (among.empty())
-    for (const plant::VariableId v : list.ids()) ask(v);
+    for (const plant::VariableId v : list.ids())
+      if (std::any_of(entries.begin(), entries.end(), [&](const plant::Entry& entry) {
+            return std::find(entry.may_depend_on.begin(), entry.may_depend_on.end(), v) != entry.may_depend_on.end();
+          }))
+        ask(v);
   for (const plant::VariableId v : among) ask(v);
   return result;
 }

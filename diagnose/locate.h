@@ -46,6 +46,9 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
 // The forcing that accounts best for what an explanation leaves, against the variables that it may depend on.
 LeftOver left_over(const Explanation& at, plant::EntryGroupId group);
 
+// The plant's variables at the blocks' first samples: [variables], one value a block. Empty where the plant cannot be integrated.
+std::vector<Eigen::VectorXd> variables_of(const Explanation& at);
+
 // `series`: one value a block. `among`: the variables that are asked, best guess first; empty: all.
 Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, const std::vector<plant::VariableId>& among);
 

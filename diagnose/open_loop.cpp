@@ -90,9 +90,6 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
   return best;
 }
 
-namespace {
-
-// Samples over which each channel's error is correlated.
 PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   PerChannel longest = per_channel(path.model.system());
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -105,6 +102,8 @@ PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, 
   }
   return longest;
 }
+
+namespace {
 
 bool has_reading(const sim::Sample& sample) {
   return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
@@ -168,7 +167,7 @@ FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data,
   return errors;
 }
 
-bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after) {
+FoldGain gain_of(const FoldErrors& before, const FoldErrors& after) {
   const std::size_t folds = before.squares.size();
   const auto gain_without = [&](std::size_t left_out) {
     double gain = 0.0;
@@ -187,7 +186,7 @@ bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after) {
   const double n = static_cast<double>(folds), mean = std::accumulate(gains.begin(), gains.end(), 0.0) / n;
   double variance = 0.0;
   for (const double gain : gains) variance += (gain - mean) * (gain - mean) * (n - 1.0) / n;
-  return gain_without(folds) > 2.0 * std::sqrt(variance);
+  return {gain_without(folds), std::sqrt(variance)};
 }
 
 }  // namespace sinew::diagnose

@@ -46,6 +46,9 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
+// Samples over which each channel's error is correlated, the longest of all recordings.
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+
 // The data, each channel weighted as a path fits it: by how far off it is, never less than its noise, and for how long.
 std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
 
@@ -60,9 +63,12 @@ struct FoldErrors {
 };
 FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings);
 
-// Whether the error that cross-validation finds falls beyond chance: the logarithm of the root mean squares, summed
-// over channels, by more than twice its standard deviation, which is the jackknife's over folds. What is below the
-// sensors' noise counts as noise.
-bool better_beyond_chance(const FoldErrors& before, const FoldErrors& after);
+// By how much the error that cross-validation finds falls: the logarithm of the root mean squares, summed over channels, and its
+// standard deviation, which is the jackknife's over folds. What is below the sensors' noise counts as noise.
+struct FoldGain {
+  double value, deviation;
+  bool beyond_chance() const { return value > 2.0 * deviation; }
+};
+FoldGain gain_of(const FoldErrors& before, const FoldErrors& after);
 
 }  // namespace sinew::diagnose

@@ -330,10 +330,10 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
                            const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
                            const auto channel = static_cast<Eigen::Index>(c.index);
                            for (std::size_t u = 0; u < parameters; ++u)
-                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].deviation;
+                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].slope_at(z[u]);
                            for (std::size_t i = 0; i < states; ++i)
                              out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
-                                                    problem.unknowns()[first_start + i].deviation;
+                                                    problem.unknowns()[first_start + i].slope_at(z[first_start + i]);
                          }
                          ++row;
                        }
@@ -350,7 +350,7 @@ bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Pla
   columns.assign(problem.rows().size() * parameters.size(), 0.0);
   std::vector<double> scale;
   for (const plant::ParameterId p : parameters) {
-    const auto& declared = system.parameters()[p].declaration;
+    const auto& declared = with.system().parameters()[p].declaration;
     scale.push_back(declared.prior_deviation > 0.0 ? declared.prior_deviation * declared.unit.internal_per_unit : 1.0);
   }
   std::size_t row = 0;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnose/compare.h"
+#include "diagnose/free_laws.h"
 #include "diagnose/search.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
@@ -33,7 +34,12 @@ struct ByCatalogue {
 class Proposer {
  public:
   Proposer(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit)
-      : given_(core.of.problem->centres()), data_(data), yardstick_(data), settings_(settings), fit_(fit) {
+      : given_(core.of.problem->centres()),
+        data_(data),
+        yardstick_(data),
+        settings_(settings),
+        fit_(fit),
+        correlation_(per_channel(given_.system(), 1.0)) {
     fit_.least_squares = true;
     fit_.most_rounds = 1;
     fit_.enough = 1.0;
@@ -59,12 +65,17 @@ class Proposer {
     settle();
     weigh_without(best());
     settle();
+    tell(0.9, "predicting what was left out of the fit");
+    const Effects named = what_pays(best());
+    tell(0.92, "trying laws without a name");
+    seek_laws(named);
     tell(0.97, "predicting what was left out of the fit");
     return ranked(what_pays(best()));
   }
 
  private:
   static constexpr int short_fit = 4, middle_fit = 8, long_fit = 25;
+  static constexpr double beyond_doubt = 3.0;  // of log odds: twenty to one
 
   void tell(double share, const std::string& doing) const {
     if (settings_.progress) settings_.progress(share, doing);
@@ -81,12 +92,33 @@ class Proposer {
     return explain(with(effects), yardstick_, guess, fit);
   }
 
-  // Every effect alike: one in so many is there.
+  // Every effect alike: one in so many is there. And every cell of a law.
   double log_prior(const Effects& effects) const {
-    return -std::log(static_cast<double>(given_.system().effects().size())) * static_cast<double>(effects.size());
+    const plant::System& system = given_.system();
+    const double named = static_cast<double>(system.without_laws()->effects().size());
+    double sum = 0.0;
+    for (const plant::EffectId e : effects) sum -= std::log(system.effects()[e].law ? std::max(named, cells_) : named);
+    return sum;
   }
   double log_odds(const Effects& effects, const Explanation& fit) const {
-    return fit.usable ? fit.log_evidence + log_prior(effects) : -1e300;
+    return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;
+  }
+
+  // Of as many independent errors as the plant as given leaves, each channel's of unknown size: the size is the proposal's own.
+  double log_likelihood(const Explanation& fit) const {
+    std::vector<PerChannel> squares(data_.size(), per_channel(given_.system())), counts = squares;
+    const auto& rows = fit.blocks->rows();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double off = fit.residual(static_cast<Eigen::Index>(i)) * fit.problem->data()[rows[i].recording].deviation[rows[i].channel];
+      squares[rows[i].recording][rows[i].channel] += rows[i].count * off * off;
+      counts[rows[i].recording][rows[i].channel] += rows[i].count;
+    }
+    double sum = 0.0;
+    for (std::size_t r = 0; r < data_.size(); ++r)
+      for (const plant::ChannelId c : counts[r].ids())
+        if (counts[r][c] > 0.0)
+          sum -= counts[r][c] / correlation_[c] * std::log(std::max(std::sqrt(squares[r][c] / counts[r][c]), data_[r].deviation[c]));
+    return sum;
   }
   std::vector<Effects> order() const {
     std::vector<Effects> sets;
@@ -133,19 +165,22 @@ class Proposer {
     const sim::RandomStream chance(settings_.seed, "propose.start." + std::to_string(start));
     const std::vector<Unknown>& unknowns = problem.unknowns();
     for (std::size_t u = 0; u < unknowns.size(); ++u) {
-      double& value = guess.values.try_emplace(unknowns[u].name, unknowns[u].centre).first->second;
-      value = std::clamp(value + 0.5 * unknowns[u].deviation * chance.normal(u), unknowns[u].lowest, unknowns[u].highest);
+      const Unknown& one = unknowns[u];
+      double& value = guess.values.try_emplace(one.name, one.centre).first->second;
+      value = std::clamp(one.value_at(one.coordinate_of(value) + 0.5 * chance.normal(u)), one.lowest, one.highest);
     }
     return guess;
   }
 
-  // What a path leaves in each channel, for as long as that is correlated; never more than before.
+  // What a path leaves in each channel, for as long as what the plant as given leaves is correlated; never more than before.
   bool measure_by(const Fitted& path) {
-    const std::vector<FitData> weighted = weighted_by(path, data_, fit_.numerics);
+    if (!measured_) correlation_ = correlation_of(path, data_, fit_.numerics);
+    const Spread left = spread_of(path, data_, fit_.numerics);
     bool changed = !measured_;
-    for (std::size_t r = 0; r < weighted.size(); ++r)
-      for (const plant::ChannelId c : yardstick_[r].deviation.ids()) {
-        const double now = measured_ ? std::min(yardstick_[r].deviation[c], weighted[r].deviation[c]) : weighted[r].deviation[c];
+    for (std::size_t r = 0; r < data_.size(); ++r)
+      for (const plant::ChannelId c : correlation_.ids()) {
+        const double weighted = left.rmse[r][c] * std::sqrt(correlation_[c]);
+        const double now = measured_ ? std::min(yardstick_[r].deviation[c], weighted) : weighted;
         changed = changed || now < 0.95 * yardstick_[r].deviation[c];
         yardstick_[r].deviation[c] = now;
       }
@@ -310,6 +345,53 @@ class Proposer {
     return less;
   }
 
+  // Laws on what has a name, on the plant as given, and a second one on the first: the few cells of the screening that gain most.
+  void seek_laws(const Effects& named) {
+    std::vector<Effects> parents{named};
+    if (!named.empty()) parents.push_back({});
+    for (int laws = 1; laws <= settings_.most_laws; ++laws) {
+      std::vector<std::pair<Effects, LawCandidate>> sought;  // parent, law
+      std::vector<plant::Law> of_round;
+      for (const Effects& parent : parents) {
+        if (!all_.contains(parent) || !all_.at(parent).usable) continue;
+        std::vector<LawCandidate> cells = screen_laws(all_.at(parent), settings_.threads);
+        cells_ = std::max(cells_, static_cast<double>(cells.size()));
+        std::erase_if(cells, [](const LawCandidate& one) { return one.gain <= 0.0; });
+        if (cells.size() > settings_.laws) cells.resize(settings_.laws);
+        for (const LawCandidate& cell : cells) {
+          sought.emplace_back(parent, cell);
+          of_round.push_back(cell.law);
+          // Cells of two parents have knots and a size of their own; so has each a name.
+          of_round.back().name =
+              plant::law_words(given_.system(), cell.law) + " (" + std::to_string(laws) + "." + std::to_string(of_round.size()) + ")";
+        }
+      }
+      if (sought.empty()) return;
+      const std::size_t first = given_.system().effects().size();
+      given_ = plant::carried_into(given_, plant::with_laws(given_.shared_system(), of_round));
+      std::vector<Begun> begun;
+      for (std::size_t i = 0; i < sought.size(); ++i) {
+        const auto& [parent, cell] = sought[i];
+        const plant::EffectId law{first + i};
+        const auto& parameters = given_.system().effects()[law].parameters;
+        Guess linear = all_.at(parent).as_guess();
+        for (Eigen::Index j = 0; j < cell.weights.size(); ++j)
+          linear.values[given_.system().parameters()[parameters[static_cast<std::size_t>(j) + 1]].key()] = cell.weights(j);
+        begun.push_back({joined(parent, law), linear, {}});
+        begun.push_back({joined(parent, law), all_.at(parent).as_guess(), {}});
+      }
+      halve(begun);
+      for (const Begun& one : begun) keep(one);
+      settle();
+      parents = {best()};
+      if (laws_in(parents[0]) < laws) return;
+    }
+  }
+
+  std::ptrdiff_t laws_in(const Effects& effects) const {
+    return std::count_if(effects.begin(), effects.end(), [&](auto e) { return given_.system().effects()[e].law.has_value(); });
+  }
+
   // A proposal without each of its effects, from its own values.
   void weigh_without(const Effects& effects) {
     std::vector<Begun> begun;
@@ -319,7 +401,9 @@ class Proposer {
     for (const Begun& one : begun) keep(one);
   }
 
-  // Without what does not pay: the effect that is missed least is taken out until what is left out of the fit is predicted worse for it.
+  // Without what does not pay: the effect that is missed least is taken out until it is missed. A law is missed where what is left out of
+  // the fit is predicted worse without it, beyond chance; an effect of the catalogue also where the fit speaks for it and those
+  // predictions do not speak against it.
   Effects what_pays(Effects effects) {
     std::map<Effects, FoldErrors, ByCatalogue> known;
     const auto errors_of = [&](const Effects& of) {
@@ -335,7 +419,10 @@ class Proposer {
           most = log_odds(rest, all_.at(rest));
           least = rest;
         }
-      if (most == -1e300 || better_beyond_chance(errors_of(least), errors_of(effects))) break;
+      if (most == -1e300) break;
+      const FoldGain gain = gain_of(errors_of(least), errors_of(effects));
+      const bool a_law_less = laws_in(least) < laws_in(effects);
+      if (gain.beyond_chance() || (!a_law_less && gain.value > 0.0 && log_odds(effects, all_.at(effects)) > most + beyond_doubt)) break;
       effects = least;
     }
     return effects;
@@ -344,6 +431,8 @@ class Proposer {
   Proposals ranked(const Effects& answer) const {
     Proposals result;
     result.yardstick = yardstick_;
+    result.system = given_.shared_system();
+    result.cells = static_cast<std::size_t>(cells_);
     for (const Effects& effects : order())
       if (all_.at(effects).usable) result.all.push_back({effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0});
     if (result.all.empty()) return result;
@@ -355,12 +444,14 @@ class Proposer {
     return result;
   }
 
-  const plant::Plant given_;
+  plant::Plant given_;  // in a System of the laws that were tried, all off
   const std::vector<FitData>& data_;
   std::vector<FitData> yardstick_;
   const ProposalSettings& settings_;
   ExplanationSettings fit_;
+  PerChannel correlation_;  // samples, of what the plant as given leaves at best
   bool measured_ = false;
+  double cells_ = 0.0;  // in which a law was sought
   std::map<Effects, Explanation, ByCatalogue> all_;
 };
 
@@ -381,7 +472,7 @@ std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vecto
   std::vector<plant::EffectId> result;
   for (const plant::EffectId e : plant.system().effects().ids()) {
     const auto& needs = plant.system().effects()[e].needs;
-    if (!plant.is_on(e) && !holds(without, e) && (!needs || plant.is_on(*needs))) result.push_back(e);
+    if (!plant.is_on(e) && !plant.system().effects()[e].law && !holds(without, e) && (!needs || plant.is_on(*needs))) result.push_back(e);
   }
   return result;
 }

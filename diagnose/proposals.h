@@ -5,17 +5,23 @@
 // from the last. This one asks how well a plant follows the recordings from its inputs alone:
 //
 // - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves in it, never less than
-//   the sensor's noise, times the square root of the samples over which that is correlated. It shrinks as proposals improve, the
-//   same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
+//   the sensor's noise, times the square root of the samples over which what the plant as given leaves is correlated. It shrinks as
+//   proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
 // - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
 //   the best proposals from several starts drawn from the prior.
 // - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
-//   the proposals that have it.
-// - The answer is what is left of the most probable proposal once every effect that does not pay is taken out: one without which
-//   seconds that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h).
+//   the proposals that have it. The likelihood in it is that of as many independent errors as the plant as given leaves, each
+//   channel's of unknown size: a proposal is judged by how small an error it comes down to, not by how far below the yardstick it
+//   gets. (With the correlation of what the best leaves, which grows shorter with every term, the physical limb got two laws
+//   and a worse prediction.)
+// - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
+//   the price of one cell in so many.
+// - The answer is what is left of the most probable proposal once every term that does not pay is taken out: one without which seconds
+//   that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h). An effect of the catalogue may stay, too,
+//   where the fit is twenty to one for it and those predictions are not against it; a law may not.
 //
 // Source: MacKay 2003, Information Theory, Inference, and Learning Algorithms, chapter 28; Jamieson, Talwalkar 2016, AISTATS
 // (successive halving).
@@ -31,6 +37,8 @@ struct ProposalSettings {
   std::size_t width = 3;   // proposals that are gone on from
   std::size_t scored = 6;  // effects of the score test's ranking that are added to each; those it is blind for besides
   std::size_t pairs = 6;   // of the joint score test's ranking, fitted at first
+  std::size_t laws = 4;    // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
+  int most_laws = 2;       // in one proposal
   int starts = 5;          // of the best proposals, at the end
   std::uint64_t seed = 1;
   int threads = 2;
@@ -38,16 +46,18 @@ struct ProposalSettings {
 };
 
 struct Proposal {
-  std::vector<plant::EffectId> effects;  // that are added, in the catalogue's order; empty: the plant as given
+  std::vector<plant::EffectId> effects;  // that are added, in the catalogue's order, laws last; empty: the plant as given
   Explanation fit;                       // least squares under the yardstick
   double log_odds = 0.0;                 // log evidence plus log prior of the terms
   double probability = 0.0;              // among all proposals
 };
 
 struct Proposals {
-  std::vector<Proposal> all;       // most probable first; the plant as given is among them
-  std::size_t answer = 0;          // of `all`
-  std::vector<FitData> yardstick;  // the data with the deviations under which all were compared
+  std::vector<Proposal> all;                    // most probable first; the plant as given is among them
+  std::size_t answer = 0;                       // of `all`
+  std::vector<FitData> yardstick;               // the data with the deviations under which all were compared
+  std::shared_ptr<const plant::System> system;  // with every law that was tried: effects of `all` are ids of it
+  std::size_t cells = 0;                        // in which a law was sought
   double probability_of(plant::EffectId effect) const;
 };
 

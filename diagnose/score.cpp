@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/score.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "diagnose/projection.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
 
@@ -110,26 +110,12 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     }
   }
 
-  Path path;
-  follow(problem, at.z.data(), Want::everything, path);
-  StateNoise noise(problem, *at.blocks, at.z.data(), path);
-  noise.set(at.forcing);
-  Eigen::MatrixXd absorbed = at.blocks->means(path.jacobian.data(), problem.unknowns().size());
-  noise.whiten(absorbed);
-  Eigen::MatrixXd residual = at.residual;
-  noise.whiten(residual);
-  Eigen::MatrixXd information = absorbed.transpose() * absorbed;
-  information.diagonal().array() += 1.0;
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  const Projection rest(at);
 
-  const auto judge = [&](Score& score, Eigen::VectorXd s, double scale, bool difference) {
+  const auto judge = [&](Score& score, const Eigen::VectorXd& s, double scale, bool difference) {
     const auto& declared = system.parameters()[system.effects()[score.effect].strength].declaration;
-    const double whole = s.squaredNorm();
-    const Eigen::VectorXd coefficients = factor.solve(absorbed.transpose() * s);
-    s -= absorbed * coefficients;
-    // With the priors' rows, which P counts among the data: s^T P s = |s - J c|^2 + |c|^2.
-    const double left = s.squaredNorm() + coefficients.squaredNorm();
-    const double along = s.dot(residual.col(0)) - coefficients.dot(at.z);
+    const Projection::Left of = rest.of(s);
+    const double whole = s.squaredNorm(), left = of.squares(0, 0), along = of.along(0);
     if (whole <= 0.0 || left < 1e-12 * whole) return;
     const double unit = declared.unit.internal_per_unit, null = declared.null_value.value_or(0.0);
     const double phi = -along / left * scale;
@@ -138,9 +124,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     score.smallest_seen = 5.0 / std::sqrt(left) * std::abs(scale);
     score.strength = std::clamp(null * unit + phi, declared.range.lowest * unit, declared.range.highest * unit);
     score.statistic = allowed ? along * along / left : 0.0;
-    score.column.resize(s.size() + coefficients.size());
-    score.column << s, -coefficients;
-    score.column /= std::sqrt(left);
+    score.column = of.columns.col(0) / std::sqrt(left);
     const double sense = !difference && declared.range.highest <= null ? -1.0 : 1.0;  // the one that is allowed
     score.column *= sense;
     score.root = -along / std::sqrt(left) * sense;
@@ -156,13 +140,13 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
       std::vector<double> z(with.unknowns().size(), 0.0);
       for (std::size_t u = 0; u < z.size(); ++u)
         if (const auto found = here.values.find(with.unknowns()[u].name); found != here.values.end())
-          z[u] = (found->second - with.unknowns()[u].centre) / with.unknowns()[u].deviation;
+          z[u] = with.unknowns()[u].coordinate_of(found->second);
       Path there;
       if (!follow(with, z.data(), Want::residuals, there)) return;
       Eigen::MatrixXd column = at.blocks->means(there.residuals.data(), 1);
       column.col(0) -= at.residual;
       if (!column.allFinite()) return;
-      noise.whiten(column);
+      rest.whiten(column);
       Score& score = result.all[job.scores.front()];
       const plant::ParameterId strength = system.effects()[score.effect].strength;
       const auto& declared = system.parameters()[strength].declaration;
@@ -175,7 +159,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     if (!sensitivity_to(problem, at.z.data(), job.plant, strengths, rows)) return;
     Eigen::MatrixXd columns = at.blocks->means(rows.data(), strengths.size());
     if (!columns.allFinite()) return;
-    noise.whiten(columns);
+    rest.whiten(columns);
     for (std::size_t k = 0; k < job.scores.size(); ++k) {
       const auto& declared = system.parameters()[strengths[k]].declaration;
       judge(result.all[job.scores[k]], columns.col(static_cast<Eigen::Index>(k)),

@@ -70,8 +70,9 @@ TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
   REQUIRE(problem.evaluate(&z, residuals.data(), jacobian.data()));
   CHECK(residuals.back() == 0.7);
   CHECK(jacobian.back() == 1.0);
-  // One deviation of the prior is 0.02 W/K around 0.04.
-  CHECK(problem.plant_at(&z).get(testing::parameter("heat_loss_A_W_K")) == doctest::Approx(0.054).epsilon(1e-12));
+  // The prior is log-normal about 0.04 W/K, and 0.02 W/K, half of that, its deviation.
+  CHECK(problem.plant_at(&z).get(testing::parameter("heat_loss_A_W_K")) ==
+        doctest::Approx(0.04 * std::exp(0.7 * std::sqrt(std::log(1.25)))).epsilon(1e-12));
 }
 
 TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a plant file") {
@@ -82,10 +83,26 @@ TEST_CASE("fit: at a bound, rounding leaves no parameter outside the range of a 
                                      diagnose::StartPolicy::at_rest, {plant::Method::arkode, 1e-6});
   for (const bool low : {true, false}) {
     std::vector<double> z;
-    for (const auto& unknown : problem.unknowns())
-      z.push_back(((low ? unknown.lowest : unknown.highest) - unknown.centre) / unknown.deviation);
+    for (const auto& unknown : problem.unknowns()) z.push_back(unknown.coordinate_of(low ? unknown.lowest : unknown.highest));
     const std::string yaml = sim::plant_to_yaml(problem.plant_at(z.data()));
     CHECK_NOTHROW(sim::read_plant(sim::parse_yaml(yaml, "plant.yaml"), "."));
+  }
+}
+
+TEST_CASE("fit: twice as much of what is positive is believed as easily as half; a temperature may lie on either side of zero") {
+  const testing::FittedCore limb(testing::babbling(20.0));
+  const diagnose::FitProblem problem(plant::default_plant(), diagnose::fittable_parameters(plant::default_plant()), limb.data,
+                                     diagnose::StartPolicy::at_rest, limb.settings.numerics);
+  for (const diagnose::Unknown& unknown : problem.unknowns()) {
+    CAPTURE(unknown.name);
+    const bool positive = unknown.name.find("degC") == std::string::npos && unknown.name.find("angle_offset") == std::string::npos &&
+                          unknown.name.find("stretch") == std::string::npos;
+    CHECK((unknown.log_deviation > 0.0) == positive);
+    if (positive) CHECK(unknown.coordinate_of(2.0 * unknown.centre) == doctest::Approx(-unknown.coordinate_of(0.5 * unknown.centre)));
+    for (const double z : {-1.5, 0.0, 2.0}) {
+      CHECK(unknown.coordinate_of(unknown.value_at(z)) == doctest::Approx(z));
+      CHECK((unknown.value_at(z + 1e-6) - unknown.value_at(z - 1e-6)) / 2e-6 == doctest::Approx(unknown.slope_at(z)).epsilon(1e-6));
+    }
   }
 }
 
@@ -109,7 +126,7 @@ TEST_CASE("fit: a cooling midpoint above the heating midpoint costs, one below d
   const std::vector<plant::ParameterId> capacity{id("heat_capacity_A_J_K"), id("beam_stiffness_Nm_rad")};
   const auto deviations = [&](const plant::Plant& plant) {
     const diagnose::FitProblem of(plant, capacity, limb.data, diagnose::StartPolicy::at_rest, limb.settings.numerics);
-    return std::pair{of.unknowns()[0].deviation, of.unknowns()[1].deviation};
+    return std::pair{of.unknowns()[0].log_deviation, of.unknowns()[1].log_deviation};
   };
   const auto core = deviations(plant::default_plant());
   const auto with = deviations(diagnose::with_effect(plant::default_plant(), testing::effect("junction")));

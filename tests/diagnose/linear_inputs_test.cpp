@@ -123,7 +123,8 @@ TEST_CASE("linear inputs: residuals and Jacobian of a fit are those of the close
                                        diagnose::StartPolicy::estimated, {plant::Method::arkode, 1e-9});
     REQUIRE(problem.unknowns().size() == 2);
     const double z[] = {0.0, 0.6};
-    const double first = problem.value(1, z[1]), start_deviation = problem.unknowns()[1].deviation;
+    const double first = problem.value(1, z[1]), start_deviation = problem.unknowns()[1].deviation,
+                 gain_slope = problem.unknowns()[0].slope_at(z[0]);
     const std::size_t rows = problem.rows().size();
     REQUIRE(rows == 80);
     std::vector<double> residuals(problem.residual_count()), jacobian(2 * residuals.size());
@@ -134,11 +135,11 @@ TEST_CASE("linear inputs: residuals and Jacobian of a fit are those of the close
     each_exact(recording, linear, first, [&](std::size_t k, const Exact& exact) {
       CAPTURE(k);
       for (const auto* found : {&residuals, &path.residuals, &plain.residuals}) CHECK(std::abs((*found)[k] - exact.x / 0.1) < 1e-5);
-      CHECK(std::abs(jacobian[2 * k] - exact.by_gain / 0.1) < 1e-5);
+      CHECK(std::abs(jacobian[2 * k] - exact.by_gain * gain_slope / 0.1) < 1e-5);
       CHECK(std::abs(jacobian[2 * k + 1] - exact.by_start * start_deviation / 0.1) < 1e-5);
       // The path takes the input half-way for its mean. Where it is not held, a step of h is off by |u' - u| a h^2 / 12, 0.048 at
       // most; to take it as held would be off by |u' - u| h / 2, up to 0.6.
-      CHECK(std::abs(path.jacobian[2 * k] - exact.by_gain / 0.1) < (linear ? 0.048 / 0.1 : 0.02));
+      CHECK(std::abs(path.jacobian[2 * k] - exact.by_gain * gain_slope / 0.1) < (linear ? 0.048 / 0.1 : 0.02));
       CHECK(std::abs(path.jacobian[2 * k + 1] - exact.by_start * start_deviation / 0.1) < 2e-3);
     });
   }

@@ -58,8 +58,8 @@ TEST_CASE("open loop: cross-validation prefers the right plant, and asks of ever
   REQUIRE(right.usable);
   const auto without = diagnose::cross_validated(core, limb.data, 2, limb.settings),
              with = diagnose::cross_validated(diagnose::fitted(right), limb.data, 1, limb.settings);
-  CHECK(diagnose::better_beyond_chance(without, with));
-  CHECK_FALSE(diagnose::better_beyond_chance(with, without));
+  CHECK(diagnose::gain_of(without, with).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(with, without).beyond_chance());
   double squares = 0.0, noise = 0.0, samples = 0.0;
   for (std::size_t f = 0; f < with.squares.size(); ++f)
     squares += with.squares[f][testing::temperature_A], noise += with.noise[f][testing::temperature_A],
@@ -69,15 +69,14 @@ TEST_CASE("open loop: cross-validation prefers the right plant, and asks of ever
 }
 
 TEST_CASE("open loop: better in one fold is chance, better in most is not, and less than noise is noise") {
-  using diagnose::better_beyond_chance;
   const auto before = folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 5});
-  CHECK(better_beyond_chance(before, folds_of({3, 4, 3, 4, 3, 4, 3, 4, 3, 4})));
-  CHECK_FALSE(better_beyond_chance(before, before));
-  CHECK_FALSE(better_beyond_chance(folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 50}), before));
-  CHECK_FALSE(better_beyond_chance(before, folds_of({2, 9, 1, 8, 2, 7, 3, 4, 3, 1})));
-  CHECK_FALSE(better_beyond_chance(folds_of(std::vector<double>(10, 1.0)), folds_of(std::vector<double>(10, 0.1))));
+  CHECK(diagnose::gain_of(before, folds_of({3, 4, 3, 4, 3, 4, 3, 4, 3, 4})).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(before, before).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 50}), before).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(before, folds_of({2, 9, 1, 8, 2, 7, 3, 4, 3, 1})).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(folds_of(std::vector<double>(10, 1.0)), folds_of(std::vector<double>(10, 0.1))).beyond_chance());
   // Where the plant could not follow once, nothing is known.
-  CHECK_FALSE(better_beyond_chance(before, folds_of({1, 1, 1, 1, 1, 1, 1, 1, 1, 1e148})));
+  CHECK_FALSE(diagnose::gain_of(before, folds_of({1, 1, 1, 1, 1, 1, 1, 1, 1, 1e148})).beyond_chance());
 }
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {

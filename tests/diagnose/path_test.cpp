@@ -133,7 +133,10 @@ TEST_CASE("path: columns of parameters that are not fitted are those they would 
   for (std::size_t p = 0; p < all.size(); ++p) {
     INFO(plant.system().parameters()[all[p]].key());
     double difference = 0.0;
-    for (std::size_t i = p; i < columns.size(); i += all.size()) difference += std::pow(columns[i] - path.jacobian[i], 2);
+    const diagnose::Unknown& unknown = of_all.unknowns()[p];
+    const auto& declared = plant.system().parameters()[all[p]].declaration;
+    const double per_z = unknown.slope_at(0.0) / (declared.prior_deviation * declared.unit.internal_per_unit);
+    for (std::size_t i = p; i < columns.size(); i += all.size()) difference += std::pow(columns[i] * per_z - path.jacobian[i], 2);
     CHECK(std::sqrt(difference) <= 1e-9 * norm_of_column(path.jacobian, all.size(), p));
   }
 }

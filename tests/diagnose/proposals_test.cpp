@@ -27,6 +27,7 @@ diagnose::ProposalSettings among(const std::vector<std::string>& names) {
   diagnose::ProposalSettings settings;
   settings.most_effects = 2;
   settings.starts = 2;
+  settings.most_laws = 0;
   for (const plant::EffectId e : testing::limb_system().effects().ids())
     if (std::find(names.begin(), names.end(), testing::limb_system().effects()[e].name) == names.end()) settings.without.push_back(e);
   return settings;

@@ -30,7 +30,7 @@ struct Junction {
   static constexpr std::string_view words =
       "the thermocouple shows a body of its own (epoxy, turns outside) that is joined to the wire, not the wire";
   // Once the thermocouple sits on the junction, nothing shows the wire's own heat balance directly, nor when it transforms.
-  static constexpr std::array hides{Hidden{"heat_capacity", 2.0}, Hidden{"heat_loss", 2.0}, Hidden{"transformation_time", 5.0}};
+  static constexpr std::array hides{Hidden{"heat_capacity", 2.0}, Hidden{"heat_loss", 2.0}, Hidden{"transformation_time", 2.0}};
   static constexpr std::array states{StateDeclaration{"temperature_{}_degC", units::degC, 20.0}};
 
   S heat_capacity_J_K{0.0};

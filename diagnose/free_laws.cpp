@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/free_laws.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "diagnose/locate.h"
+#include "diagnose/projection.h"
+#include "sim/parallel.h"
+
+namespace sinew::diagnose {
+namespace {
+
+constexpr std::size_t knot_count = 8;
+constexpr double smooth_over = 0.3;  // of the range: the length over which a curve's values are alike
+constexpr std::array sizes{0.3, 1.0, 3.0, 10.0, 30.0};
+constexpr std::array fading_memories_s{0.0, 15.0};
+constexpr double typical_share = 0.2;  // of a factor
+
+// What lies half-way between the quantiles and even steps: where the data are, and no two in one place.
+std::vector<double> knots_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const double low = values.front(), high = values.back();
+  if (!(high - low > 1e-9 * (std::abs(low) + std::abs(high)))) return {};
+  std::vector<double> knots;
+  for (std::size_t k = 0; k < knot_count; ++k) {
+    const double share = static_cast<double>(k) / (knot_count - 1);
+    const double quantile = values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+    knots.push_back(0.5 * (quantile + low + share * (high - low)));
+  }
+  return knots;
+}
+
+// Cholesky factor of the prior's covariance, for a law of size 1.
+Eigen::MatrixXd smooth_curve(const std::vector<double>& knots) {
+  const auto n = static_cast<Eigen::Index>(knots.size());
+  const double length = smooth_over * (knots.back() - knots.front());
+  Eigen::MatrixXd covariance(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double apart = (knots[static_cast<std::size_t>(i)] - knots[static_cast<std::size_t>(j)]) / length;
+      covariance(i, j) = std::exp(-0.5 * apart * apart);
+    }
+  covariance.diagonal().array() += 1e-6;
+  return Eigen::LLT<Eigen::MatrixXd>(covariance).matrixL();
+}
+
+// The variable at the blocks, less its own low-pass, which begins anew with every recording.
+Eigen::VectorXd less_slow_part(const Eigen::VectorXd& variable, const std::vector<Blocks::Block>& blocks, double memory_s) {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(variable.size());
+  double slow = 0.0;
+  for (Eigen::Index i = 0; i < variable.size(); ++i) {
+    const Blocks::Block& block = blocks[static_cast<std::size_t>(i)];
+    if (i == 0 || block.recording != blocks[static_cast<std::size_t>(i - 1)].recording)
+      slow = variable(i);
+    else
+      slow += (variable(i) - slow) * -std::expm1(-(block.time_s - blocks[static_cast<std::size_t>(i - 1)].time_s) / memory_s);
+    result(i) = variable(i) - slow;
+  }
+  return result;
+}
+
+std::vector<plant::Law> cells_of(const Explanation& at) {
+  const plant::System& system = at.system();
+  const std::vector<Eigen::VectorXd> variables = variables_of(at);
+  std::vector<plant::Law> laws;
+  if (variables.empty()) return laws;
+  const plant::Plant model = at.model();
+  const auto is_on = [&](const plant::Law& law) {
+    return std::any_of(system.effects().begin(), system.effects().end(), [&](const plant::EffectInfo& effect) {
+      if (!effect.law || model.get(effect.strength) == 0.0) return false;
+      const plant::Law& other = system.laws()[*effect.law];
+      return other.entry == law.entry && other.argument == law.argument && other.factor == law.factor &&
+             other.fading_memory_s == law.fading_memory_s;
+    });
+  };
+  for (const plant::EntryGroupId g : system.entry_groups().ids()) {
+    std::vector<const plant::Entry*> entries;
+    for (const plant::Entry& entry : system.entries())
+      if (entry.group == g && (entry.state || entry.channel)) entries.push_back(&entry);
+    if (entries.empty()) continue;
+    std::size_t arguments = entries.front()->may_depend_on.size(), factors = entries.front()->factors.size();
+    for (const plant::Entry* entry : entries) {
+      arguments = std::min(arguments, entry->may_depend_on.size());
+      factors = std::min(factors, entry->factors.size());
+    }
+    for (std::size_t a = 0; a < arguments; ++a)
+      for (const double memory_s : fading_memories_s) {
+        plant::Law law{.entry = g, .argument = {}, .factor = {}, .fading_memory_s = memory_s, .knots = {}, .curve = {}, .is_sought = true};
+        std::vector<double> values;
+        bool of_time = false;
+        for (const plant::Entry* entry : entries) {
+          const plant::VariableId v = entry->may_depend_on[a];
+          of_time = of_time || system.variables()[v].name == "time";
+          law.argument.push_back(v);
+          const Eigen::VectorXd series =
+              memory_s > 0.0 ? less_slow_part(variables[v.index], at.blocks->blocks(), memory_s) : variables[v.index];
+          values.insert(values.end(), series.begin(), series.end());
+        }
+        if (of_time || !std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) continue;
+        law.knots = knots_of(std::move(values));
+        if (law.knots.empty()) continue;
+        const Eigen::MatrixXd smooth = smooth_curve(law.knots);
+        for (std::size_t f = 0; f <= factors; ++f) {
+          law.factor.clear();
+          for (const plant::Entry* entry : entries)
+            if (f > 0) law.factor.push_back(entry->factors[f - 1]);
+          law.curve = (f > 0 ? typical_share : system.entry_groups()[g].typical) * smooth;
+          if (!is_on(law)) laws.push_back(law);
+        }
+      }
+  }
+  return laws;
+}
+
+}  // namespace
+
+std::vector<LawCandidate> screen_laws(const Explanation& at, int threads) {
+  std::vector<plant::Law> laws = cells_of(at);
+  std::vector<LawCandidate> candidates(laws.size());
+  if (laws.empty()) return candidates;
+  const plant::Plant without = plant::carried_into(at.model(), plant::with_laws(at.model().shared_system(), laws));
+  const Projection rest(at);
+  // Two laws of eight weights fill one pass of derivatives.
+  constexpr std::size_t together = 2;
+  sim::in_parallel((laws.size() + together - 1) / together, threads, [&](std::size_t job) {
+    const std::size_t first = job * together, end = std::min(laws.size(), first + together);
+    plant::Plant with = without;
+    std::vector<plant::ParameterId> weights;
+    const std::size_t first_effect = at.system().effects().size();
+    for (std::size_t l = first; l < end; ++l) {
+      const plant::EffectInfo& effect = with.system().effects()[plant::EffectId{first_effect + l}];
+      with = with_effect(with, plant::EffectId{first_effect + l});
+      weights.insert(weights.end(), effect.parameters.begin() + 1, effect.parameters.end());
+    }
+    std::vector<double> rows;
+    if (!sensitivity_to(*at.problem, at.z.data(), with, weights, rows)) return;
+    Eigen::MatrixXd columns = at.blocks->means(rows.data(), weights.size());
+    if (!columns.allFinite()) return;
+    rest.whiten(columns);
+    Eigen::Index at_column = 0;
+    for (std::size_t l = first; l < end; ++l) {
+      const Eigen::Index n = laws[l].curve.cols();
+      const Projection::Left left = rest.of(columns.middleCols(at_column, n));
+      at_column += n;
+      LawCandidate best;
+      best.gain = -1e300;
+      for (const double size : sizes) {
+        Eigen::MatrixXd information = left.squares * (size * size);
+        information.diagonal().array() += 1.0;
+        const Eigen::LLT<Eigen::MatrixXd> factor(information);
+        const Eigen::VectorXd along = size * left.along, solved = factor.solve(along);
+        double log_determinant = 0.0;
+        for (Eigen::Index i = 0; i < n; ++i) log_determinant += 2.0 * std::log(factor.matrixL()(i, i));
+        const double gain = 0.5 * along.dot(solved) - 0.5 * log_determinant;
+        if (!(gain > best.gain)) continue;
+        best.law = laws[l];
+        best.law.curve *= size;
+        best.gain = gain;
+        best.weights = -solved;
+      }
+      candidates[l] = std::move(best);
+    }
+  });
+  std::erase_if(candidates, [](const LawCandidate& one) { return one.weights.size() == 0; });
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
+  return candidates;
+}
+
+std::vector<ClosedForm> forms_within(const std::vector<double>& knots, const std::vector<double>& values,
+                                     const std::vector<double>& deviation) {
+  const auto n = static_cast<Eigen::Index>(knots.size());
+  const double low = knots.front(), range = knots.back() - low;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double span = *most - *least;
+  if (!(span > 0.0)) return {};
+  const Eigen::Map<const Eigen::VectorXd> target(values.data(), n);
+  Eigen::VectorXd width(n);
+  for (Eigen::Index k = 0; k < n; ++k) width(k) = 2.0 * std::max(deviation[static_cast<std::size_t>(k)], 0.02 * span);
+
+  std::vector<ClosedForm> forms;
+  // The best of a family of shapes with an offset and an amplitude, each knot weighted by its band.
+  const auto ask = [&](const char* words, const std::vector<std::function<double(double)>>& shapes) {
+    double best = 1e300;
+    for (const auto& shape : shapes) {
+      Eigen::MatrixXd columns(n, 2);
+      for (Eigen::Index k = 0; k < n; ++k) columns.row(k) << 1.0, shape(knots[static_cast<std::size_t>(k)]);
+      const Eigen::MatrixXd weighted = width.cwiseInverse().asDiagonal() * columns;
+      const Eigen::Vector2d fitted = (weighted.transpose() * weighted).ldlt().solve(weighted.transpose() * target.cwiseQuotient(width));
+      const Eigen::VectorXd off = columns * fitted - target;
+      if ((off.cwiseAbs().array() > width.array()).any()) continue;
+      best = std::min(best, std::sqrt(off.squaredNorm() / static_cast<double>(n)) / span);
+    }
+    if (best < 1e300) forms.push_back({words, best});
+  };
+  ask("a line", {[](double x) { return x; }});
+  ask("a parabola about zero", {[](double x) { return x * x; }});
+  ask("a cube", {[](double x) { return x * x * x; }});
+  ask("the size of it", {[](double x) { return std::abs(x); }});
+  std::vector<std::function<double(double)>> tanhs, ramps, exponentials, steps;
+  for (int m = 0; m <= 10; ++m) {
+    const double middle = low + 0.1 * m * range;
+    for (const double w : {0.05, 0.1, 0.2, 0.4}) {
+      tanhs.emplace_back([=](double x) { return std::tanh((x - middle) / (w * range)); });
+      ramps.emplace_back([=](double x) {
+        const double a = (x - middle) / (0.25 * w * range);
+        return a > 30.0 ? a : std::log1p(std::exp(a));
+      });
+    }
+    steps.emplace_back([=](double x) { return x > middle ? 1.0 : 0.0; });
+  }
+  for (const double rate : {-8.0, -4.0, -2.0, -1.0, 1.0, 2.0, 4.0, 8.0})
+    exponentials.emplace_back([=](double x) { return std::exp(rate * (x - low) / range); });
+  ask("an exponential", exponentials);
+  ask("a ramp from a threshold on", ramps);
+  ask("a tanh (saturation)", tanhs);
+  ask("a step", steps);
+  std::stable_sort(forms.begin(), forms.end(), [](const auto& a, const auto& b) { return a.error < b.error; });
+  return forms;
+}
+
+}  // namespace sinew::diagnose
