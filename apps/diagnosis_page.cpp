@@ -315,6 +315,7 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     code.caption = effect_name(d, e) + ": " + effect_words(d, e);
     code.text = std::string(effects_of(d)[e].equation);
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
+      if (is_of_law(system_of(d), p)) continue;
       const auto& declared = parameters_of(d)[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
                    with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) + "   " +

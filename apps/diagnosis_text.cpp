@@ -323,8 +323,9 @@ std::string curve_words(const Diagnosis& d, const diagnose::FoundLaw& found) {
 
 std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
   std::string text =
-      "Left out, without a name: " + std::string(effects_of(d)[found.effect].words) + ", the same for all parts. It is " +
-      curve_words(d, found) + ". Of " + std::to_string(d.proposals.cells) +
+      "Left out, without a name: " + std::string(effects_of(d)[found.effect].words) +
+      (found.law.argument.size() > 1 ? ", the same curve in each part, of that part's own. It is " : ". It is ") + curve_words(d, found) +
+      ". Of " + std::to_string(d.proposals.cells) +
       " places and quantities that a law was sought for, each in its best curve, this one lets the plant follow best; the best "
       "plant without it is " +
       odds_words(found.log_odds) + ".";
@@ -891,16 +892,21 @@ std::optional<double> correlation_after_1_s(const std::vector<double>& correlati
 }
 
 std::string summary_sentence(const Diagnosis& d) {
-  plant::ChannelId c = d.located.channel;
-  if (d.held_out.samples[c] == 0) return "";
   const auto& held = d.held_out;
+  // The channel that is furthest off; with something put in, the one that it changes most.
+  plant::ChannelId c = d.located.channel;
+  if (!d.laws.empty())
+    for (const plant::ChannelId other : channels_of(d).ids())
+      if (held.samples[other] > 0 && held.gain[other] > held.gain[c]) c = other;
+  if (held.samples[c] == 0) return "";
   if (added_effects(d).empty())
     return "On held-out data, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
            "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
   return "With " +
-         std::string(d.effects.empty() || d.wandering ? "a stand-in"
-                     : d.effects.size() == 1          ? "it"
-                                                      : "them") +
+         std::string(!d.laws.empty()                    ? (d.effects.size() + d.laws.size() == 1 ? "it" : "them")
+                     : d.effects.empty() || d.wandering ? "a stand-in"
+                     : d.effects.size() == 1            ? "it"
+                                                        : "them") +
          " put in, the error of " + channel_words(channels_of(d)[c]) + " on held-out data goes from " +
          channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) +
          "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";

@@ -43,7 +43,8 @@ inline bool is_of_law(const plant::System& system, plant::ParameterId p) {
 // Effects of the catalogue.
 inline std::size_t catalogue_size(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).without_laws()->effects().size(); }
 inline std::string effect_name(const diagnose::Diagnosis& diagnosis, plant::EffectId effect) {
-  return std::string(effects_of(diagnosis)[effect].name);
+  const auto& info = effects_of(diagnosis)[effect];
+  return info.law ? plant::law_words(system_of(diagnosis), system_of(diagnosis).laws()[*info.law]) : std::string(info.name);
 }
 
 DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);

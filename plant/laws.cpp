@@ -177,7 +177,7 @@ class LawfulSystem final : public System {
     const VariableInfo& variable = variables_[law.argument.front()];
     const std::string of = variable.name + (law.fading_memory_s > 0.0 ? ", less its slow part," : "");
     const std::string times = law.factor.empty() ? "" : variables_[law.factor.front()].name;
-    info.equation = kept("+ g(" + of + ")" + (times.empty() ? "" : " * " + times));
+    info.equation = kept("... + g(" + of + ")" + (times.empty() ? "" : " * " + times) + ", g as drawn");
     info.words = kept((times.empty() ? "a term in " + std::string(group.words) : "a share of the " + times) + " that follows the " + of +
                       " along a curve of its own");
     info.law = laws_.size();
