@@ -3,7 +3,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -24,6 +26,12 @@ void note_signal(int number) {
     std::signal(number, SIG_DFL);
     std::raise(number);
   }
+}
+
+// A terminal that knows escapes, and whose owner wants them.
+bool may_move_cursor() {
+  const char *kind = std::getenv("TERM"), *plain = std::getenv("NO_COLOR");
+  return isatty(STDERR_FILENO) == 1 && kind != nullptr && std::string_view(kind) != "dumb" && (plain == nullptr || *plain == '\0');
 }
 
 double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
@@ -67,6 +75,34 @@ CLI::Validator number_that(bool (*is_right)(double), const char* words) {
 
 }  // namespace
 
+void add_rules_for_all(CLI::App& program) {
+  const CLI::Validator not_empty([](std::string& text) { return text.empty() ? std::string("must not be empty") : std::string(); }, "");
+  const CLI::Validator seed(
+      [](std::string& text) {
+        std::int64_t value = 0;
+        const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool whole = read.ec == std::errc{} && read.ptr == text.data() + text.size() && value >= 0;
+        return whole ? std::string() : text + " is not a whole number from 0 to 9223372036854775807";
+      },
+      "");
+  for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; }))
+    for (CLI::Option* option : command->get_options()) {
+      if (option->get_items_expected_max() == 0) continue;
+      option->check(not_empty);
+      if (option->check_lname("seed")) option->check(seed);
+    }
+}
+
+std::string command_meant(const CLI::App& program, int argc, const char* const* argv) {
+  if (argc < 2) return "";
+  const std::string given = argv[1];
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) names.push_back(command->get_name());
+  if (given.starts_with("-") || std::find(names.begin(), names.end(), given) != names.end()) return "";
+  const std::string near = sim::nearest(given, names);
+  return sim::printable(given) + " is no command; " + (near.empty() ? "`sinew --help` lists them" : "did you mean " + near + "?");
+}
+
 CLI::Validator finite_number() {
   return number_that([](double value) { return std::isfinite(value); }, "a finite number");
 }
@@ -74,7 +110,7 @@ CLI::Validator positive_number() {
   return number_that([](double value) { return std::isfinite(value) && value > 0.0; }, "a positive number");
 }
 
-Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1), began_s_(seconds_now()) {}
+Progress::Progress(std::string what) : what_(std::move(what)), on_(may_move_cursor()), began_s_(seconds_now()) {}
 
 Progress::~Progress() {
   if (shown_) std::fputs("\r\033[K", stderr);

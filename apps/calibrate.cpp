@@ -104,6 +104,7 @@ std::string signs_sentence(const diagnose::Calibration& calibration) {
 std::string starts_sentence(const diagnose::Calibration& calibration) {
   int usable = 0;
   for (const auto& outcome : calibration.outcomes) usable += outcome.usable;
+  if (calibration.outcomes.size() == 1) return "There was one start alone: whether another finds the same optimum is not known.";
   std::string text = std::to_string(usable) + " of " + std::to_string(calibration.outcomes.size()) + " starts could be used; ";
   return text + (calibration.several_starts_agree
                      ? "all found the same optimum."
@@ -153,7 +154,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   const plant::System& system = nominal.system();
   static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
   std::vector<sim::Recording> recordings;
-  for (const std::string& file : arguments.recordings) recordings.push_back(sim::read_recording(file, system));
+  for (const std::string& file : arguments.recordings) recordings.push_back(read_recording_of(file, nominal));
   std::vector<sim::Recording*> all;
   for (sim::Recording& recording : recordings) all.push_back(&recording);
   ignore(arguments.ignored, system, all);

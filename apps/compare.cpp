@@ -36,7 +36,7 @@ int compare_command(const CompareArguments& arguments) {
     outputs->claim({"comparison.html", "comparison.svg"});
   }
   const plant::Plant plant = sim::read_plant_file(arguments.plant);
-  sim::Recording recording = sim::read_recording(arguments.recording, plant.system());
+  sim::Recording recording = read_recording_of(arguments.recording, plant);
   ignore(arguments.ignored, plant.system(), {&recording});
   const diagnose::PerChannel noise = diagnose::noise_of(plant.system(), recording);
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "diagnose/columns.h"
 #include "report/number.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
@@ -283,10 +284,11 @@ std::string input_words(const plant::System& system) {
 diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
                                      const diagnose::PerChannel& estimated) {
   diagnose::PerChannel noise = estimated;
-  std::vector<std::string> names;
+  std::vector<std::string> names, columns;
   std::string all;
   for (const auto& channel : system.channels()) {
     names.push_back(channel.short_name);
+    columns.push_back(channel.column);
     all += (all.empty() ? "" : ", ") + channel.short_name;
   }
   const auto refuse = [&](const std::string& value, const std::string& advice) {
@@ -300,16 +302,25 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
     plant::ChannelId channel{k};
     if (by_name) {
       const std::string name = given[k].substr(0, equals);
-      const auto found = std::find(names.begin(), names.end(), name);
-      if (equals == std::string::npos || found == names.end())
+      auto found = std::find(columns.begin(), columns.end(), name);
+      const bool is_column = found != columns.end();
+      if (!is_column) found = std::find(names.begin(), names.end(), name);
+      if (equals == std::string::npos || (!is_column && found == names.end()))
         refuse(given[k], "no such channel; there are " + all + sim::did_you_mean(name, names));
-      channel.index = static_cast<std::size_t>(found - names.begin());
+      channel.index = static_cast<std::size_t>(found - (is_column ? columns : names).begin());
     }
     const std::optional<double> value = sim::parse_number(by_name ? given[k].substr(equals + 1) : given[k]);
     if (!value || !(*value > 0.0) || !std::isfinite(*value)) refuse(given[k], "is not a positive number; a standard deviation is");
     noise[channel] = *value;
   }
   return noise;
+}
+
+sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant) {
+  sim::Recording recording = sim::read_recording(path, plant.system());
+  if (const auto mistaken = diagnose::mistaken_column(plant, recording))
+    throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
+  return recording;
 }
 
 }  // namespace sinew::apps

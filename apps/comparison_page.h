@@ -40,4 +40,7 @@ std::string input_words(const plant::System& system);
 diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
                                      const diagnose::PerChannel& estimated);
 
+// A recording that a plant is fitted to or compared with, refused where one of its columns is not what its name says. Throws InputError.
+sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
+
 }  // namespace sinew::apps

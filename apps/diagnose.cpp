@@ -18,7 +18,6 @@
 #include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
-#include "diagnose/columns.h"
 #include "report/console.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -79,9 +78,7 @@ void check_apart(const DiagnoseArguments& arguments) {
 }
 
 sim::Recording read_checked(const std::string& path, const plant::Plant& nominal, double fit_until_s, bool training) {
-  sim::Recording recording = sim::read_recording(path, nominal.system());
-  if (const auto mistaken = diagnose::mistaken_column(nominal, recording))
-    throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
+  sim::Recording recording = read_recording_of(path, nominal);
   if (training && diagnose::samples_until(recording, fit_until_s) < least_samples)
     throw sim::InputError({.file = path,
                            .key = "--fit-until",

@@ -39,7 +39,8 @@ Ignored parsed(const std::string& text, const plant::System& system) {
   std::vector<std::string> all;
   for (const plant::ChannelId c : system.channels().ids()) {
     all.push_back(system.channels()[c].column);
-    if (std::regex_match(all.back(), std::regex(pattern))) result.channels.push_back(c);
+    if (std::regex_match(all.back(), std::regex(pattern)) || std::regex_match(system.channels()[c].short_name, std::regex(pattern)))
+      result.channels.push_back(c);
   }
   if (result.channels.empty()) {
     std::string names;

@@ -2,6 +2,7 @@
 #include <glog/logging.h>
 
 #include <cstdio>
+#include <new>
 
 #include "apps/app.h"
 #include "diagnose/calibrate.h"
@@ -41,10 +42,15 @@ int main(int argc, char** argv) {
   apps::add_replay(program, exit_code);
   apps::add_hil_faults(program, exit_code);
   apps::add_doctor(program, exit_code);
+  apps::add_rules_for_all(program);
   apps::watch_for_interrupts();
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
+    if (const std::string meant = apps::command_meant(program, argc, argv); !meant.empty()) {
+      std::fprintf(stderr, "%s\n", meant.c_str());
+      return 2;
+    }
     const int code = program.exit(e);
     return code == 0 ? 0 : 2;
   } catch (const diagnose::Stopped&) {
@@ -55,6 +61,9 @@ int main(int argc, char** argv) {
     return apps::interrupted_exit_code;
   } catch (const sim::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fputs("sinew: out of memory; nothing was written\n", stderr);
     return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "sinew: %s\n", e.what());

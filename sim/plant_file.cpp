@@ -266,7 +266,9 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
     YamlMap names(*effects);
     for (const auto& effect : without_own.system().effects())
       if (!effect.law) names.find(effect.name);
-    names.finish(all_effects_advice);
+    const bool old_name = std::any_of(effects->map.begin(), effects->map.end(), [](const auto& one) { return one.key == "outer_turns"; });
+    names.finish(old_name ? "outer_turns is called junction now, with other parameters; `sinew effects` lists all effects"
+                          : all_effects_advice);
   }
   if (effects)
     for (const auto& effect : effects->map)

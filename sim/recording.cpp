@@ -17,9 +17,13 @@
 namespace sinew::sim {
 namespace {
 
-constexpr double uneven_share = 0.1;       // of the median period
-constexpr double gap_periods = 2.5;        // a longer step is a gap
-constexpr double backward_periods = 10.0;  // time that goes back by less is a row out of order
+constexpr double uneven_share = 0.1;            // of the median period
+constexpr double gap_periods = 2.5;             // a longer step is a gap
+constexpr double backward_periods = 10.0;       // time that goes back by less is a row out of order
+constexpr double most_out_of_order = 0.05;      // share of the rows, and
+constexpr std::size_t least_out_of_order = 10;  // rows: fewer are slips of the logger
+constexpr std::size_t longest_line = 1 << 20;
+constexpr double periods_averaged = 10.0;  // a step of more than ten blocks of the diagnosis shows nothing of the motion
 constexpr double latest_time_s = 1e10;     // beyond it, seconds no longer resolve a sample well
 constexpr double day_ms = 86'400'000.0;
 constexpr std::size_t logger_preamble_lines = 2;
@@ -131,6 +135,8 @@ class Lines {
       line_.remove_suffix(1);
       count(notes_.windows_line_ends, line_.data());
     }
+    if (line_.size() > longest_line)
+      fail_on_line(line_.data(), "bytes in this line", std::to_string(line_.size()), "a line has at most " + std::to_string(longest_line));
     return true;
   }
 
@@ -281,7 +287,9 @@ class TableReader {
     if (!format_.milliseconds_of_day && looks_like_logger(lines_.text(), format_.logger_clock)) {
       advice = "this is a file of the logger; `sinew convert` makes a recording of it";
     } else if (line.find(',') == std::string_view::npos && line.find_first_of(";\t") != std::string_view::npos) {
-      advice += "\nfields must be separated by ',', and decimals written with '.'";
+      advice += "\nfields must be separated by ',', and decimals written with '.'; `sinew convert --map` reads other files";
+    } else if (line.find('"') != std::string_view::npos) {
+      advice += "\nnames and numbers stand without quotes; `sinew convert --map` reads a file with quotes";
     }
     lines_.fail_on_line(line.data(), missing.size() == 1 ? "missing column" : "missing columns", list(missing), advice);
   }
@@ -305,7 +313,9 @@ class TableReader {
       return;
     }
     if (field_count != expected) {
-      const std::string advice = "the header has " + std::to_string(expected) + " columns";
+      std::string advice = "the header has " + std::to_string(expected) + " columns";
+      if (2 * field_count > 3 * expected)
+        advice += "\nif decimals are written with ',', `sinew convert --map` reads the file where another mark separates fields";
       if (surplus != nullptr) lines_.fail_at(surplus, "fields in this row", std::to_string(field_count), advice);
       lines_.fail_on_line(line.data(), "fields in this row", std::to_string(field_count), advice);
     }
@@ -331,7 +341,12 @@ class TableReader {
   double number_or_nan(std::string_view field, std::size_t role) const {
     if (trimmed(field).empty()) return not_a_number;
     const std::optional<double> value = parse_number(field);
-    if (!value) fail_in_field(field, role, "must be a number; a missing sample is an empty field or nan");
+    if (!value) {
+      std::string advice = "must be a number; a missing sample is an empty field or nan";
+      if (field.find('"') != std::string_view::npos)
+        advice += "\nnames and numbers stand without quotes; `sinew convert --map` reads a file with quotes";
+      fail_in_field(field, role, std::move(advice));
+    }
     return *value;
   }
 
@@ -415,6 +430,13 @@ class TableReader {
       recording_.samples.push_back(sample);
       time_fields_.push_back(row.time_field);
     }
+    const std::size_t out_of_order = notes_.backward_rows.count + notes_.conflicting_rows.count;
+    if (out_of_order >= least_out_of_order && static_cast<double>(out_of_order) > most_out_of_order * static_cast<double>(rows_.size())) {
+      const Oddity& first = notes_.backward_rows.count > 0 ? notes_.backward_rows : notes_.conflicting_rows;
+      lines_.fail("rows out of order", std::to_string(out_of_order),
+                  "of " + std::to_string(rows_.size()) + " rows, the first on line " + std::to_string(first.first_line) +
+                      ", go back in time or repeat it: sort the rows by " + name_of(time_role) + ", or cut the file in two");
+    }
     if (recording_.samples.size() < 2) {
       lines_.fail("rows in order of time", std::to_string(recording_.samples.size()),
                   "of " + std::to_string(rows_.size()) + " rows; the others go back in time or repeat it");
@@ -423,6 +445,10 @@ class TableReader {
 
   void look_at_steps() {
     const double period_s = recording_.median_period_s();
+    if (period_s > recording_.columns.longest_period_s)
+      lines_.fail(name_of(time_role) + ", median step", shortest(period_s) + " s",
+                  "is longer than " + shortest(recording_.columns.longest_period_s) +
+                      " s, which such a plant can be followed with: are these milliseconds or microseconds? then divide by 1000 or 1e6");
     const std::vector<Sample>& samples = recording_.samples;
     for (std::size_t i = 1; i < samples.size(); ++i) {
       const double step_s = samples[i].time_s - samples[i - 1].time_s;
@@ -518,6 +544,7 @@ double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.ba
 
 Columns columns_of(const plant::System& system) {
   Columns columns;
+  columns.longest_period_s = periods_averaged * system.averaging_s();
   for (const auto& input : system.inputs())
     columns.inputs.push_back({input.column, input.words, std::string(input.unit.text), input.range});
   for (const auto& channel : system.channels())

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,8 @@ struct Column {
 };
 struct Columns {
   std::vector<Column> inputs, channels;
-  friend bool operator==(const Columns&, const Columns&) = default;
+  double longest_period_s = std::numeric_limits<double>::infinity();  // a longer median step is no time in seconds
+  friend bool operator==(const Columns& a, const Columns& b) { return a.inputs == b.inputs && a.channels == b.channels; }
 };
 Columns columns_of(const plant::System& system);
 

@@ -107,13 +107,17 @@ std::optional<double> parse_number(std::string_view token) {
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  constexpr std::size_t least_room = 1 << 16;
+  constexpr std::size_t least_room = 1 << 16, most_bytes = std::size_t{1} << 30;
+  const auto too_large = [&] {
+    throw InputError({.file = path.string(), .key = "size", .advice = "is larger than 1 GiB; cut it into parts"});
+  };
   const Descriptor file(path, O_RDONLY);
   if (!file.open()) fail(path, "cannot read", errno);
   struct stat facts {};
   std::string content;
   // One byte more than the size, so that the end of the file is met without growing.
   if (::fstat(file.number(), &facts) == 0 && facts.st_size > 0) {
+    if (static_cast<std::size_t>(facts.st_size) > most_bytes) too_large();
     content.resize(static_cast<std::size_t>(facts.st_size) + 1);
   }
   for (std::size_t length = 0;;) {
@@ -122,6 +126,7 @@ std::string read_file(const std::filesystem::path& path) {
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail(path, "cannot read", errno);
     length += static_cast<std::size_t>(got);
+    if (length > most_bytes) too_large();
     if (got == 0) {
       content.resize(length);
       return content;

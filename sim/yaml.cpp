@@ -16,14 +16,19 @@ std::string joined(const std::string& path, const std::string& key) { return pat
 
 // Deeper than any file that a person writes. An anchor that contains itself has no end.
 constexpr int deepest = 64;
+// Of values in a file, with every alias written out, and of bytes: a few lines of aliases could stand for more than any memory holds.
+constexpr int most_values = 200'000;
+constexpr std::size_t most_bytes = 16 << 20;
 
-YamlValue convert(const YAML::Node& node, const std::string& file, const std::string& path, int depth = 0) {
+YamlValue convert(const YAML::Node& node, const std::string& file, const std::string& path, int& values, int depth = 0) {
   YamlValue value;
   value.file = file;
   value.path = path;
   value.line = node.Mark().line + 1;
   value.column = node.Mark().column + 1;
   if (depth > deepest) throw InputError({file, value.line, value.column, "", "", "is nested too deeply; does an anchor contain itself?"});
+  if (++values > most_values)
+    throw InputError({file, value.line, value.column, "", "", "the file has more than 200000 values; do its aliases name one another?"});
   switch (node.Type()) {
     case YAML::NodeType::Undefined:
     case YAML::NodeType::Null:
@@ -36,7 +41,7 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
     case YAML::NodeType::Sequence:
       value.kind = YamlValue::Kind::list;
       for (std::size_t i = 0; i < node.size(); ++i)
-        value.list.push_back(convert(node[i], file, path + "[" + std::to_string(i) + "]", depth + 1));
+        value.list.push_back(convert(node[i], file, path + "[" + std::to_string(i) + "]", values, depth + 1));
       break;
     case YAML::NodeType::Map:
       value.kind = YamlValue::Kind::map;
@@ -48,7 +53,7 @@ YamlValue convert(const YAML::Node& node, const std::string& file, const std::st
           if (entry.key == key)
             throw InputError(
                 {file, line, column, joined(path, key), "", "stands twice; the first is in line " + std::to_string(entry.line)});
-        value.map.push_back({key, line, column, convert(pair.second, file, joined(path, key), depth + 1)});
+        value.map.push_back({key, line, column, convert(pair.second, file, joined(path, key), values, depth + 1)});
         // The library places what is not there where the next thing begins.
         YamlValue& added = value.map.back().value;
         if (added.kind == YamlValue::Kind::empty) added.line = line, added.column = column;
@@ -100,6 +105,7 @@ std::int64_t YamlValue::whole_number() const {
   const char* end = scalar.data() + scalar.size();
   if (kind != Kind::scalar || quoted) complain("must be a whole number");
   const auto result = std::from_chars(scalar.data(), end, value);
+  if (result.ec == std::errc::result_out_of_range) complain("must lie in [-9223372036854775808, 9223372036854775807]");
   if (result.ec != std::errc{} || result.ptr != end) complain("must be a whole number");
   return value;
 }
@@ -116,8 +122,23 @@ const std::string& YamlValue::text() const {
 }
 
 YamlValue parse_yaml(std::string_view text, const std::string& file) {
+  if (text.size() > most_bytes) throw InputError({.file = file, .key = "size", .advice = "is larger than 16 MiB; no such file is"});
   try {
-    return convert(YAML::Load(std::string(text)), file, "");
+    // Mixed with spaces a tab means another depth to each reader: none may indent.
+    for (std::size_t at = 0, line = 1; at < text.size(); ++line) {
+      const std::size_t end = std::min(text.find('\n', at), text.size());
+      const std::string_view row = text.substr(at, end - at);
+      const std::size_t word = std::min(row.find_first_not_of(" \t"), row.size());
+      if (const std::size_t tab = row.substr(0, word).find('\t'); tab != std::string_view::npos && word < row.size())
+        throw InputError({file, static_cast<int>(line), static_cast<int>(tab) + 1, "", "", "no YAML: a tab indents; use spaces"});
+      at = end + 1;
+    }
+    const std::vector<YAML::Node> documents = YAML::LoadAll(std::string(text));
+    if (documents.size() > 1)
+      throw InputError(
+          {file, documents[1].Mark().line + 1, 0, "a second document", "", "only one may stand in a file; '---' begins another"});
+    int values = 0;
+    return convert(documents.empty() ? YAML::Node() : documents.front(), file, "", values);
   } catch (const YAML::Exception& e) {
     throw InputError({file, e.mark.line + 1, e.mark.column + 1, "", "", "no YAML: " + e.msg});
   }

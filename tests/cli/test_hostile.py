@@ -1,0 +1,229 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Hostile inputs over all commands: each is refused with exit code 2 and in words, soon, in little memory, and no file is touched.
+
+    python3 tests/cli/test_hostile.py build/release/sinew
+
+A table: what is wrong, the command line, what standard error must say. Every recording that is misread is given to each command that
+reads recordings, and every broken YAML file to each command that reads one, since the same rule must hold in all.
+"""
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import time
+
+import test_cli as cli
+from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
+
+LONGEST_S, MOST_BYTES = 10.0, 1 << 30
+SCENARIO = (ROOT / "scenarios/babble_bidirectional.yaml").read_text()
+STEP = "format: 1\nduration_s: 5\ninput: { duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 3 } } }\n"
+COLUMNS = ["time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"]
+
+
+def state():
+    """What each file is: its size and the time of its last change in nanoseconds, and the bytes of those that are not large."""
+    found = {}
+    for path in cli.folder.rglob("*"):
+        facts = path.lstat()
+        regular = path.is_file() and not path.is_symlink()
+        found[path] = (facts.st_size, facts.st_mtime_ns if regular else 0, path.read_bytes() if regular and facts.st_size < 1e6 else b"")
+    return found
+
+
+def refused(what, arguments, words):
+    before = state()
+    began = time.monotonic()
+    process = subprocess.Popen([cli.program, *map(os.fsencode, map(str, arguments))], cwd=cli.folder, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               preexec_fn=lambda: (resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES)),
+                                                   resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST_S), int(LONGEST_S) + 1))))
+    try:
+        out, error = process.communicate(timeout=3 * LONGEST_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        out, error = process.communicate()
+    spent_s = time.monotonic() - began
+    said = error.decode(errors="replace")
+    wrong = []
+    if process.returncode != WRONG_INPUT:
+        wrong.append(f"exit code {process.returncode}")
+    if not re.search(words, said):
+        wrong.append(f"does not say /{words}/")
+    if spent_s > LONGEST_S:
+        wrong.append(f"took {spent_s:.1f} s")
+    if out:
+        wrong.append("wrote to standard output")
+    if re.search(r"[\x00-\x09\x0b-\x1f\x7f]", said):
+        wrong.append("control characters on standard error")
+    if state() != before:
+        wrong.append("a file is not what it was")
+        shutil.rmtree(cli.folder / "out", ignore_errors=True)  # so that the next line fails by its own fault alone
+    check(what, not wrong, "; ".join(wrong) + "\n" + said)
+
+
+def table(header, rows):
+    return ",".join(header) + "\n" + "".join(",".join(map(str, row)) + "\n" for row in rows)
+
+
+def recordings():
+    """Pairs: what is wrong with a recording, its text, what must be said; and those that only a plant can tell."""
+    write("plain.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 60"))
+    subprocess.run([cli.program, "run", "plain.yaml", "--out", "good"], cwd=cli.folder, check=True, capture_output=True)
+    lines = [line for line in (cli.folder / "good/recording.csv").read_text().splitlines() if not line.startswith("#")]
+    header, rows = lines[0].split(","), [line.split(",") for line in lines[1:602]]
+    assert header == COLUMNS, header
+    good = table(header, rows)
+    write("good.csv", good)
+
+    def mapped(column, change):
+        k = header.index(column)
+        return table(header, [[*row[:k], change(row[k]), *row[k + 1:]] for row in rows])
+
+    def exchanged(one, other):
+        names = [other if name == one else one if name == other else name for name in header]
+        return table(names, rows)
+
+    order = sorted(range(len(rows)), key=lambda k: (k * 7919) % len(rows))
+    small = [[f"{k / 10}", *row[1:]] for k, row in enumerate(rows[:100])]
+    read = [
+        ("milliseconds", mapped("time_s", lambda t: round(float(t) * 1e3)), r"time_s, median step = 100 s\n.*milliseconds"),
+        ("microseconds", mapped("time_s", lambda t: round(float(t) * 1e6)), r"time_s, median step = 100000 s\n.*microseconds"),
+        ("duty in percent", mapped("duty_A", lambda d: float(d) * 100 + 1),
+         r"duty_A = .*\n.*must lie in \[0, 1\](.*\n)*.*divide it by 100"),
+        ("duty to 255", mapped("duty_B", lambda d: round(float(d) * 255) + 2), r"duty_B = .*\n.*\[0, 1\](.*\n)*.*divide it by 255"),
+        ("negative duty", mapped("duty_A", lambda d: "-0.5"), r"duty_A = -0.5\n.*\[0, 1\]"),
+        ("infinite angle", mapped("angle_deg", lambda a: "inf"), r"angle_deg = inf\n.*must be a number"),
+        ("infinite time", mapped("time_s", lambda a: "-inf"), r"time_s = -inf"),
+        ("hexadecimal", mapped("angle_deg", lambda a: "0x10"), r"angle_deg = 0x10"),
+        ("words", mapped("angle_deg", lambda a: "OK"), r"angle_deg = OK"),
+        ("shuffled rows", table(header, [small[k] for k in order if k < 100]), r"goes back by|rows out of order = \d+"),
+        ("rows shuffled a little", table(header, [small[k ^ 1] for k in range(100)]), r"rows out of order = 50\n.*sort the rows by time_s"),
+        ("constant time", mapped("time_s", lambda t: "1"), r"time never moves forward"),
+        ("quoted header", good.replace(lines[0], ",".join(f'"{c}"' for c in header)), r"missing columns(.*\n)*.*without quotes"),
+        ("quoted numbers", mapped("angle_deg", lambda a: f'"{a}"'), r'angle_deg = "(.*\n)*.*without quotes'),
+        ("decimal commas", table(header, [[str(v).replace(".", ",") for v in row] for row in rows]), r"decimals are written with ','"),
+        ("semicolons", good.replace(",", ";"), r"must be separated by ','"),
+        ("tabs", good.replace(",", "\t"), r"must be separated by ','"),
+        ("column twice", good.replace("duty_B", "duty_A", 1), r"stands twice"),
+        ("misspelt column", good.replace("angle_deg", "angel_deg", 1), r"did you mean angel_deg"),
+        ("angle in rad by name", good.replace("angle_deg", "angle_rad", 1), r"missing column = angle_deg"),
+        ("header alone", lines[0] + "\n", r"at least two rows"),
+        ("no header", "\n".join(lines[1:50]) + "\n", r"missing columns"),
+        ("empty file", "", r"the file is empty"),
+        ("comments alone", "# a\n# b\n", r"no header"),
+        ("UTF-16", None, r"UTF-16"),
+        ("NUL bytes", good.replace("0", "\0", 3), r"NUL byte"),
+        ("CR alone", good.replace("\n", "\r"), r"CR alone"),
+        ("first input missing", good.replace(lines[1], ",".join([rows[0][0], "", *rows[0][2:]])), r"duty_A = \(empty\)"),
+        ("row too long", good + "1,2,3,4,5,6,7\n", r"fields in this row = 7"),
+        ("escapes in a field", mapped("angle_deg", lambda a: "\x1b[31m"), r"angle_deg = \\x1b\[31m"),
+        ("line of two megabytes", lines[0] + "\n" + "1" * (2 << 20) + "\n", r"a line has at most 1048576"),
+        ("time far away", mapped("time_s", lambda t: "1e300"), r"within 1e10"),
+    ]
+    by_plant = [
+        ("kelvin", mapped("temperature_A_degC", lambda t: float(t) + 273.15), r"temperature_A_degC = .*\n.*kelvin"),
+        ("radians", mapped("angle_deg", lambda a: float(a) / 57.29578), r"angle_deg = .*\n.*radians"),
+        ("exchanged duties", exchanged("duty_A", "duty_B"), r"seem to be exchanged"),
+        ("exchanged temperatures", exchanged("temperature_A_degC", "temperature_B_degC"), r"seem to be exchanged"),
+    ]
+    return read, by_plant
+
+
+def yaml_files():
+    laughs = "a0: &a0 [x,x,x,x,x,x,x,x,x]\n" + "".join(f"a{k}: &a{k} [{','.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 10))
+    return [
+        ("aliases without end", laughs, r"more than 200000 values"),
+        ("an anchor that contains itself", "format: &a [*a]\n", r"nested too deeply|no YAML"),
+        ("nesting", "[" * 5000 + "]" * 5000, r"nested too deeply|no YAML"),
+        ("nesting of maps", "".join(" " * k + "a:\n" for k in range(200)), r"nested too deeply|no YAML"),
+        ("a second document", "format: 1\n---\nformat: 1\n", r":\d+: a second document"),
+        ("a tab that indents", "format: 1\nplant:\n\tbase: paper_limb\n", r":3:1: no YAML: a tab"),
+        ("no YAML", "format: [1\n", r"no YAML"),
+        ("a key twice", "format: 1\nformat: 1\n", r"stands twice"),
+        ("a list", "- 1\n", r"must be a map"),
+        ("an unknown key", "format: 1\nfromat: 1\n", r"fromat"),
+        ("a format of the future", "format: 99\n", r"format = 99"),
+        ("a format beyond 64 bits", "format: 99999999999999999999\n", r"must lie in \[-9223372036854775808"),
+        ("NUL bytes", "format: 1\n\0\0\n", r"."),
+        ("a key with escapes", 'format: 1\n"\\e[31mred": 1\n', r"\\x1b"),
+        ("seventeen megabytes", "# " + "x" * (17 << 20), r"larger than 16 MiB"),
+    ]
+
+
+def test_all():
+    read, by_plant = recordings()
+    limb = PAPER_LIMB
+    using = {
+        "calibrate": lambda f: ["calibrate", f, "--plant", limb, "--starts", "1", "--out", "out"],
+        "compare": lambda f: ["compare", f, "--plant", limb],
+        "diagnose": lambda f: ["diagnose", "--train", f, "--plant", limb, "--out", "out"],
+        "diagnose --heldout": lambda f: ["diagnose", "--train", "good.csv", "--heldout", f, "--plant", limb, "--out", "out"],
+        "train": lambda f: ["train", f, "--out", "out"],
+    }
+    write("replay.yaml", "format: 1\nduration_s: 5\ninput: { replay: { recording: bad.csv } }\n")
+    for what, text, words in read + by_plant:
+        data = text if text is not None else "time_s"
+        (cli.folder / "bad.csv").write_bytes(data.encode("utf-16" if text is None else "utf-8"))
+        for name, line in using.items():
+            if name == "train" and (what, text, words) in by_plant:
+                continue  # a predictor has no plant to judge its columns by
+            refused(f"{name}, {what}", line("bad.csv"), words)
+    for name, line in using.items():
+        refused(f"{name}, no such recording", line("none.csv"), r"none\.csv")
+        refused(f"{name}, a folder as a recording", line("good"), r"good|set\.h5|manifest")
+        refused(f"{name}, a recording without end", line("/dev/zero"), r"/dev/zero.*(GiB|NUL)")
+        refused(f"{name}, an empty name", line(""), r"must not be empty|required")
+    (cli.folder / "bad.csv").write_text("")
+
+    plants = {
+        "calibrate --plant": lambda f: ["calibrate", "good.csv", "--plant", f, "--out", "out"],
+        "compare --plant": lambda f: ["compare", "good.csv", "--plant", f],
+        "diagnose --plant": lambda f: ["diagnose", "--train", "good.csv", "--plant", f, "--out", "out"],
+        "effects --plant": lambda f: ["effects", "--plant", f],
+        "hil --twin": lambda f: ["hil", ROOT / "scenarios/step.yaml", "--emulate", "--twin", f, "--out", "out"],
+        "run": lambda f: ["run", f, "--out", "out"],
+        "dataset": lambda f: ["dataset", f, "--runs", "2", "--out", "out"],
+        "hil": lambda f: ["hil", f, "--emulate", "--out", "out"],
+        "convert --map": lambda f: ["convert", "good.csv", "out.csv", "--map", f],
+        "train --settings": lambda f: ["train", "good.csv", "--settings", f, "--out", "out"],
+    }
+    for what, text, words in yaml_files():
+        write("bad.yaml", text)
+        for name, line in plants.items():
+            refused(f"{name}, {what}", line("bad.yaml"), words)
+    os.symlink("loop.yaml", cli.folder / "loop.yaml")
+    for name, line in plants.items():
+        refused(f"{name}, a link to itself", line("loop.yaml"), r"loop\.yaml")
+        refused(f"{name}, an empty name", line(""), r"must not be empty|required")
+
+    write("step.yaml", STEP)
+    outs = {
+        "run": ["run", "step.yaml"],
+        "calibrate": ["calibrate", "good.csv", "--plant", limb],
+        "compare": ["compare", "good.csv", "--plant", limb],
+        "diagnose": ["diagnose", "--train", "good.csv", "--plant", limb],
+        "dataset": ["dataset", "step.yaml", "--runs", "2"],
+        "train": ["train", "good.csv"],
+        "hil": ["hil", "step.yaml", "--emulate"],
+        "paper-table": ["paper-table"],
+        "prove": ["prove", "--few"],
+        "hil-faults": ["hil-faults"],
+    }
+    for name, line in outs.items():
+        refused(f"{name}, an empty --out", [*line, "--out", ""], r"must not be empty")
+        refused(f"{name}, a file as --out", [*line, "--out", "good.csv"], r"a folder is needed|is a file|good\.csv")
+        refused(f"{name}, /dev/full as --out", [*line, "--out", "/dev/full"], r"/dev/full|a folder is needed")
+    for name in ["run", "calibrate", "diagnose", "dataset", "train", "hil"]:
+        for seed in ["9223372036854775808", "1e3", "-1", "inf", "99999999999999999999999", "0x7"]:
+            refused(f"{name}, --seed {seed}", [*outs[name], "--out", "out", "--seed", seed], r"whole number|seed|arguments")
+    for given, meant in [("diagnos", "diagnose"), ("calibrat", "calibrate"), ("rnu", "run"), ("paper_table", "paper-table")]:
+        refused(f"sinew {given}", [given], rf"did you mean {meant}\?")
+    refused("sinew with no command at all near", ["xyzzyxyzzy"], r"xyzzyxyzzy is no command")
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run_tests("test_hostile", (test_all,)))
