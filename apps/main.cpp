@@ -2,6 +2,7 @@
 #include <glog/logging.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <new>
 
 #include "apps/app.h"
@@ -61,6 +62,9 @@ int main(int argc, char** argv) {
     return apps::interrupted_exit_code;
   } catch (const sim::InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  } catch (const std::filesystem::filesystem_error& e) {  // a path that cannot be followed
+    std::fprintf(stderr, "%s: %s\n", sim::printable(e.path1().string()).c_str(), e.code().message().c_str());
     return 2;
   } catch (const std::bad_alloc&) {
     std::fputs("sinew: out of memory; nothing was written\n", stderr);

@@ -544,7 +544,7 @@ double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.ba
 
 Columns columns_of(const plant::System& system) {
   Columns columns;
-  columns.longest_period_s = periods_averaged * system.averaging_s();
+  if (system.averaging_s() > 0.0) columns.longest_period_s = periods_averaged * system.averaging_s();
   for (const auto& input : system.inputs())
     columns.inputs.push_back({input.column, input.words, std::string(input.unit.text), input.range});
   for (const auto& channel : system.channels())
