@@ -106,7 +106,7 @@ def recordings():
         ("constant time", mapped("time_s", lambda t: "1"), r"time never moves forward"),
         ("quoted header", good.replace(lines[0], ",".join(f'"{c}"' for c in header)), r"missing columns(.*\n)*.*without quotes"),
         ("quoted numbers", mapped("angle_deg", lambda a: f'"{a}"'), r'angle_deg = "(.*\n)*.*without quotes'),
-        ("decimal commas", table(header, [[str(v).replace(".", ",") for v in row] for row in rows]), r"decimals are written with ','"),
+        ("decimal commas", table(header, [[f"{float(v or 0):.3f}".replace(".", ",") for v in row] for row in rows]), r"decimals are written with ','"),
         ("semicolons", good.replace(",", ";"), r"must be separated by ','"),
         ("tabs", good.replace(",", "\t"), r"must be separated by ','"),
         ("column twice", good.replace("duty_B", "duty_A", 1), r"stands twice"),

@@ -149,7 +149,7 @@ TEST_CASE("recording: missing columns are all named, with what is there and the 
   CHECK(error_of("time_s;duty_A;duty_B\n0;0,5;0\n") ==
         "r.csv:1: missing columns = time_s, duty_A, duty_B, temperature_A_degC, temperature_B_degC, angle_deg\n"
         "  the columns here are: time_s;duty_A;duty_B\n"
-        "  fields must be separated by ',', and decimals written with '.'");
+        "  fields must be separated by ',', and decimals written with '.'; `sinew convert --map` reads other files");
 }
 
 TEST_CASE("recording: a column that stands twice is an error") {
