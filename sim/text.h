@@ -29,7 +29,8 @@ std::string_view trimmed(std::string_view text);
 // The letters A to Z as a to z, whatever the locale; everything else as it is.
 std::string lower_case(std::string_view text);
 
-// The content of the file, byte by byte: of at most 1 GiB, so that a file without end has one. Throws InputError with the path and the system's reason.
+// The content of the file, byte by byte: of at most 1 GiB, so that a file without end has one. Throws InputError with the path and the
+// system's reason.
 std::string read_file(const std::filesystem::path& path);
 
 // Writes the file whole or not at all: under `path` + ".partial" in the same folder, then moved to `path`, over what
