@@ -17,8 +17,9 @@
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
 #include "proof/baselines.h"
+#include "proof/case_file.h"
 #include "proof/cases.h"
-#include "report/number.h"
+#include "proof/score_files.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
@@ -180,16 +181,10 @@ Json baselines_of(const ProofCase& one, const plant::Plant& nominal) {
   return baselines(diagnose::diagnose(nominal, given.training, given.held_out, core_alone), given.settings);
 }
 
-std::string figures_text(const Json& score) {
+std::string figures_text(const Score& score) {
   std::string text;
-  for (const Json& figure : score["figures"]) {
-    if (figure["of"].get<double>() == 0) continue;
-    const std::string measured = figure.contains("share") ? report::fixed(100.0 * figure["share"].get<double>(), 1) + " % (" +
-                                                                std::to_string(figure["good"].get<int>()) + " of " +
-                                                                std::to_string(figure["of"].get<int>()) + ")"
-                                                          : report::significant(figure["value"], 3);
-    text += figure["what"].get<std::string>() + ": " + measured + ", goal " + figure["goal"].get<std::string>() + "\n";
-  }
+  for (const Figure& figure : score.figures)
+    if (figure.of() > 0) text += figure.what + ": " + measured_words(figure) + ", goal " + figure.goal.words + "\n";
   return text;
 }
 
@@ -267,7 +262,7 @@ std::string command_of(const ProveArguments& arguments) {
   return command;
 }
 
-const std::vector<std::string> scored_files{"score.json", "README.md", "confusion.svg"};
+const std::vector<std::string> scored_files{"score.json", "README.md", "confusion.svg", "reliability.svg"};
 
 // One run of the command: answers are made and sealed, open cases diagnosed, all scored.
 class Proof {
@@ -448,18 +443,16 @@ class Proof {
   }
 
   void write_score() {
-    Json score = score_proof(answers_, results_);
-    for (const ProofCase& one : cases_) {
-      Json& first = score[one.family() == "clean" ? "first_clean_seed" : "first_seed"];
-      if (first.is_null() || one.seed < first.get<std::uint64_t>()) first = one.seed;
-    }
-    score["wanted"] = wanted_;
+    Score score = score_of(read_cases(answers_, results_));
+    score.wanted = static_cast<int>(wanted_);
+    const std::string json = score_json(score).dump(1) + "\n";
     outputs_.stage("confusion.svg", confusion_svg(score));
-    outputs_.stage("README.md", proof_markdown(score, command_of(arguments_)));
-    outputs_.stage("score.json", score.dump(1) + "\n");
+    outputs_.stage("reliability.svg", reliability_svg(score));
+    outputs_.stage("README.md", score_markdown(score, command_of(arguments_)));
+    outputs_.stage("score.json", json);
     outputs_.commit();
     if (arguments_.json)
-      std::printf("%s\n", score.dump(1).c_str());
+      std::printf("%s", json.c_str());
     else
       std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(), (out_ / "README.md").c_str());
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proof on concealed data: which cases there are, what the diagnosis answered to each, and how it is scored.
+// The proof on concealed data: which cases there are, and what is true of each.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -38,12 +38,5 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s);
 
 // What is true of a case: sealed before any diagnosis begins.
 nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& concealed);
-
-// Scores results against answers, both by case id: figures with their goals and intervals, strata, confusion, misses.
-nlohmann::ordered_json score_proof(const nlohmann::ordered_json& answers, const nlohmann::ordered_json& results);
-
-// The score for people: README.md, and the confusion matrix as a picture.
-std::string proof_markdown(const nlohmann::ordered_json& score, const std::string& command);
-std::string confusion_svg(const nlohmann::ordered_json& score);
 
 }  // namespace sinew::proof

@@ -493,7 +493,7 @@ def test_prove():
     check("prove: seals the answers and prints their hash before anything is diagnosed",
           re.match(rf"8 cases; sha256 of the sealed answers: {hashlib.sha256(content('proof/answers.json')).hexdigest()}", result.stdout), said(result))
     check("prove: writes answers, a case each, score and table", files_in("proof") == sorted(
-        ["README.md", "answers.json", "cases", "confusion.svg", "score.json", *(f"cases/{case}.json" for case in answers)]), said(result))
+        ["README.md", "answers.json", "cases", "confusion.svg", "reliability.svg", "score.json", *(f"cases/{case}.json" for case in answers)]), said(result))
     score = json.loads(content("proof/score.json"))
     check("prove: scores what it diagnosed", score["cases"] == 8 and score["first_clean_seed"] == 101 and score["baselines"], score)
     # A case that is damaged, or answers something else, is done again; the others are not.
