@@ -19,6 +19,7 @@
 #include "proof/baselines.h"
 #include "proof/case_file.h"
 #include "proof/cases.h"
+#include "proof/oracle.h"
 #include "proof/score_files.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -41,7 +42,7 @@ struct ProveArguments {
   std::uint64_t first_seed = 0;  // 0: of the set
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double training_s = 300.0, held_out_s = 150.0;
-  bool few = false, json = false, without_baselines = false, recordings = false, score = false, overwrite = false;
+  bool few = false, json = false, without_baselines = false, oracle = false, recordings = false, score = false, overwrite = false;
 };
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
@@ -125,9 +126,9 @@ std::vector<plant::EffectId> all_effects(const plant::System& system) {
   return all;
 }
 
-// What one who knows the true effects would reach on the held-out recording: a fit of just them, begun at the truth.
-double oracle(const plant::Plant& nominal, const prove::Concealed& concealed, const std::vector<sim::Recording>& training,
-              const std::vector<sim::Recording>& held_out, diagnose::DiagnosisSettings settings) {
+// What the diagnosis would reach on the held-out recording if it knew the true effects: a fit of just them, begun at the truth.
+double refit_with_truth(const plant::Plant& nominal, const prove::Concealed& concealed, const std::vector<sim::Recording>& training,
+                        const std::vector<sim::Recording>& held_out, diagnose::DiagnosisSettings settings) {
   const plant::System& system = nominal.system();
   plant::Plant with_truth = nominal;
   diagnose::Guess guess;
@@ -162,23 +163,65 @@ struct Given {
   }
 };
 
+// What a recording shows of those samples that count, as the generator writes it.
+std::vector<prove::Sample> samples_of(const diagnose::Prediction& prediction, bool held_out) {
+  std::vector<prove::Sample> samples;
+  for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
+    const sim::Sample& row = prediction.recording->samples[k];
+    const auto shown = [&](std::size_t channel) {
+      return prediction.held_out[k] == held_out ? prediction.measured[plant::ChannelId{channel}][k] : std::nan("");
+    };
+    prove::Sample sample{row.time_s, {}, {shown(0), shown(1)}, shown(2)};
+    std::copy_n(row.inputs.begin(), sample.duty.size(), sample.duty.begin());
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+// What the generator's own law reaches (proof/oracle.h), begun at the truth, on the samples that count for the diagnosis.
+Json oracle_json(const ProofCase& one, const Given& given, const diagnose::Diagnosis& diagnosis) {
+  if (one.settings.disturbances.mid_motion) return {{"why_not", "the recording begins in mid-motion"}};
+  OracleSettings settings{.noise = {}, .spread = {}, .should_stop = interrupted};
+  const diagnose::PerChannel& noise = diagnosis.held_out.noise;
+  std::copy_n(noise.begin(), settings.noise.size(), settings.noise.begin());
+  const prove::Concealed& truth = given.concealed;
+  const OracleFit fit = fit_oracle(truth.core_parameters, truth.effects, samples_of(diagnosis.predictions.front(), false), settings);
+  if (fit.stopped) throw diagnose::Stopped{};
+  const OracleChannels rmse = open_loop_rmse(fit, samples_of(diagnosis.predictions.back(), true));
+  Json result{{"normalised", normalised(diagnose::PerChannel{std::vector<double>(rmse.begin(), rmse.end())}, noise)},
+              {"rmse", rmse},
+              {"converged", fit.converged},
+              {"effects", Json::array()},
+              {"core", fit.core_parameters}};
+  for (const prove::TruthEffect& effect : fit.effects)
+    result["effects"].push_back({{"name", effect.name}, {"form", effect.form}, {"parameters", effect.parameters}});
+  return result;
+}
+
 Json diagnose_case(const ProofCase& one, const plant::Plant& nominal) {
   const Given given(one);
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
   Json result = result_of(diagnosis);
   if (one.with_baselines) result["baselines"] = baselines(diagnosis, given.settings);
+  if (one.with_oracle) result["oracle"] = oracle_json(one, given, diagnosis);
   if (one.family() == "catalogue" || one.family() == "pair")
-    result["normalised_oracle"] = oracle(nominal, given.concealed, given.training, given.held_out, given.settings);
+    result["normalised_oracle"] = refit_with_truth(nominal, given.concealed, given.training, given.held_out, given.settings);
   return result;
 }
 
-// The simpler methods alone, from the core.
-Json baselines_of(const ProofCase& one, const plant::Plant& nominal) {
+bool lacks_baselines(const ProofCase& one, const Json& kept) { return one.with_baselines && !kept.contains("baselines"); }
+bool lacks_oracle(const ProofCase& one, const Json& kept) { return one.with_oracle && !kept.contains("oracle"); }
+
+// A case that has been diagnosed, with what it lacks of the simpler methods and the oracle. They begin from the calibrated core.
+Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
   const Given given(one);
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
   core_alone.certain_unrest = 0.0;  // only the fit is wanted
-  return baselines(diagnose::diagnose(nominal, given.training, given.held_out, core_alone), given.settings);
+  const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, core_alone);
+  if (lacks_baselines(one, kept)) kept["baselines"] = baselines(diagnosis, given.settings);
+  if (lacks_oracle(one, kept)) kept["oracle"] = oracle_json(one, given, diagnosis);
+  return kept;
 }
 
 std::string figures_text(const Score& score) {
@@ -241,6 +284,7 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   if (cases.empty()) refuse("", "--families, --kinds", "", "no case is left; `--families` has none of these kinds");
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;
+  for (ProofCase& one : cases) one.with_oracle = arguments.oracle && one.family() != "clean";
   return cases;
 }
 
@@ -259,6 +303,7 @@ std::string command_of(const ProveArguments& arguments) {
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
   if (arguments.without_baselines) command += " --without-baselines";
+  if (arguments.oracle) command += " --oracle";
   return command;
 }
 
@@ -354,7 +399,8 @@ class Proof {
       if (kept.value("seconds", Json()) == Json({arguments_.training_s, arguments_.held_out_s}) &&
           kept.value("answer", "") == seal_of(cases_[i])) {
         results_[cases_[i].id()] = kept;
-        if (!cases_[i].with_baselines || arguments_.score || kept.contains("baselines") || kept["verdict"] == "failed") continue;
+        const bool is_whole = !lacks_baselines(cases_[i], kept) && !lacks_oracle(cases_[i], kept);
+        if (is_whole || arguments_.score || kept["verdict"] == "failed") continue;
         diagnosed_before_[i] = kept;
       } else if (arguments_.score) {
         refuse(file.string(), "--score", cases_[i].id(),
@@ -376,22 +422,25 @@ class Proof {
     if (!arguments_.score) sim::write_file_whole(file, sealed.dump(1) + "\n");
     std::printf("%zu cases; sha256 of the sealed answers: %s\n", cases_.size(), sim::sha256(sim::read_file(file)).c_str());
     if (!results_.empty()) std::printf("%zu of them are there already\n", results_.size());
-    if (!diagnosed_before_.empty()) std::printf("of which %zu are put to the simpler methods now\n", diagnosed_before_.size());
+    const auto lacking = [&](auto lacks) {
+      return std::count_if(diagnosed_before_.begin(), diagnosed_before_.end(),
+                           [&](const auto& kept) { return lacks(cases_[kept.first], kept.second); });
+    };
+    if (const auto n = lacking(lacks_baselines); n > 0) std::printf("of which %td are put to the simpler methods now\n", n);
+    if (const auto n = lacking(lacks_oracle); n > 0) std::printf("of which %td are put to the oracle now\n", n);
     std::fflush(stdout);
   }
 
-  // What an open case comes to; nothing where only the simpler methods were wanted, and they failed. Throws Stopped.
+  // What an open case comes to; nothing where only the simpler methods or the oracle were wanted, and failed. Throws Stopped.
   std::optional<Json> result_of_open(std::size_t i, const plant::Plant& nominal) const {
     const ProofCase& one = cases_[i];
     if (const auto kept = diagnosed_before_.find(i); kept != diagnosed_before_.end()) {
       try {
-        Json result = kept->second;
-        result["baselines"] = baselines_of(one, nominal);
-        return result;
+        return completed(one, nominal, kept->second);
       } catch (const diagnose::Stopped&) {
         throw;
       } catch (const std::exception& e) {
-        std::fprintf(stderr, "%s: the simpler methods failed: %s\n", one.id().c_str(), e.what());
+        std::fprintf(stderr, "%s: the simpler methods or the oracle failed: %s\n", one.id().c_str(), e.what());
         return std::nullopt;
       }
     }
@@ -464,7 +513,7 @@ class Proof {
   const std::size_t wanted_;
   Json answers_, results_;                        // by case
   std::vector<std::size_t> open_;                 // cases that are still to be done
-  std::map<std::size_t, Json> diagnosed_before_;  // of the open ones, those that only lack the simpler methods
+  std::map<std::size_t, Json> diagnosed_before_;  // of the open ones, those that only lack the simpler methods or the oracle
 };
 
 }  // namespace
@@ -500,6 +549,9 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--few", arguments->few, "a dozen cases of development, as in ./check");
   command->add_flag("--without-baselines", arguments->without_baselines,
                     "the simpler methods, which take as long as the diagnosis, are left out");
+  command->add_flag("--oracle", arguments->oracle,
+                    "also fit the generator's own law to every case in which something is concealed, a minute or more each: what\n"
+                    "share of the reachable held-out gain an answer has; cases that are there already get it, too");
   command->add_flag("--score", arguments->score, "no case is made: those that are there are scored");
   command->add_flag("--recordings", arguments->recordings,
                     "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");

@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "diagnose/proposals.h"
 #include "diagnose/score.h"
@@ -126,6 +127,27 @@ Eigen::VectorXd process_fit(const Eigen::MatrixXd& from, const Eigen::VectorXd& 
   return result;
 }
 
+// A fit that was made on the way, with what it has added.
+struct Weighed {
+  std::vector<std::string_view> names;
+  double bic;
+};
+
+// Each effect's share of exp(-BIC / 2) over all fits (Burnham, Anderson 2004, Sociol. Methods Res. 33:261).
+Json weights_of(const std::vector<Weighed>& fits) {
+  double lowest = HUGE_VAL, sum = 0.0;
+  for (const Weighed& fit : fits) lowest = std::min(lowest, fit.bic);
+  std::map<std::string_view, double> weights;
+  for (const Weighed& fit : fits) {
+    const double weight = std::exp(-0.5 * (fit.bic - lowest));
+    sum += weight;
+    for (const std::string_view name : fit.names) weights[name] += weight;
+  }
+  Json result = Json::object();
+  for (const auto& [name, weight] : weights) result[std::string(name)] = weight / sum;
+  return result;
+}
+
 Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings) {
   diagnose::ExplanationSettings least_squares = settings.search.fit;
   least_squares.start = settings.start;
@@ -140,6 +162,8 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
   diagnose::Explanation best =
       diagnose::explain(diagnosis.search.core.problem->centres(), data, diagnosis.search.core.as_guess(), least_squares);
   std::vector<std::string_view> names;
+  std::vector<Weighed> weighed;
+  if (best.usable) weighed.push_back({{}, bic(best)});
   while (best.usable && names.size() < settings.search.most_effects) {
     const std::vector<plant::EffectId> candidates = diagnose::addable(best.problem->centres(), settings.search.without);
     const diagnose::Scores scores = diagnose::score(best, candidates, 1);
@@ -151,7 +175,10 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
       if (!score.blind && tried++ >= 3) continue;
       const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect), data,
                                                            diagnose::guess_with(best, score), least_squares);
-      if (!with.usable || (better.usable && bic(with) >= bic(better))) continue;
+      if (!with.usable) continue;
+      weighed.push_back({names, bic(with)});
+      weighed.back().names.push_back(best.system().effects()[score.effect].name);
+      if (better.usable && bic(with) >= bic(better)) continue;
       better = with;
       added = score.effect;
     }
@@ -159,7 +186,7 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     best = better;
     names.push_back(best.system().effects()[added].name);
   }
-  Json result{{"effects", names}};
+  Json result{{"effects", names}, {"weights", weights_of(weighed)}};
   for (const Prediction& prediction : diagnosis.predictions) {
     if (prediction.training || !best.usable) continue;
     const auto& numerics = settings.search.fit.numerics;

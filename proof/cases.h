@@ -18,6 +18,7 @@ struct ProofCase {
   std::string variant;          // "plain", or the disturbance that comes on top of moving air
   bool removed = false;         // the true effect is taken out of the catalogue beforehand
   bool with_baselines = false;  // simpler methods are put to it, too; they take as long as the diagnosis
+  bool with_oracle = false;     // the generator's own law is fitted to it, too (oracle.h)
   std::string family() const;
   std::string id() const;  // unique, fit for a file name
 };
