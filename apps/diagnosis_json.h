@@ -15,6 +15,9 @@ using InputHashes = std::map<std::string, std::string>;
 
 nlohmann::ordered_json chance_json(const diagnose::UnrestByChance& chance);
 
+// Place, odds, curve and band of physics without a name.
+nlohmann::ordered_json law_json(const diagnose::Diagnosis& diagnosis, const diagnose::FoundLaw& found);
+
 nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs, const InputHashes& hashes);
 
 // The repaired plant in YAML; its first lines say what it is, from what, and how far off.

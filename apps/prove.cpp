@@ -82,6 +82,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   result["located"] = {{"place", diagnosis.located.place},
                        {"or", diagnosis.located.cannot_be_told_from},
                        {"channel", system.channels()[diagnosis.located.channel].column}};
+  result["laws"] = Json::array();
+  for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
   result["objections"] = Json::array();

@@ -59,7 +59,9 @@ Figure least_recognised(const Cases& cases) {
   std::string names;
   for (const std::string& effect : effects) names += (names.empty() ? "" : ", ") + effect;
   if (effects.size() > 1 && effects.size() == by_effect.size()) names = "all are alike";
-  return {"the effect of " + std::to_string(by_effect.size()) + " that is recognised least: " + names, lowest, at_least(0.8)};
+  const std::string what = by_effect.empty() ? "the effect that is recognised least"
+                                             : "the effect of " + std::to_string(by_effect.size()) + " that is recognised least: " + names;
+  return {what, lowest, at_least(0.8)};
 }
 
 // An effect of the catalogue is concealed in another form: its name comes first.

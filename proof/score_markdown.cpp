@@ -82,7 +82,8 @@ std::string methods(const Score& score) {
   }
   table.align.assign(table.header.size(), report::Align::left);
   return "\n## Simpler methods on the same cases\n\nOn the first seed of every case. Misnamed counts for Sinew where the confidence is a "
-         "half or more; BIC gives none. SINDy and the Gaussian process correct the core's predictions and name no effect; what each does "
+         "half or more; every name that BIC gives counts. SINDy and the Gaussian process correct the core's predictions and name no "
+         "effect; what each does "
          "stands in proof/baselines.h.\n\n" +
          report::to_markdown(table);
 }

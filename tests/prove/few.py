@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Concealed cases of development: one in which the core, that has to do without the effect, goes so far that nothing there
 points to it, and eight in which nothing is missing. With --long a dozen more through `sinew prove --few`: each must be
-answered right, and one in what varies.
+answered right, and one in what varies; and what the oracle reaches of a case outside the catalogue.
 Usage: few.py PROGRAM OUT [--long]. Last line: N passed, N failed."""
 import json
 import pathlib
@@ -42,8 +42,24 @@ def few():
             failed.append(f"heat loss that grows with speed: {said}")
 
 
+def oracle():
+    """Outside the catalogue its own law reaches less than half the error of the calibrated plant, and less than the answer does."""
+    global passed
+    folder = out / "oracle"
+    run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--kinds", "hot_resistance", "--training", "120",
+                          "--held-out", "60", "--without-baselines", "--oracle", "--out", str(folder)], capture_output=True, text=True)
+    cases = [json.loads(file.read_text()) for file in folder.glob("cases/*.json")]
+    if run.returncode == 0 and len(cases) == 1 and cases[0]["oracle"]["converged"] \
+            and 2 * cases[0]["oracle"]["normalised"] < cases[0]["normalised_before"] \
+            and cases[0]["oracle"]["normalised"] < cases[0]["normalised_after"]:
+        passed += 1
+    else:
+        failed.append(f"the oracle of hot_resistance: {run.stderr} {cases}")
+
+
 if "--long" in sys.argv[3:]:
     few()
+    oracle()
 afresh = out / "afresh"
 run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--families", "catalogue", "--kinds", "sheath_heat_storage",
                       "--without-baselines", "--out", str(afresh)], capture_output=True, text=True)
