@@ -552,7 +552,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--without-baselines", arguments->without_baselines,
                     "the simpler methods, which take as long as the diagnosis, are left out");
   command->add_flag("--oracle", arguments->oracle,
-                    "also fit the generator's own law to every case in which something is concealed, a minute or more each: what\n"
+                    "also fit the generator's own law to every case in which something is concealed, some minutes each: what\n"
                     "share of the reachable held-out gain an answer has; cases that are there already get it, too");
   command->add_flag("--score", arguments->score, "no case is made: those that are there are scored");
   command->add_flag("--recordings", arguments->recordings,
