@@ -36,6 +36,7 @@ constexpr double loop_edge = 2.0e-4;
 
 double falling(double z) { return 1.0 / (1.0 + std::exp(z)); }
 double positive(double x) { return x > 0.0 ? x : 0.0; }
+double mean(const std::array<double, 2>& both) { return 0.5 * (both[0] + both[1]); }
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3.0 - 2.0 * x);
@@ -110,7 +111,7 @@ Chebyshev Chebyshev::reaching(double step_times_rate) {
   return method;
 }
 
-Run::Run(const Physics& physics, Air air, double start_s)
+Run::Run(const Physics& physics, std::array<Air, 2> air, double start_s)
     : p_(physics),
       air_(std::move(air)),
       resistance_{p_.resistance_A_Ohm, p_.resistance_B_Ohm},
@@ -129,8 +130,7 @@ Run::Run(const Physics& physics, Air air, double start_s)
     longest_step_s_ = stiff_step_s;
     stiff_ = Chebyshev::reaching(1.2 * rate_1_s * longest_step_s_);
   }
-  const double cold = ambient_degC(start_s);
-  rest({cold, cold});
+  rest(ambient_degC(start_s));
 }
 
 void Run::hold(const std::array<double, 2>& duty) { under_way_.push_back({time_s_ + p_.delay_s, duty}); }
@@ -158,14 +158,14 @@ void Run::advance_to(double time_s) {
 }
 
 Shown Run::shown() const {
-  const double ambient = ambient_degC(time_s_);
+  const std::array<double, 2> ambient = ambient_degC(time_s_);
   Shown shown{};
   for (std::size_t j = 0; j < 2; ++j) {
     double t = y_[seat(j)];
     if (p_.lag_s > 0.0) t = y_[bead + 3 * j];
     if (p_.diffusive_lag_s > 0.0) t = y_[bead + 3 * j + 2];
     t += y_[outer + j];
-    t = ambient + p_.sink_gain * (t - ambient);
+    t = ambient[j] + p_.sink_gain * (t - ambient[j]);
     const double x = (t - 25.0) / 80.0;
     shown.temperature_degC[j] = t + 4.0 * p_.bow_K * x * (1.0 - x);
   }
@@ -174,7 +174,7 @@ Shown Run::shown() const {
   theta += p_.angle_drift_deg_s * time_s_;
   theta += p_.settling_deg * (1.0 - std::exp(-positive(time_s_) / p_.settling_time_s));
   if (p_.saturation_1_deg > 0.0) theta = std::tanh(p_.saturation_1_deg * theta) / p_.saturation_1_deg;
-  theta += p_.cross_sensitivity_deg_K * (0.5 * (y_[temperature] + y_[temperature + 1]) - ambient);
+  theta += p_.cross_sensitivity_deg_K * (0.5 * (y_[temperature] + y_[temperature + 1]) - mean(ambient));
   shown.angle_deg = theta + p_.angle_offset_deg;
   return shown;
 }
@@ -185,9 +185,11 @@ double Run::balance_deg(const Physics& physics, const std::array<double, 2>& tem
   return run.y_[angle] / degree;
 }
 
-double Run::ambient_degC(double time_s) const {
-  double ambient = p_.ambient_temperature_degC + p_.ambient_rate_K_s * time_s + air_.at(time_s);
-  if (p_.ambient_swing_K != 0.0) ambient += p_.ambient_swing_K * std::sin(2.0 * std::numbers::pi * time_s / p_.ambient_swing_period_s);
+std::array<double, 2> Run::ambient_degC(double time_s) const {
+  const double room = p_.ambient_temperature_degC + p_.ambient_rate_K_s * time_s;
+  std::array<double, 2> ambient{room + air_[0].at(time_s), room + air_[1].at(time_s)};
+  if (p_.ambient_swing_K != 0.0)
+    for (double& one : ambient) one += p_.ambient_swing_K * std::sin(2.0 * std::numbers::pi * time_s / p_.ambient_swing_period_s);
   return ambient;
 }
 
@@ -238,15 +240,15 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
                             tension_N(1, warm_degC[1], fraction_at(1, trial), trial, 0.0));
   });
   y_ = {};
-  const double ambient = ambient_degC(time_s_);
-  for (std::size_t i = 0; i < 3; ++i) y_[body + i] = ambient;
+  const std::array<double, 2> ambient = ambient_degC(time_s_);
+  for (std::size_t i = 0; i < 3; ++i) y_[body + i] = mean(ambient);
   for (std::size_t j = 0; j < 2; ++j) {
     y_[temperature + j] = warm_degC[j];
-    y_[sheath + j] = ambient;
+    y_[sheath + j] = ambient[j];
     y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
     for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
     for (std::size_t i = 0; i < 2; ++i) y_[junction + 2 * j + i] = warm_degC[j];
-    for (std::size_t i = 0; i < layer_nodes; ++i) y_[layer + layer_nodes * j + i] = ambient;
+    for (std::size_t i = 0; i < layer_nodes; ++i) y_[layer + layer_nodes * j + i] = ambient[j];
   }
   for (std::size_t i = 0; i < 4; ++i) y_[creep + i] = theta;
   y_[angle] = y_[angle_sensor] = theta;
@@ -291,7 +293,7 @@ double Run::into_junction_W(std::size_t coil, const State& y, double joule_W, do
 Run::State Run::rates(double time_s, const State& y) const {
   State dy{};
   const double theta = y[angle], omega = y[velocity];
-  const double ambient = ambient_degC(time_s);
+  const std::array<double, 2> ambient = ambient_degC(time_s);
 
   // Actuation.
   std::array<double, 2> u{}, ohm{};
@@ -310,7 +312,7 @@ Run::State Run::rates(double time_s, const State& y) const {
     u[j] = positive(u[j] - p_.deadband);
     if (p_.soft_deadband > 0.0) u[j] = u[j] * u[j] / (u[j] + p_.soft_deadband);
     ohm[j] = resistance_[j] * (1.0 + p_.resistance_increase * y[martensite + j]) *
-             (1.0 + p_.resistance_slope_1_K * (y[temperature + j] - ambient));
+             (1.0 + p_.resistance_slope_1_K * (y[temperature + j] - ambient[j]));
     conductance += u[j] / ohm[j];
   }
   const double volt = (p_.supply_voltage_V - y[battery]) / (1.0 + (p_.source_resistance_Ohm + p_.battery_prompt_Ohm) * conductance);
@@ -323,16 +325,16 @@ Run::State Run::rates(double time_s, const State& y) const {
   std::array<double, 2> force{};
   for (std::size_t j = 0; j < 2; ++j) {
     const double t = y[temperature + j], xi = y[martensite + j];
-    const double rise = t - ambient;
+    const double rise = t - ambient[j];
     double h = loss_[j] * air_factor * (1.0 + p_.convection_slope_1_K * rise) * (1.0 + p_.bend_cooling_1_rad * side_[j] * theta);
     if (p_.convection_exponent != 0.0) h *= std::pow(std::abs(rise) / 30.0, p_.convection_exponent);
     const double joule = u[j] * volt * volt / ohm[j];
     dy[outer + j] = (p_.outer_loss * (p_.outer_power_share * joule - h * rise) - (1.0 + p_.outer_loss) * h * y[outer + j]) / capacity_[j];
     double heat = joule - h * rise;
-    if (p_.junction_capacity_J_K > 0.0) heat -= into_junction_W(j, y, joule, ambient, dy);
+    if (p_.junction_capacity_J_K > 0.0) heat -= into_junction_W(j, y, joule, ambient[j], dy);
     const double into_sheath = p_.sheath_conductance_W_K * (t - y[sheath + j]);
     heat -= into_sheath;
-    dy[sheath + j] = (into_sheath - p_.sheath_loss_W_K * (y[sheath + j] - ambient)) / p_.sheath_capacity_J_K;
+    dy[sheath + j] = (into_sheath - p_.sheath_loss_W_K * (y[sheath + j] - ambient[j])) / p_.sheath_capacity_J_K;
     heat -= p_.cross_conductance_W_K * (t - y[temperature + 1 - j]);
     const double into_body = (p_.body_conductance_W_K + p_.ladder_conductance_W_K) * (t - y[body]);
     heat -= into_body;
@@ -372,9 +374,9 @@ Run::State Run::rates(double time_s, const State& y) const {
     const double onwards = p_.ladder_inner_W_K * (y[body + 1] - y[body + 2]);
     dy[body] = (dy[body] - inwards) / node_J_K;
     dy[body + 1] = (inwards - onwards) / node_J_K;
-    dy[body + 2] = (onwards - p_.ladder_loss_W_K * (y[body + 2] - ambient)) / node_J_K;
+    dy[body + 2] = (onwards - p_.ladder_loss_W_K * (y[body + 2] - mean(ambient))) / node_J_K;
   } else {
-    dy[body] = (dy[body] - p_.body_loss_W_K * (y[body] - ambient)) / p_.body_capacity_J_K;
+    dy[body] = (dy[body] - p_.body_loss_W_K * (y[body] - mean(ambient))) / p_.body_capacity_J_K;
   }
 
   // Mechanics.

@@ -137,8 +137,9 @@ struct Chebyshev {
 // airflow that changes): Runge and Kutta's method of order 4, or Chebyshev's where friction makes the beam too stiff.
 class Run {
  public:
-  // At `start_s`, cold and at rest: at the air's temperature, on the cooling envelope, in static balance.
-  Run(const Physics& physics, Air air, double start_s);
+  // At `start_s`, cold and at rest: at the air's temperature, on the cooling envelope, in static balance. `air` is that of
+  // each wire.
+  Run(const Physics& physics, std::array<Air, 2> air, double start_s);
 
   double time_s() const { return time_s_; }
   void hold(const std::array<double, 2>& duty);  // commands from now on
@@ -157,7 +158,7 @@ class Run {
   };
 
   void rest(const std::array<double, 2>& temperature_degC);
-  double ambient_degC(double time_s) const;
+  std::array<double, 2> ambient_degC(double time_s) const;
   double tension_N(std::size_t coil, double temperature_degC, double fraction, double angle_rad, double cycles) const;
   double stress_shift_K(double tension_N) const;
   double static_moment_Nm(double angle_rad, double tension_A_N, double tension_B_N) const;
@@ -168,7 +169,7 @@ class Run {
   void stiff_step(double time_s, double step_s);
 
   Physics p_;
-  Air air_;
+  std::array<Air, 2> air_;
   std::array<double, 2> resistance_, capacity_, loss_, arm_, side_;  // side: +1 where a bend shortens the coil
   double junction_power_share_;                                      // of the coil's current heat
   double longest_step_s_ = 1.0e-3;

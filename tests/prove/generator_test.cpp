@@ -568,6 +568,223 @@ TEST_CASE("generator: moving air wanders by a few tenths of a kelvin, in both wi
   CHECK(std::sqrt(difference / n) < 0.1);
 }
 
+TEST_CASE("generator: another sample rate is the same limb in the same air, sampled more or less often" * long_when_sanitized) {
+  Settings usual{60.0, 30.0, 1.0, {}};
+  usual.protocol = prove::Protocol::steps;
+  const Kind kind = kind_named("latent_heat");
+  const Concealed at_10_Hz = prove::make(kind, 6, usual);
+  for (const double rate_Hz : {2.0, 5.0, 20.0, 50.0}) {
+    CAPTURE(rate_Hz);
+    Settings settings = usual;
+    settings.sample_rate_Hz = rate_Hz;
+    const Concealed made = prove::make(kind, 6, settings);
+    CHECK(made.core_parameters == at_10_Hz.core_parameters);
+    CHECK(made.effects.front().parameters == at_10_Hz.effects.front().parameters);
+    REQUIRE(made.training.size() == static_cast<std::size_t>(60.0 * rate_Hz) + 1);
+    CHECK(made.heldout.size() == static_cast<std::size_t>(30.0 * rate_Hz) + 1);
+    CHECK(made.training.back().time_s == doctest::Approx(60.0).epsilon(1e-14));
+    // Until the first level ends, after at least 8 s, the duty is the same, and so are air and limb; rows 2 s apart are rows of all
+    // rates. What is left is the error of steps of up to 1 ms, which end elsewhere where the period is no multiple of them.
+    for (std::size_t n = 0; n <= 3; ++n) {
+      const auto row = static_cast<std::size_t>(std::lround(2.0 * static_cast<double>(n) * rate_Hz));
+      const prove::Sample &here = made.training_without_noise[row], &there = at_10_Hz.training_without_noise[20 * n];
+      REQUIRE(here.time_s == doctest::Approx(there.time_s).epsilon(1e-14));
+      CHECK(here.duty == there.duty);
+      CHECK(std::abs(here.temperature_degC[0] - there.temperature_degC[0]) < 1e-6);
+      CHECK(std::abs(here.angle_deg - there.angle_deg) < 1e-6);
+    }
+    // However seldom it is looked at, the limb moves finely: with ten rows for each of these it does the same.
+    std::vector<prove::Sample> finer;
+    for (const prove::Sample& row : made.training)
+      for (int i = 0; i < 10; ++i) finer.push_back({row.time_s + 0.1 * i / rate_Hz, row.duty, {}, 0.0});
+    const auto fine = prove::simulate(made.core_parameters, made.effects, finer);
+    const auto coarse = prove::simulate(made.core_parameters, made.effects, made.training);
+    for (std::size_t k = 0; k < coarse.size(); ++k) {
+      CHECK(std::abs(fine[10 * k].temperature_degC[0] - coarse[k].temperature_degC[0]) < 1e-6);
+      CHECK(std::abs(fine[10 * k].angle_deg - coarse[k].angle_deg) < 1e-6);
+    }
+  }
+  Settings impossible = usual;
+  impossible.sample_rate_Hz = 0.5;
+  CHECK_THROWS_WITH_AS(prove::make(kind, 6, impossible), "sample_rate_Hz is 0.500000, and must lie in [1.000000, 100.000000]",
+                       std::invalid_argument);
+}
+
+TEST_CASE("generator: gaps last as long at any sample rate" * long_when_sanitized) {
+  Settings settings = still(60.0, 1.0);
+  settings.protocol = prove::Protocol::steps;
+  settings.disturbances.gaps = true;
+  const auto missing_s = [&](double rate_Hz) {
+    settings.sample_rate_Hz = rate_Hz;
+    const Concealed made = prove::make(kind_named("core"), 9, settings);
+    return static_cast<double>(std::ranges::count_if(made.training, [](const prove::Sample& row) { return std::isnan(row.angle_deg); })) /
+           rate_Hz;
+  };
+  // Each of three gaps is rounded to whole rows, at either end.
+  CHECK(missing_s(50.0) > 1.5);
+  CHECK(missing_s(5.0) == doctest::Approx(missing_s(50.0)).epsilon(3 * 0.2 / 1.5));
+}
+
+TEST_CASE("generator: each protocol drives the coils as it says, cool enough and hard enough" * long_when_sanitized) {
+  const auto made = [](prove::Protocol protocol) {
+    Settings settings = still(400.0, 200.0);
+    settings.protocol = protocol;
+    const Concealed concealed = prove::make(kind_named("core"), 4, settings);
+    double hottest = 0.0;
+    for (const auto* rows : {&concealed.training, &concealed.heldout})
+      for (const prove::Sample& row : *rows)
+        for (std::size_t j = 0; j < 2; ++j) {
+          CHECK(row.duty[j] >= 0.0);
+          CHECK(row.duty[j] <= 0.6);
+          if (row.temperature_degC[j] > 110.0) CHECK(row.duty[j] == 0.0);
+          hottest = std::max(hottest, row.temperature_degC[j]);
+        }
+    // Warm enough for the transformation, whose heating midpoint is 75 degC, to go most of its way.
+    CHECK(hottest > 80.0);
+    return concealed.training;
+  };
+  const auto driven = [](const prove::Sample& row) { return (row.duty[0] > 0.0 ? 1 : 0) + (row.duty[1] > 0.0 ? 2 : 0); };
+  const auto changes = [](const std::vector<prove::Sample>& rows) {
+    std::size_t count = 0;
+    for (std::size_t k = 1; k < rows.size(); ++k) count += rows[k].duty != rows[k - 1].duty;
+    return count;
+  };
+  SUBCASE("steps: A, B, both, none, each held for 8 to 30 s unless a wire is too hot") {
+    const auto rows = made(prove::Protocol::steps);
+    std::vector<int> turns;
+    for (const prove::Sample& row : rows) {
+      const bool cut = std::max(row.temperature_degC[0], row.temperature_degC[1]) > 110.0;
+      if (!cut && (turns.empty() || turns.back() != driven(row))) turns.push_back(driven(row));
+    }
+    REQUIRE(turns.size() >= 12);
+    for (std::size_t n = 0; n < 12; ++n) CHECK(turns[n] == std::array{1, 2, 3, 0}[n % 4]);
+    // 400 s hold at least 13 levels and at most 50.
+    std::set<double> levels;
+    for (const prove::Sample& row : rows)
+      for (const double duty : row.duty) levels.insert(duty);
+    CHECK(levels.size() >= 12);
+    CHECK(levels.size() <= 51);
+    CHECK(*levels.rbegin() <= 0.35);
+  }
+  SUBCASE("slow ramps: one coil at a time, by less than 1.6e-3 from row to row") {
+    const auto rows = made(prove::Protocol::slow_ramps);
+    std::size_t both = 0, jumps = 0, rising = 0, falling = 0;
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+      both += driven(rows[k]) == 3;
+      const double by = rows[k].duty[0] - rows[k - 1].duty[0];
+      rising += by > 0.0;
+      falling += by < 0.0;
+      // 0.22 in 30 s; where the thermostat cuts in, it falls to nothing.
+      jumps += std::abs(by) > 0.22 / 30.0 * 0.1 * 1.001 && rows[k].duty[0] > 0.0 && rows[k - 1].duty[0] > 0.0;
+    }
+    CHECK(both == 0);
+    CHECK(jumps == 0);
+    CHECK(rising > 500);
+    CHECK(falling > 500);
+  }
+  SUBCASE("random binary: two levels of each coil, a third of the time, on a clock of 4 s") {
+    const auto rows = made(prove::Protocol::random_binary);
+    for (std::size_t j = 0; j < 2; ++j) {
+      std::set<double> levels;
+      double on = 0.0;
+      for (const prove::Sample& row : rows) levels.insert(row.duty[j]), on += row.duty[j] > 0.0;
+      CHECK(levels.size() == 2);
+      CHECK(*levels.rbegin() >= 0.25);
+      CHECK(*levels.rbegin() <= 0.45);
+      // 100 intervals: 33 on average, with a deviation of 4.7; the thermostat takes some away.
+      CHECK(on / static_cast<double>(rows.size()) > 0.15);
+      CHECK(on / static_cast<double>(rows.size()) < 0.5);
+    }
+    for (std::size_t k = 1; k < rows.size(); ++k)
+      if (driven(rows[k]) != driven(rows[k - 1]) &&
+          std::max(rows[k].temperature_degC[0], rows[k].temperature_degC[1]) < 100.0)  // far from the thermostat
+        CHECK(k % 40 == 0);
+  }
+  SUBCASE("one coil: the other is never driven, and the limb bends towards the first") {
+    const auto rows = made(prove::Protocol::one_coil);
+    double largest_deg = 0.0;
+    for (const prove::Sample& row : rows) {
+      CHECK(row.duty[1] == 0.0);
+      largest_deg = std::max(largest_deg, row.angle_deg);
+    }
+    CHECK(largest_deg > 15.0);
+    CHECK(changes(rows) > 100);
+  }
+}
+
+TEST_CASE("generator: air of each kind has its memory and its size, and wires of their own air differ" * long_when_sanitized) {
+  // What the same duty does otherwise in still air is the air, behind the wire's own lag of about 21 s.
+  const auto air = [](prove::AirMotion motion, bool moving) {
+    Settings settings = still(1200.0, 1.0);
+    settings.disturbances.moving_air = moving;
+    settings.air = motion;
+    const Concealed made = prove::make(kind_named("core"), 5, settings);
+    const auto in_still_air = prove::simulate(made.core_parameters, made.effects, made.training);
+    std::array<std::vector<double>, 2> off;
+    for (std::size_t k = 0; k < in_still_air.size(); ++k)
+      for (std::size_t j = 0; j < 2; ++j)
+        off[j].push_back(made.training_without_noise[k].temperature_degC[j] - in_still_air[k].temperature_degC[j]);
+    return off;
+  };
+  // How much of the variance moves within 20 s; one wire's lag is in all of them.
+  const auto restless = [](const std::vector<double>& off) {
+    double mean = 0.0, variance = 0.0, moved = 0.0;
+    for (const double x : off) mean += x / static_cast<double>(off.size());
+    for (const double x : off) variance += (x - mean) * (x - mean) / static_cast<double>(off.size());
+    for (std::size_t k = 200; k < off.size(); ++k)
+      moved += 0.5 * (off[k] - off[k - 200]) * (off[k] - off[k - 200]) / static_cast<double>(off.size() - 200);
+    return moved / variance;
+  };
+  const auto correlation = [](const std::array<std::vector<double>, 2>& off) {
+    double both = 0.0, a = 0.0, b = 0.0;
+    for (std::size_t k = 0; k < off[0].size(); ++k) {
+      both += off[0][k] * off[1][k];
+      a += off[0][k] * off[0][k];
+      b += off[1][k] * off[1][k];
+    }
+    return both / std::sqrt(a * b);
+  };
+  const auto none = air(prove::AirMotion::slow, false);
+  CHECK(std::ranges::all_of(none[0], [](double x) { return x == 0.0; }));
+  const auto shared = air(prove::AirMotion::shared, true), each = air(prove::AirMotion::each_wire, true),
+             slow = air(prove::AirMotion::slow, true), fast = air(prove::AirMotion::fast, true);
+  CHECK(correlation(shared) > 0.98);
+  CHECK(correlation(slow) > 0.98);
+  // About 25 independent values: a correlation of chance has a deviation of 0.2.
+  CHECK(std::abs(correlation(each)) < 0.6);
+  // By hand, of an air with memory m behind a lag of 21 s: what stays correlated over 20 s is (m e^(-20/m) - 21 e^(-20/21)) / (m - 21);
+  // 0.90 at 150 s, 0.62 at 30 s, 0.50 at 5 s.
+  CHECK(restless(slow[0]) < restless(shared[0]));
+  CHECK(restless(shared[0]) < restless(fast[0]));
+  CHECK(restless(slow[0]) < 0.25);
+  CHECK(restless(fast[0]) > 0.35);
+  // Wire A has the air that it had.
+  double same = 0.0;
+  for (std::size_t k = 0; k < 100; ++k) same = std::max(same, std::abs(each[0][k] - shared[0][k]));
+  CHECK(same < 1e-3);
+  CHECK(std::abs(each[1][99] - shared[1][99]) > 1e-3);
+}
+
+TEST_CASE("generator: another spread of the core scales what every parameter is off by" * long_when_sanitized) {
+  Settings usual = still(0.1, 0.1), wide = usual, none = usual, impossible = usual;
+  wide.core_spread = 0.15;
+  none.core_spread = 0.0;
+  impossible.core_spread = 0.4;
+  const auto off = prove::make(kind_named("core"), 12, usual).core_parameters;
+  const auto further = prove::make(kind_named("core"), 12, wide).core_parameters;
+  const auto nominal = prove::make(kind_named("core"), 12, none).core_parameters;
+  std::size_t scaled = 0;
+  for (const auto& [name, value] : nominal) {
+    CAPTURE(name);
+    CHECK(value == doctest::Approx(plant::default_plant().get_in_file_units(catalogue().parameter(name))).epsilon(1e-14));
+    CHECK(further.at(name) - value == doctest::Approx(0.15 / 0.08 * (off.at(name) - value)).epsilon(1e-9));
+    scaled += off.at(name) != value;
+  }
+  CHECK(scaled == nominal.size() - 3);  // supply, inertia and sign are known
+  CHECK_THROWS_WITH_AS(prove::make(kind_named("core"), 12, impossible), "core_spread is 0.400000, and must lie in [0.000000, 0.300000]",
+                       std::invalid_argument);
+}
+
 TEST_CASE("generator: core parameters are off by up to 8 %, 3 K, 1 degree; what is known is not" * long_when_sanitized) {
   std::map<std::string, double> lowest, highest;
   for (std::uint64_t seed = 0; seed < 300; ++seed)
