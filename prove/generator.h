@@ -40,7 +40,7 @@ struct TruthEffect {
   std::string words;
 };
 
-enum class Family { clean, catalogue, other_form, pair, outside };
+enum class Family { clean, catalogue, other_form, pair, outside, triple };
 std::string_view name_of(Family family);
 
 struct Kind {
@@ -51,8 +51,10 @@ struct Kind {
 
 // Every kind of case, in a fixed order: clean, the catalogue in its order, other forms, pairs, outside; then the kinds with a junction,
 // alone, with a layer around it (a layer is never alone), and in other forms. "junction.outer_turns" has the place, and draws the numbers,
-// that it had when it was "outer_turns" of the catalogue.
+// that it had when it was "outer_turns" of the catalogue. At last those of further_kinds.
 std::vector<Kind> kinds();
+// Those of them that come at the end: triples, further other forms, and more that is outside. The cases of all others stand before theirs.
+std::vector<Kind> further_kinds();
 
 struct Disturbances {
   bool moving_air = true;     // ambient wanders; Settings::air says how
