@@ -221,7 +221,7 @@ bool holds_proof(const fs::path& out) {
 ProveArguments with_all_clean(ProveArguments arguments) {
   if (!arguments.score || arguments.clean != 0) return arguments;
   const Json sealed = sealed_answers(arguments.out);
-  for (const auto& [id, answer] : sealed.items()) arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
+  for (const auto& [id, answer] : sealed.items()) arguments.clean += answer.is_object() && id.starts_with("clean-");
   if (arguments.clean < clean_per_seed * arguments.seeds) arguments.clean = 0;
   return arguments;
 }
@@ -498,7 +498,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
       ->check(CLI::Range(clean_per_seed, 10000));
   command->add_option("--families", arguments->families, "only these")
-      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
+      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "triple", "outside", "removed", "elsewhere"}))
       ->delimiter(',');
   command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
   command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));

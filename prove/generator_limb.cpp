@@ -73,7 +73,8 @@ double gust(const Physics& p, double time_s) {
 }
 
 double dead_band_with_knee(double u, double threshold, double width) {
-  return width * (std::log1p(std::exp((u - threshold) / width)) - std::log1p(std::exp(-threshold / width)));
+  const auto softplus = [](double x) { return positive(x) + std::log1p(std::exp(-std::abs(x))); };
+  return width * (softplus((u - threshold) / width) - softplus(-threshold / width));
 }
 
 // What a weight of 1 Nm that is spread along an arc bends it by: the derivatives of the arc's mean place, along its base's direction and

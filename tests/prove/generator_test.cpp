@@ -219,6 +219,283 @@ TEST_CASE("generator: effects outside the catalogue follow their law, by hand" *
   }
 }
 
+TEST_CASE("generator: further forms become the catalogue's where they should" * long_when_sanitized) {
+  using Parameters = std::map<std::string, double>;
+  const auto duty = prove::make(kind_named("core"), 3, still(120.0, 1.0)).training;
+  const auto agree = [&](const std::string& name, const std::string& form, const Parameters& parameters, const Parameters& own,
+                         double tolerance) {
+    CAPTURE(name + "." + form);
+    const auto here = prove::simulate({}, {{name, form, "", parameters, false, ""}}, duty);
+    const auto there = prove::simulate({}, {{name, "", "", own, true, ""}}, duty), core = prove::simulate({}, {}, duty);
+    const Difference largest = between(here, there), from_core = between(core, there);
+    CHECK(largest.temperature_K < tolerance);
+    CHECK(largest.angle_deg < tolerance);
+    CHECK(std::max(from_core.temperature_K, from_core.angle_deg) > std::max(0.15, 10.0 * tolerance));
+  };
+  constexpr double rounding = 1e-7;
+  agree("thermocouple_lag", "two_poles", {{"outer_time_s", 1.2}, {"inner_time_s", 0.0}}, {{"time_constant_s", 1.2}}, rounding);
+  agree("thermocouple_lag", "two_poles", {{"outer_time_s", 0.0}, {"inner_time_s", 1.2}}, {{"time_constant_s", 1.2}}, rounding);
+  agree("angle_sensor_lag", "two_poles", {{"film_s", 0.5}, {"filter_s", 0.0}}, {{"time_constant_s", 0.5}}, rounding);
+  agree("angle_sensor_lag", "two_poles", {{"film_s", 0.0}, {"filter_s", 0.5}}, {{"time_constant_s", 0.5}}, rounding);
+  agree("latent_heat", "broad", {{"latent_heat_J", 8.0}, {"width_factor", 1.0}}, {{"latent_heat_J", 8.0}}, rounding);
+  agree("supply_sag", "limit", {{"droop_resistance_Ohm", 0.4}, {"current_A", 0.0}}, {{"source_resistance_Ohm", 0.4}}, rounding);
+  agree("stress_shift", "two_slopes", {{"heating_shift_K_N", 2.0}, {"cooling_shift_K_N", 2.0}}, {{"shift_K_N", 2.0}}, rounding);
+  agree("viscoelastic_creep", "two_times", {{"stiffness_Nm_rad", 0.02}, {"fast_s", 8.0}, {"slow_s", 8.0}},
+        {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 8.0}}, rounding);
+  // A cubed ratio of 1 rad to 1e4 deg, over six; squared, of 10 cycles to 1e5.
+  agree("viscoelastic_creep", "eyring", {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 8.0}, {"angle_deg", 1e4}},
+        {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 8.0}}, 1e-4);
+  agree("fatigue", "logarithmic", {{"loss", 1e3}, {"cycles", 1e5}}, {{"loss_per_cycle", 0.01}}, 1e-3);
+  // A supply that follows within 2 ms, silicone that stores the heat of 0.05 K per watt-second, a knee of a thousandth.
+  agree("supply_sag", "slow", {{"source_resistance_Ohm", 0.4}, {"time_constant_s", 0.002}}, {{"source_resistance_Ohm", 0.4}}, 0.03);
+  agree("cross_heating", "delayed", {{"conductance_W_K", 0.008}, {"heat_capacity_J_K", 1e-3}}, {{"conductance_W_K", 0.008}}, 0.03);
+  agree("duty_deadband", "knee", {{"threshold_fraction", 0.05}, {"knee_share", 1e-3}}, {{"threshold_fraction", 0.05}}, 0.03);
+}
+
+TEST_CASE("generator: further effects are exactly nothing at no strength, and something at a plain one" * long_when_sanitized) {
+  Settings nothing = still(60.0, 1.0);
+  nothing.strength = 0.0;
+  std::size_t seen = 0;
+  for (const Kind& kind : prove::further_kinds()) {
+    if (kind.family == Family::triple) continue;
+    CAPTURE(kind.name);
+    const Concealed none = prove::make(kind, 4, nothing), plain = prove::make(kind, 4, still(60.0, 1.0));
+    CHECK(same_bytes(none.training_without_noise, prove::simulate(none.core_parameters, {}, none.training)));
+    const Difference shown = between(plain.training_without_noise, prove::simulate(plain.core_parameters, {}, plain.training));
+    CHECK(std::max(shown.temperature_K, shown.angle_deg) > 0.5);
+    ++seen;
+  }
+  CHECK(seen == 26);
+}
+
+TEST_CASE("generator: each triple has three effects of the catalogue, of three places") {
+  std::size_t triples = 0;
+  for (const Kind& kind : prove::kinds()) {
+    if (kind.family != Family::triple) continue;
+    CAPTURE(kind.name);
+    const Concealed made = prove::make(kind, 1, still(0.1, 0.1));
+    REQUIRE(made.effects.size() == 3);
+    std::set<std::string> places;
+    for (const prove::TruthEffect& effect : made.effects) {
+      CHECK(effect.in_catalogue);
+      places.insert(effect.place);
+    }
+    CHECK(places.size() == 3);
+    ++triples;
+  }
+  CHECK(triples == 8);
+  CHECK(prove::name_of(Family::triple) == "triple");
+}
+
+TEST_CASE("generator: further forms and effects follow their law, by hand" * long_when_sanitized) {
+  using Parameters = std::map<std::string, double>;
+  // As above: 1.96 W in coil A until nothing changes, after 25 time constants of the wire. All goes one way: wire A on its upper
+  // envelope, wire B on its lower one at 25 degC, the beam at rest.
+  std::vector<prove::Sample> steady(5251);
+  for (std::size_t k = 0; k < steady.size(); ++k) steady[k] = {0.1 * static_cast<double>(k), {0.1, 0.0}, {}, 0.0};
+  const auto run = [&](std::string name, std::string form, Parameters parameters) {
+    return prove::simulate({}, {{std::move(name), std::move(form), "", std::move(parameters), false, ""}}, steady);
+  };
+  static const auto core = prove::simulate({}, {}, steady);
+  const auto by_hand = [](double value) { return doctest::Approx(value).epsilon(1e-7); };
+  const auto rise_K = [](const std::vector<prove::Sample>& rows) { return rows.back().temperature_degC[0] - 25.0; };
+  const auto theta = [](const std::vector<prove::Sample>& rows) { return rows.back().angle_deg * std::numbers::pi / 180.0; };
+  const auto on_heating = [](double temperature_degC, double shift_K) {
+    return 1.0 / (1.0 + std::exp((temperature_degC - 75.0 - shift_K) / 7.0));
+  };
+  const auto on_cooling = [](double temperature_degC, double shift_K) {
+    return 1.0 / (1.0 + std::exp((temperature_degC - 60.0 - shift_K) / 7.0));
+  };
+  const auto tension_N = [](double xi, double shortened_m) { return (313.0 - 200.0 * xi) * (0.030 - shortened_m - xi * 0.028); };
+  // Of the core: what its coils add to the beam's stiffness of 0.05 Nm/rad.
+  const double coils_Nm_rad = 0.006 * 0.006 * (626.0 - 200.0 * (on_heating(74.0, 0.0) + on_cooling(25.0, 0.0)));
+  const double stiffness_Nm_rad = 0.05 + coils_Nm_rad;
+  // A moment against the bend, from how much less it bends than the core.
+  const auto moment_Nm = [&](const std::vector<prove::Sample>& rows) { return stiffness_Nm_rad * (theta(core) - theta(rows)); };
+  REQUIRE(theta(core) > 0.2);
+
+  SUBCASE("heat sink that grows: 49 K / (1 + 0.003 * 49)") {
+    const auto rows = run("thermocouple_heat_sink", "convective", {{"slope_1_K", 0.003}});
+    CHECK(rise_K(rows) == by_hand(49.0 / 1.147));
+    CHECK(rows.back().angle_deg == core.back().angle_deg);
+  }
+  SUBCASE("two poles are later than each alone, and arrive where they are") {
+    const auto both = run("thermocouple_lag", "two_poles", {{"outer_time_s", 1.0}, {"inner_time_s", 0.5}});
+    const auto one = run("thermocouple_lag", "two_poles", {{"outer_time_s", 1.0}, {"inner_time_s", 0.0}});
+    CHECK(both[50].temperature_degC[0] < one[50].temperature_degC[0] - 0.1);
+    CHECK(rise_K(both) == by_hand(49.0));
+    const auto angle = run("angle_sensor_lag", "two_poles", {{"film_s", 0.4}, {"filter_s", 0.3}});
+    CHECK(angle[400].angle_deg < core[400].angle_deg);
+    CHECK(angle.back().angle_deg == by_hand(core.back().angle_deg));
+  }
+  SUBCASE("heat loss by the root of the rise") {
+    const double x = rise_K(run("convection_nonlinearity", "root", {{"slope_1_rtK", 0.05}}));
+    CHECK(0.04 * x * (1.0 + 0.05 * std::sqrt(x)) == by_hand(1.96));
+  }
+  SUBCASE("radiation") {
+    const double x = rise_K(run("convection_nonlinearity", "radiation", {{"coefficient_W_K4", 1e-10}}));
+    CHECK(0.04 * x + 1e-10 * (std::pow(298.15 + x, 4) - std::pow(298.15, 4)) == by_hand(1.96));
+  }
+  SUBCASE("cross heating with silicone between: at rest 0.01 W/K, x_B = 0.2 x_A, 1.96 W = 0.048 W/K x_A") {
+    const auto rows = run("cross_heating", "delayed", {{"conductance_W_K", 0.01}, {"heat_capacity_J_K", 0.8}});
+    // The silicone makes the wires slower, 31 s: 17 of those.
+    const auto at_rest = [](double value) { return doctest::Approx(value).epsilon(2e-5); };
+    CHECK(rise_K(rows) == at_rest(1.96 / 0.048));
+    CHECK(rows.back().temperature_degC[1] - 25.0 == at_rest(0.2 * 1.96 / 0.048));
+    const auto prompt = run("cross_heating", "", {{"conductance_W_K", 0.01}});
+    CHECK(rows[100].temperature_degC[1] < prompt[100].temperature_degC[1] - 0.1);
+  }
+  SUBCASE("broad latent heat: what the wire got is in its temperature and in the fraction by which heat goes") {
+    // Nothing leaves; 1.96 W for 20 s.
+    std::vector<prove::Sample> pulse(701);
+    for (std::size_t k = 0; k < pulse.size(); ++k) pulse[k] = {0.1 * static_cast<double>(k), {k < 200 ? 0.1 : 0.0, 0.0}, {}, 0.0};
+    const auto rows = prove::simulate({{"heat_loss_A_W_K", 0.0}, {"heat_capacity_A_J_K", 0.5}},
+                                      {{"latent_heat", "broad", "", {{"latent_heat_J", 12.0}, {"width_factor", 1.8}}, false, ""}}, pulse);
+    const double t = rows.back().temperature_degC[0];
+    const double before = 1.0 / (1.0 + std::exp(-35.0 / 12.6)), after = 1.0 / (1.0 + std::exp((t - 75.0) / 12.6));
+    CHECK(before - after > 0.3);
+    CHECK(0.5 * (t - 25.0) + 12.0 * (before - after) == by_hand(39.2));
+  }
+  SUBCASE("supplies: 0.28 A of 7 V; the limit's droop, and what sags late") {
+    const double volt = (7.0 + 0.9 * 0.2) / (1.0 + 0.9 * 0.04);
+    CHECK(rise_K(run("supply_sag", "limit", {{"droop_resistance_Ohm", 0.9}, {"current_A", 0.2}})) == by_hand(volt * volt));
+    CHECK(same_bytes(run("supply_sag", "limit", {{"droop_resistance_Ohm", 0.9}, {"current_A", 0.3}}), core));
+    const auto slow = run("supply_sag", "slow", {{"source_resistance_Ohm", 0.5}, {"time_constant_s", 10.0}});
+    CHECK(rise_K(slow) == by_hand(std::pow(7.0 / 1.02, 2)));
+    CHECK(slow[1].temperature_degC[0] == doctest::Approx(core[1].temperature_degC[0]).epsilon(1e-5));
+  }
+  SUBCASE("dead band with a knee: 0.018 ln((1 + exp(0.04 / 0.018)) / (1 + exp(-0.06 / 0.018))) of 0.1") {
+    const double left = 0.018 * std::log((1.0 + std::exp(0.04 / 0.018)) / (1.0 + std::exp(-0.06 / 0.018)));
+    CHECK(left < 0.1 - 0.05);
+    CHECK(rise_K(run("duty_deadband", "knee", {{"threshold_fraction", 0.06}, {"knee_share", 0.3}})) == by_hand(490.0 * left));
+  }
+  SUBCASE("resistance with a peak") {
+    const double x = rise_K(run("resistance_change", "peak", {{"relative_peak", 0.2}})), xi = on_heating(25.0 + x, 0.0);
+    CHECK(x < 45.0);
+    CHECK(0.04 * x * (1.0 + 0.8 * xi * (1.0 - xi)) == by_hand(1.96));
+  }
+  SUBCASE("stress shifts: wire A on the envelope that its own tension moved") {
+    const auto balanced = [&](const std::vector<prove::Sample>& rows, const auto& heating_K, const auto& cooling_K) {
+      const double shortened = 0.006 * theta(rows);
+      double cold = on_cooling(25.0, 0.0);
+      for (int i = 0; i < 50; ++i) cold = on_cooling(25.0, cooling_K(tension_N(cold, -shortened)));
+      const double hot_N = 0.05 * theta(rows) / 0.006 + tension_N(cold, -shortened);
+      CHECK(hot_N > 1.0);
+      CHECK(hot_N == by_hand(tension_N(on_heating(74.0, heating_K(hot_N)), shortened)));
+      CHECK(rows.back().angle_deg < core.back().angle_deg - 0.5);
+    };
+    const auto quadratic = [](double force) { return 0.25 * std::abs(force) * force; };
+    balanced(run("stress_shift", "quadratic", {{"shift_K_N2", 0.25}}), quadratic, quadratic);
+    balanced(
+        run("stress_shift", "two_slopes", {{"heating_shift_K_N", 1.4}, {"cooling_shift_K_N", 2.6}}),
+        [](double force) { return 1.4 * force; }, [](double force) { return 2.6 * force; });
+  }
+  SUBCASE("fatigue by the logarithm: half a cycle's share of a stroke") {
+    const auto rows = run("fatigue", "logarithmic", {{"loss", 0.1}, {"cycles", 1.0}});
+    const double hot = on_heating(74.0, 0.0), cold = on_cooling(25.0, 0.0), left = 1.0 - 0.1 * std::log(1.0 + 0.5 * (cold - hot));
+    const double shortened = 0.006 * theta(rows);
+    const double hot_N = (313.0 - 200.0 * hot) * (0.030 - shortened - hot * 0.028 * left);
+    CHECK(0.05 * theta(rows) == by_hand(0.006 * (hot_N - tension_N(cold, -shortened))));
+    CHECK(rows.back().angle_deg > core.back().angle_deg + 0.01);
+  }
+  SUBCASE("creep of two times, and creep that flows: late, and in the end nowhere else") {
+    for (const auto& rows :
+         {run("viscoelastic_creep", "two_times", {{"stiffness_Nm_rad", 0.02}, {"fast_s", 2.0}, {"slow_s", 20.0}}),
+          run("viscoelastic_creep", "eyring", {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 20.0}, {"angle_deg", 4.0}})}) {
+      CHECK(rows[400].angle_deg < core[400].angle_deg - 0.1);
+      CHECK(rows.back().angle_deg == doctest::Approx(core.back().angle_deg).epsilon(1e-6));
+    }
+    // Heavily loaded it flows faster than a branch of the same time constant.
+    const auto eyring = run("viscoelastic_creep", "eyring", {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 20.0}, {"angle_deg", 1.0}});
+    const auto linear = run("viscoelastic_creep", "", {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 20.0}});
+    CHECK(eyring[500].angle_deg > linear[500].angle_deg + 0.1);
+  }
+  SUBCASE("bristles: the whole moment after many times their give, less before") {
+    const auto rows = run("dry_friction", "bristle", {{"moment_Nm", 0.002}, {"give_deg", 1.0}});
+    CHECK(rows.back().angle_deg > 10.0);
+    CHECK(moment_Nm(rows) == by_hand(0.002 * (1.0 - std::exp(-rows.back().angle_deg))));
+    const auto stiff = run("dry_friction", "bristle", {{"moment_Nm", 0.002}, {"give_deg", 30.0}});
+    CHECK(moment_Nm(stiff) == by_hand(0.002 * (1.0 - std::exp(-stiff.back().angle_deg / 30.0))));
+  }
+  SUBCASE("stiffening by the fourth power, and of chains that end") {
+    const auto fourth = run("cubic_stiffening", "fourth_order", {{"stiffness_Nm_rad4", 0.2}});
+    CHECK(moment_Nm(fourth) == by_hand(0.2 * std::pow(theta(fourth), 4)));
+    const auto chain = run("cubic_stiffening", "limited_chain", {{"stiffness_Nm_rad", 0.03}, {"limit_deg", 80.0}});
+    const double used = std::pow(chain.back().angle_deg / 80.0, 2);
+    CHECK(moment_Nm(chain) == by_hand(0.03 * theta(chain) * used / (1.0 - used)));
+    CHECK(moment_Nm(chain) > 1e-4);
+    // Against the bend on either side: the mirror image bends as far.
+    const auto mirrored =
+        prove::simulate({{"bend_sign", -1.0}}, {{"cubic_stiffening", "fourth_order", "", {{"stiffness_Nm_rad4", 0.2}}, false, ""}}, steady);
+    CHECK(mirrored.back().angle_deg == by_hand(-fourth.back().angle_deg));
+  }
+  SUBCASE("weight along the arc: the slope of its potential") {
+    const double tilt = 40.0 * std::numbers::pi / 180.0;
+    const auto rows = run("gravity_load", "spread", {{"moment_Nm", 0.06}, {"tilt_deg", 40.0}});
+    const auto potential_Nm = [&](double angle) {
+      // Mean height of 20000 pieces of an arc of length 1: cos(tilt) along the base's direction downwards, sin(tilt) across it upwards.
+      double along = 0.0, across = 0.0;
+      for (int i = 0; i < 20000; ++i) {
+        const double u = (i + 0.5) / 20000.0;
+        along += std::sin(angle * u) / angle / 20000.0;
+        across += (1.0 - std::cos(angle * u)) / angle / 20000.0;
+      }
+      return -0.06 * (std::cos(tilt) * along - std::sin(tilt) * across);
+    };
+    const double slope = (potential_Nm(theta(rows) + 1e-3) - potential_Nm(theta(rows) - 1e-3)) / 2e-3;
+    CHECK(slope > 1e-3);
+    CHECK(moment_Nm(rows) == doctest::Approx(slope).epsilon(1e-5));
+    // Straight, it hangs on a sixth of its weight's moment across. The other way round it bends the other way.
+    CHECK(rows.front().angle_deg < 0.0);
+    CHECK(run("gravity_load", "spread", {{"moment_Nm", 0.06}, {"tilt_deg", -40.0}}).front().angle_deg == by_hand(-rows.front().angle_deg));
+  }
+  SUBCASE("drift by the root of time: 0.2 * sqrt(400) degrees") {
+    const auto rows = run("angle_sensor_drift", "root", {{"rate_deg_rts", 0.2}});
+    CHECK(rows[4000].angle_deg == by_hand(core[4000].angle_deg + 4.0));
+    CHECK(rows.front().angle_deg == core.front().angle_deg);
+  }
+  SUBCASE("a taut coil is cooler by its tension") {
+    const auto rows = run("tension_cooling", "", {{"slope_1_N", 0.02}});
+    const double x = rise_K(rows), force_N = tension_N(on_heating(25.0 + x, 0.0), 0.006 * theta(rows));
+    CHECK(force_N > 1.0);
+    CHECK(0.04 * x * (1.0 + 0.02 * force_N) == by_hand(1.96));
+  }
+  SUBCASE("silicone 24.5 K warmer is softer by 0.006 / K, and not at once") {
+    const auto rows = run("silicone_softening", "", {{"slope_1_K", 0.006}, {"time_constant_s", 30.0}});
+    CHECK(moment_Nm(rows) == doctest::Approx(-0.05 * 0.006 * 24.5 * theta(rows)).epsilon(1e-5));  // 17 time constants
+    CHECK(rows[100].angle_deg - core[100].angle_deg < 0.1 * (rows.back().angle_deg - core.back().angle_deg));
+  }
+  SUBCASE("backlash: the coils feel half the play less, and nothing of a bend within it") {
+    const auto rows = run("backlash", "", {{"play_deg", 6.0}});
+    CHECK(moment_Nm(rows) == by_hand(-coils_Nm_rad * 3.0 * std::numbers::pi / 180.0));
+    const auto loose = run("backlash", "", {{"play_deg", 90.0}});
+    CHECK(moment_Nm(loose) == by_hand(-coils_Nm_rad * theta(loose)));
+  }
+  SUBCASE("hysteresis of the bend sensor: behind on the way up, ahead on the way down") {
+    auto up_and_down = steady;
+    for (std::size_t k = 3000; k < steady.size(); ++k) up_and_down[k].duty = {0.0, 0.0};
+    const auto plain = prove::simulate({}, {}, up_and_down);
+    const auto rows =
+        prove::simulate({}, {{"angle_hysteresis", "", "", {{"half_width_deg", 1.5}, {"reversal_deg", 3.0}}, false, ""}}, up_and_down);
+    CHECK(plain[2999].angle_deg - rows[2999].angle_deg == by_hand(1.5 * (1.0 - std::exp(-plain[2999].angle_deg / 3.0))));
+    CHECK(rows.back().angle_deg - plain.back().angle_deg > 1.0);
+  }
+}
+
+TEST_CASE("generator: minor loops in proportion to what is left change less than those of the catalogue, and more than none") {
+  const auto duty = prove::make(kind_named("core"), 3, still(120.0, 1.0)).training;
+  const auto off = [&](const std::string& form, double share) {
+    const auto rows = prove::simulate({}, {{"minor_loops", form, "", {{"slope_share", share}}, form.empty(), ""}}, duty);
+    const auto core = prove::simulate({}, {}, duty);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < rows.size(); ++k) squares += std::pow(rows[k].angle_deg - core[k].angle_deg, 2);
+    return std::sqrt(squares / static_cast<double>(rows.size()));
+  };
+  CHECK(off("proportional", 0.3) > 0.2);
+  CHECK(off("proportional", 0.3) < off("", 0.3));
+  CHECK(off("proportional", 0.15) < off("proportional", 0.3));
+}
+
 namespace {
 
 using Parameters = std::map<std::string, double>;
