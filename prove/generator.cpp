@@ -11,73 +11,13 @@
 #include "prove/generator_effects.h"
 #include "prove/generator_limb.h"
 #include "prove/generator_random.h"
+#include "prove/generator_recording.h"
 
 namespace sinew::prove {
 namespace {
 
-constexpr double air_period_s = 0.1;    // air is drawn on a grid of its own, whatever the sample rate
-constexpr double lead_in_s = 30.0;      // of mid_motion
-constexpr double too_hot_degC = 110.0;  // the thermostat
-constexpr double largest_setpoint_deg = 45.0, largest_duty = 0.6;
+constexpr double lead_in_s = 30.0;  // of mid_motion
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-
-// A channel's noise and steps: thermocouple (MAX31855) and bend sensor.
-struct Sensor {
-  Stream chance;
-  double noise, step;
-  double report(double shown, std::uint64_t n) const {
-    return std::round((shown + noise * chance.normal(n)) / step) * step + 0.0;  // + 0.0: never -0
-  }
-};
-
-// Ornstein-Uhlenbeck process, drawn exactly from one point of its grid to the next.
-Air moving_air(std::uint64_t seed, const std::string& stream, double first_s, double last_s, double memory_s) {
-  constexpr double deviation_K = 0.3;
-  const Stream chance(seed, stream);
-  const double kept = std::exp(-air_period_s / memory_s);
-  const double fresh = std::sqrt(1.0 - kept * kept);
-  const auto count = static_cast<std::size_t>(std::ceil((last_s - first_s) / air_period_s - 1.0e-6)) + 1;
-  Air air{first_s, air_period_s, {deviation_K * chance.normal(0)}};
-  for (std::size_t n = 1; n < count; ++n) air.offset_K.push_back(kept * air.offset_K.back() + fresh * deviation_K * chance.normal(n));
-  return air;
-}
-
-// Decides on the duty of both coils, sample by sample; the thermostat comes after it.
-class Driver {
- public:
-  virtual ~Driver() = default;
-  virtual std::array<double, 2> duty(double elapsed_s, double angle_deg) = 0;
-};
-
-// The paper's controller: setpoints held for a while, followed by a PI law.
-class Babbler : public Driver {
- public:
-  Babbler(std::uint64_t seed, const std::string& name, double period_s, bool coil_a_alone)
-      : setpoints_(seed, name + "setpoint"),
-        holds_(seed, name + "hold"),
-        period_s_(period_s),
-        lowest_setpoint_deg_(coil_a_alone ? 0.0 : -largest_setpoint_deg),
-        largest_duty_b_(coil_a_alone ? 0.0 : largest_duty) {}
-
-  std::array<double, 2> duty(double elapsed_s, double angle_deg) override {
-    constexpr double proportional_1_deg = 0.06, integral_1_deg_s = 1.0e-5;
-    while (elapsed_s >= next_s_) {
-      setpoint_deg_ = setpoints_.uniform(drawn_, lowest_setpoint_deg_, largest_setpoint_deg);
-      next_s_ += holds_.uniform(drawn_, 1.0, 30.0);
-      ++drawn_;
-    }
-    const double error_deg = setpoint_deg_ - angle_deg;
-    sum_deg_s_ += error_deg * period_s_;
-    const double u = std::clamp(proportional_1_deg * error_deg + integral_1_deg_s * sum_deg_s_, -1.0, 1.0);
-    return {std::clamp(u, 0.0, largest_duty), std::clamp(-u, 0.0, largest_duty_b_)};
-  }
-
- private:
-  Stream setpoints_, holds_;
-  double period_s_, lowest_setpoint_deg_, largest_duty_b_;
-  std::uint64_t drawn_ = 0;
-  double setpoint_deg_ = 0.0, next_s_ = 0.0, sum_deg_s_ = 0.0;
-};
 
 class Steps : public Driver {
  public:
@@ -162,9 +102,8 @@ std::unique_ptr<Driver> driver_of(Protocol protocol, std::uint64_t seed, const s
 // The air of each wire, from `first_s` to `last_s`; `drawn_memory_s` is that of air that is neither slow nor fast.
 std::array<Air, 2> air_of(const Settings& settings, std::uint64_t seed, const std::string& name, double first_s, double last_s,
                           double drawn_memory_s) {
-  constexpr double slow_s = 150.0, fast_s = 5.0;
   if (!settings.disturbances.moving_air) return {};
-  const double memory_s = settings.air == AirMotion::slow ? slow_s : settings.air == AirMotion::fast ? fast_s : drawn_memory_s;
+  const double memory_s = settings.air == AirMotion::slow ? slow_air_s : settings.air == AirMotion::fast ? fast_air_s : drawn_memory_s;
   const Air air = moving_air(seed, name + "air", first_s, last_s, memory_s);
   return {air, settings.air == AirMotion::each_wire ? moving_air(seed, name + "air B", first_s, last_s, memory_s) : air};
 }
@@ -237,34 +176,14 @@ Recorded record(const Physics& physics, std::uint64_t seed, const std::string& n
 }
 
 std::map<std::string, double> drawn_core(std::uint64_t seed, const std::string& kind, double spread) {
-  constexpr double usual_spread = 0.08;
   std::map<std::string, double> core;
   const Physics defaults;
   for (const CoreNumber& number : core_numbers()) {
     const double off = Stream(seed, kind + "/core." + std::string(number.name)).uniform(0, -1.0, 1.0);
-    double value = defaults.*number.field;
-    switch (number.spread) {
-      case Spread::known:
-        break;
-      case Spread::relative:
-        value *= 1.0 + spread * off;
-        break;
-      case Spread::kelvins:
-        value += 3.0 * (spread / usual_spread) * off;
-        break;
-      case Spread::offset:
-        value += spread / usual_spread * off;
-        break;
-    }
+    const double value = off_by(defaults.*number.field, number.spread, spread, off);
     core.emplace(number.name, value);
   }
   return core;
-}
-
-void check_range(const std::string& name, double value, double lowest, double highest) {
-  if (!(value >= lowest && value <= highest))
-    throw std::invalid_argument(name + " is " + std::to_string(value) + ", and must lie in [" + std::to_string(lowest) + ", " +
-                                std::to_string(highest) + "]");
 }
 
 // Whether the thermocouple sits on a body that stores heat apart from the wire.

@@ -22,6 +22,8 @@
 #include "plant/limb/limb.h"
 #include "plant/systems.h"
 #include "prove/generator_random.h"
+#include "prove/series_limb.h"
+#include "sim/plant_file.h"
 #include "sim/simulation.h"
 #include "tests/long_when_sanitized.h"
 
@@ -1198,6 +1200,140 @@ TEST_CASE("generator: what it does not know it says" * long_when_sanitized) {
   CHECK_THROWS_WITH_AS(prove::simulate({{"heat_loss_W_K", 1.0}}, {}, {}), "the core has no parameter heat_loss_W_K", std::invalid_argument);
   CHECK_THROWS_WITH_AS(prove::simulate({}, {{"latent_heat", "", "", {{"heat", 1.0}}, true, ""}}, {}), "latent_heat has no parameter heat",
                        std::invalid_argument);
+}
+
+namespace {
+
+constexpr std::size_t series_channels = prove::series_coils.size() + prove::series_segments.size();
+
+// Its measured columns, in their order.
+std::vector<double> measured(const prove::SeriesSample& row) {
+  const std::vector<double> all = prove::series_row(row);
+  return {all.end() - static_cast<std::ptrdiff_t>(series_channels), all.end()};
+}
+
+double largest_between(const std::vector<prove::SeriesSample>& one, const std::vector<prove::SeriesSample>& other) {
+  REQUIRE(one.size() == other.size());
+  double largest = 0.0;
+  for (std::size_t k = 0; k < one.size(); ++k)
+    for (std::size_t c = 0; c < series_channels; ++c) largest = std::max(largest, std::abs(measured(one[k])[c] - measured(other[k])[c]));
+  return largest;
+}
+
+bool same_rows(const std::vector<prove::SeriesSample>& one, const std::vector<prove::SeriesSample>& other) {
+  return std::ranges::equal(one, other, {}, prove::series_row, prove::series_row);
+}
+
+}  // namespace
+
+TEST_CASE("series limb: it is the plant's limb of two segments, for the core and every effect that it can conceal" * long_when_sanitized) {
+  const plant::Plant nominal = sim::read_plant_file(std::string(SINEW_SOURCE_DIR) + "/plant/limbs/series_limb.yaml");
+  const plant::System& system = nominal.system();
+  for (const Kind& kind : prove::series_kinds()) {
+    CAPTURE(kind.name);
+    const prove::SeriesConcealed made = prove::make_series(kind, 3, still(120.0, 1.0));
+    plant::Plant plant = nominal;
+    std::size_t core_count = 0;
+    for (const plant::ParameterInfo& info : system.parameters()) core_count += !info.effect;
+    CHECK(made.core_parameters.size() == core_count);
+    for (const auto& [name, value] : made.core_parameters) plant.set_in_file_units(system.parameter(name), value);
+    for (const prove::TruthEffect& effect : made.effects) {
+      plant.turn(system.effect(effect.name), true);
+      for (const auto& [name, value] : effect.parameters) plant.set_in_file_units(system.parameter(effect.name + "." + name), value);
+    }
+    std::vector<sim::Sample> samples;
+    for (const prove::SeriesSample& row : made.training)
+      samples.push_back({.time_s = row.time_s, .inputs = {row.duty.begin(), row.duty.end()}, .channels = {}});
+    plant::Integrator run(plant, plant::Start{}, {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
+    double largest = 0.0;
+    const auto failure = sim::replay(run, system, samples, [&](std::size_t k) {
+      const std::vector<double> here = sim::in_file_units(system, run.readings()), there = measured(made.training_without_noise[k]);
+      REQUIRE(here.size() == there.size());
+      for (std::size_t c = 0; c < here.size(); ++c) largest = std::max(largest, std::abs(here[c] - there[c]));
+    });
+    CHECK_FALSE(failure.has_value());
+    CHECK(largest < 5e-5);  // as for two coils; kelvins or degrees
+    // An agreement in which the effect had no part would say nothing.
+    if (!kind.effects.empty())
+      CHECK(largest_between(prove::simulate_series(made.core_parameters, {}, made.training), made.training_without_noise) > 0.2);
+  }
+}
+
+TEST_CASE("series limb: its columns are those of its plant file" * long_when_sanitized) {
+  const plant::Plant nominal = sim::read_plant_file(std::string(SINEW_SOURCE_DIR) + "/plant/limbs/series_limb.yaml");
+  const sim::Columns columns = sim::columns_of(nominal.system());
+  std::vector<std::string> expected{"time_s"};
+  for (const auto* part : {&columns.inputs, &columns.channels})
+    for (const sim::Column& column : *part) expected.push_back(column.name);
+  CHECK(prove::series_columns() == expected);
+  CHECK(prove::series_row({}).size() == expected.size());
+}
+
+TEST_CASE("series limb: effects are exactly nothing at no strength" * long_when_sanitized) {
+  Settings nothing = still(30.0, 1.0);
+  nothing.strength = 0.0;
+  for (const Kind& kind : prove::series_kinds()) {
+    CAPTURE(kind.name);
+    const prove::SeriesConcealed made = prove::make_series(kind, 4, nothing);
+    CHECK(same_rows(made.training_without_noise, prove::simulate_series(made.core_parameters, {}, made.training)));
+  }
+}
+
+TEST_CASE("series limb: both segments babble, each its own way, and the same seed makes the same rows" * long_when_sanitized) {
+  Settings settings{120.0, 20.0, 1.0, {}};
+  settings.sample_rate_Hz = 5.0;
+  const Kind kind = prove::series_kinds().front();
+  const prove::SeriesConcealed one = prove::make_series(kind, 5, settings), again = prove::make_series(kind, 5, settings),
+                               other = prove::make_series(kind, 6, settings);
+  CHECK(same_rows(one.training, again.training));
+  CHECK(same_rows(one.heldout, again.heldout));
+  CHECK_FALSE(same_rows(one.training, other.training));
+  REQUIRE(one.training.size() == 601);
+  CHECK(one.heldout.size() == 101);
+  std::array<double, prove::series_coils.size()> driven{};
+  std::size_t alike = 0;
+  for (const prove::SeriesSample& row : one.training) {
+    for (std::size_t j = 0; j < driven.size(); ++j) {
+      CHECK(row.duty[j] <= 0.6);
+      if (row.temperature_degC[j] > 110.0) CHECK(row.duty[j] == 0.0);
+      driven[j] += row.duty[j] > 0.0;
+    }
+    alike += row.duty[0] == row.duty[2] && row.duty[1] == row.duty[3];
+  }
+  for (const double rows : driven) CHECK(rows > 20.0);
+  CHECK(alike < 300);
+}
+
+TEST_CASE("series limb: weight acts by the absolute angle, heat crosses within a segment alone" * long_when_sanitized) {
+  // The tip's coils are cold; those of the base are not.
+  std::vector<prove::SeriesSample> rows(1201);
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = {0.1 * static_cast<double>(k), {0.1, 0.0, 0.0, 0.0}, {}, {}};
+  const auto with = [&](const std::string& name, std::map<std::string, double> parameters) {
+    return prove::simulate_series({}, {{name, "", "", std::move(parameters), true, ""}}, rows);
+  };
+  const auto core = prove::simulate_series({}, {}, rows);
+  CHECK(core.back().angle_deg[0] > 5.0);
+  CHECK(core.back().angle_deg[1] == core.front().angle_deg[1]);
+  // Straight and untilted it has no weight; bent by the base the tip bends back.
+  const auto heavy = with("gravity_load", {{"moment_Nm", 0.01}, {"tilt_deg", 0.0}});
+  CHECK(std::abs(heavy.front().angle_deg[1]) < 1e-9);
+  CHECK(heavy.back().angle_deg[0] < core.back().angle_deg[0] - 0.5);
+  CHECK(heavy.back().angle_deg[1] < -0.5);
+  const auto crossing = with("cross_heating", {{"conductance_W_K", 0.006}});
+  CHECK(crossing.back().temperature_degC[1] > 25.0 + 1.0);
+  CHECK(crossing.back().temperature_degC[2] == 25.0);
+  CHECK(crossing.back().temperature_degC[3] == 25.0);
+}
+
+TEST_CASE("series limb: what it does not have it says" * long_when_sanitized) {
+  Settings settings = still(1.0, 1.0);
+  settings.disturbances.gaps = true;
+  CHECK_THROWS_WITH_AS(prove::make_series(prove::series_kinds().front(), 1, settings),
+                       "the limb of two segments has babbling alone, and of the disturbances moving air alone", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(prove::make_series({Family::catalogue, "latent_heat", {"latent_heat"}}, 1, still(1.0, 1.0)),
+                       "the limb of two segments has no effect latent_heat", std::invalid_argument);
+  CHECK_THROWS_WITH_AS(prove::simulate_series({{"heat_loss_A_W_K", 1.0}}, {}, {}),
+                       "the core of the limb of two segments has no parameter heat_loss_A_W_K", std::invalid_argument);
 }
 
 TEST_CASE("generator: its chance is Philox4x32-10" * long_when_sanitized) {
