@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "proof/cases.h"
+#include "prove/series_limb.h"
 
 namespace sinew::proof {
 namespace {
@@ -36,13 +37,13 @@ const std::vector<Elsewhere>& elsewhere() {
                                           {"20Hz", rate(20.0)},
                                           {"50Hz", rate(50.0)},
                                           {"still_air", [](Settings& settings) { settings.disturbances.moving_air = false; }},
-                                          {"air_of_each_wire", air(AirMotion::each_wire)},
+                                          {"separate_air", air(AirMotion::separate)},
                                           {"slow_air", air(AirMotion::slow)},
                                           {"fast_air", air(AirMotion::fast)},
                                           {"steps", protocol(Protocol::steps)},
                                           {"slow_ramps", protocol(Protocol::slow_ramps)},
                                           {"random_binary", protocol(Protocol::random_binary)},
-                                          {"one_coil", protocol(Protocol::one_coil)},
+                                          {"one_sided", protocol(Protocol::one_sided)},
                                           {"core_15", [](Settings& settings) { settings.core_spread = 0.15; }},
                                           {"2min", lasting(120.0, 120.0)},
                                           {"10min", lasting(600.0, 300.0)},
@@ -73,7 +74,10 @@ std::string text_of(double strength) { return strength == 1.0 ? "1" : strength =
 
 }  // namespace
 
-std::string ProofCase::family() const { return removed ? "removed" : elsewhere ? "elsewhere" : std::string(prove::name_of(kind.family)); }
+std::string ProofCase::family() const {
+  if (series) return "series_limb";
+  return removed ? "removed" : elsewhere ? "elsewhere" : std::string(prove::name_of(kind.family));
+}
 
 std::string ProofCase::id() const {
   return family() + "-" + kind.name + "-" + variant + "-" + text_of(settings.strength) + "-" + std::to_string(seed);
@@ -151,6 +155,21 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, doubl
   return cases;
 }
 
+std::vector<ProofCase> series_proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s) {
+  std::vector<ProofCase> cases;
+  for (int s = 0; s < seeds; ++s)
+    for (const prove::Kind& kind : prove::series_kinds()) {
+      const bool clean = kind.family == prove::Family::clean;
+      ProofCase one{kind, (clean ? first.clean : first.concealed) + static_cast<std::uint64_t>(s), {}, "plain"};
+      one.settings.training_s = training_s;
+      one.settings.heldout_s = held_out_s;
+      if (!clean) one.settings.strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
+      one.series = true;
+      cases.push_back(one);
+    }
+  return cases;
+}
+
 std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
   const std::vector<std::string> wanted{"clean-core-plain",        "clean-core-gaps",
                                         "clean-core-outliers",     "catalogue-thermocouple_lag-",
@@ -171,8 +190,8 @@ std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s) {
 
 nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& concealed) {
   nlohmann::ordered_json answer;
-  // Nothing is missing is nothing is missing: scored with the clean ones, by its variant.
-  answer["family"] = one.elsewhere ? std::string(prove::name_of(one.kind.family)) : one.family();
+  // Scored by what is concealed, wherever that is.
+  answer["family"] = one.elsewhere || one.series ? std::string(prove::name_of(one.kind.family)) : one.family();
   answer["kind"] = one.kind.name;
   answer["variant"] = one.variant;
   answer["strength"] = one.settings.strength;

@@ -19,7 +19,8 @@ struct ProofCase {
   bool removed = false;         // the true effect is taken out of the catalogue beforehand
   bool with_baselines = false;  // simpler methods are put to it, too; they take as long as the diagnosis
   bool elsewhere = false;       // nothing is missing, and the recording is of another rate, air, protocol, spread of the core or length
-  std::string family() const;   // by which cases are chosen: of those, "elsewhere"
+  bool series = false;          // of the limb of two segments in series (prove/series_limb.h)
+  std::string family() const;   // by which cases are chosen: of those "elsewhere", or "series_limb"
   std::string id() const;       // unique, fit for a file name
 };
 
@@ -35,10 +36,12 @@ inline constexpr int clean_per_seed = 8;  // three plain, and one under each dis
 // seed. Strengths go through 1, 0.5 and 0.25. At the end the further kinds of the generator, and for each seed one recording elsewhere of
 // each sort, in which nothing is missing; lengths are the case's own where they are what is otherwise.
 std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, double training_s, double held_out_s);
+// Those of the limb of two segments in series: nothing missing, and each effect that it can conceal, at the strengths of the others.
+std::vector<ProofCase> series_proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s);
 // A dozen, for ./check.
 std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s);
 
-// What is true of a case: sealed before any diagnosis begins.
+// What is true of a case: sealed before any diagnosis begins. Of `concealed` core and effects are read.
 nlohmann::ordered_json answer_of(const ProofCase& one, const prove::Concealed& concealed);
 
 // Scores results against answers, both by case id: figures with their goals and intervals, strata, confusion, misses.

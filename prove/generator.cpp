@@ -87,7 +87,7 @@ class RandomBinary : public Driver {
 std::unique_ptr<Driver> driver_of(Protocol protocol, std::uint64_t seed, const std::string& name, double period_s) {
   switch (protocol) {
     case Protocol::babbling:
-    case Protocol::one_coil:
+    case Protocol::one_sided:
       break;
     case Protocol::steps:
       return std::make_unique<Steps>(seed, name);
@@ -96,7 +96,7 @@ std::unique_ptr<Driver> driver_of(Protocol protocol, std::uint64_t seed, const s
     case Protocol::random_binary:
       return std::make_unique<RandomBinary>(seed, name);
   }
-  return std::make_unique<Babbler>(seed, name, period_s, protocol == Protocol::one_coil);
+  return std::make_unique<Babbler>(seed, name, period_s, protocol == Protocol::one_sided);
 }
 
 // The air of each wire, from `first_s` to `last_s`; `drawn_memory_s` is that of air that is neither slow nor fast.
@@ -105,7 +105,7 @@ std::array<Air, 2> air_of(const Settings& settings, std::uint64_t seed, const st
   if (!settings.disturbances.moving_air) return {};
   const double memory_s = settings.air == AirMotion::slow ? slow_air_s : settings.air == AirMotion::fast ? fast_air_s : drawn_memory_s;
   const Air air = moving_air(seed, name + "air", first_s, last_s, memory_s);
-  return {air, settings.air == AirMotion::each_wire ? moving_air(seed, name + "air B", first_s, last_s, memory_s) : air};
+  return {air, settings.air == AirMotion::separate ? moving_air(seed, name + "air B", first_s, last_s, memory_s) : air};
 }
 
 double& channel(Sample& row, std::size_t which) { return which < 2 ? row.temperature_degC[which] : row.angle_deg; }

@@ -71,15 +71,15 @@ enum class Protocol {
   steps,          // open loop: held for 8 to 30 s at a duty of 0.05 to 0.35; coil A, coil B, both, none, and again
   slow_ramps,     // open loop: duty rises to 0.12 to 0.22 and falls back, over 60 to 120 s in all; coil A, coil B, and again
   random_binary,  // open loop: every 4 s each coil is on with a probability of 1/3, at a duty of 0.25 to 0.45 of its own
-  one_coil        // babbling with setpoints in [0, 45] deg, of which coil A alone takes part
+  one_sided       // babbling with setpoints in [0, 45] deg, of which coil A alone takes part
 };
 
 // How the ambient wanders where air moves: by 0.3 K (one standard deviation) in all of them.
 enum class AirMotion {
-  shared,     // over 20 to 40 s, the same for both wires
-  each_wire,  // over 20 to 40 s, each wire in air of its own; what belongs to both feels the mean
-  slow,       // over 150 s, the same for both wires
-  fast        // over 5 s, the same for both wires
+  shared,    // over 20 to 40 s, the same for both wires
+  separate,  // over 20 to 40 s, each wire in air of its own; what belongs to both feels the mean
+  slow,      // over 150 s, the same for both wires
+  fast       // over 5 s, the same for both wires
 };
 
 struct Settings {

@@ -238,7 +238,7 @@ SeriesRecorded record_series(const SeriesPhysics& physics, std::uint64_t seed, c
   if (settings.disturbances.moving_air) {
     const double memory_s = settings.air == AirMotion::slow ? slow_air_s : settings.air == AirMotion::fast ? fast_air_s : drawn_memory_s;
     for (std::size_t j = 0; j < coil_count; ++j) {
-      const std::string own = settings.air == AirMotion::each_wire ? "air " + std::string(series_coils[j]) : "air";
+      const std::string own = settings.air == AirMotion::separate ? "air " + std::string(series_coils[j]) : "air";
       air[j] = moving_air(seed, name + own, 0.0, static_cast<double>(rows - 1) * period_s, memory_s);
     }
   }

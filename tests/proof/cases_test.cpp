@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "prove/series_limb.h"
+
 namespace proof_cases_test {
 
 using namespace sinew;
@@ -95,6 +97,22 @@ TEST_CASE("cases: a case of three effects is of the family of triples") {
   const auto cases = cases_of(1);
   CHECK(std::ranges::count(cases, "triple", &ProofCase::family) == 8);
   CHECK(std::ranges::count_if(cases, [](const ProofCase& one) { return one.kind.effects.size() == 3; }) == 8);
+}
+
+TEST_CASE("cases: the limb of two segments in series has a family of its own, scored by what is concealed in it") {
+  const auto cases = proof::series_proof_cases(proof::reported_seeds, 3, 300.0, 150.0);
+  CHECK(cases.size() == 3 * prove::series_kinds().size());
+  std::set<std::string> ids;
+  for (const ProofCase& one : cases) {
+    CAPTURE(one.id());
+    CHECK(one.family() == "series_limb");
+    CHECK(ids.insert(one.id()).second);
+    const bool clean = one.kind.effects.empty();
+    CHECK(proof::answer_of(one, {})["family"] == (clean ? "clean" : "catalogue"));
+    CHECK(one.seed >= (clean ? proof::reported_seeds.clean : proof::reported_seeds.concealed));
+    CHECK((one.settings.strength == 1.0 || !clean));
+  }
+  CHECK(std::ranges::count_if(cases, [](const ProofCase& one) { return one.settings.strength == 0.25; }) == 5);
 }
 
 }  // namespace proof_cases_test

@@ -980,7 +980,7 @@ TEST_CASE("generator: each protocol drives the coils as it says, cool enough and
         CHECK(k % 40 == 0);
   }
   SUBCASE("one coil: the other is never driven, and the limb bends towards the first") {
-    const auto rows = made(prove::Protocol::one_coil);
+    const auto rows = made(prove::Protocol::one_sided);
     double largest_deg = 0.0;
     for (const prove::Sample& row : rows) {
       CHECK(row.duty[1] == 0.0);
@@ -1025,7 +1025,7 @@ TEST_CASE("generator: air of each kind has its memory and its size, and wires of
   };
   const auto none = air(prove::AirMotion::slow, false);
   CHECK(std::ranges::all_of(none[0], [](double x) { return x == 0.0; }));
-  const auto shared = air(prove::AirMotion::shared, true), each = air(prove::AirMotion::each_wire, true),
+  const auto shared = air(prove::AirMotion::shared, true), each = air(prove::AirMotion::separate, true),
              slow = air(prove::AirMotion::slow, true), fast = air(prove::AirMotion::fast, true);
   CHECK(correlation(shared) > 0.98);
   CHECK(correlation(slow) > 0.98);
