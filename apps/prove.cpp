@@ -21,6 +21,8 @@
 #include "proof/cases.h"
 #include "proof/oracle.h"
 #include "proof/score_files.h"
+#include "prove/series_limb.h"
+#include "report/number.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
@@ -44,6 +46,27 @@ struct ProveArguments {
   double training_s = 300.0, held_out_s = 150.0;
   bool few = false, json = false, without_baselines = false, oracle = false, recordings = false, score = false, overwrite = false;
 };
+
+// Whether recordings of the limb of two segments in series are recordings of this plant: then the cases are those of that limb.
+bool is_series_limb(const plant::System& system) {
+  const sim::Columns columns = sim::columns_of(system);
+  std::vector<std::string> names{"time_s"};
+  for (const auto* part : {&columns.inputs, &columns.channels})
+    for (const sim::Column& column : *part) names.push_back(column.name);
+  return names == prove::series_columns();
+}
+
+sim::Recording recording_of(const std::vector<prove::SeriesSample>& samples, const std::string& name, const plant::System& system) {
+  sim::Recording recording{.name = name, .columns = sim::columns_of(system)};
+  for (const prove::SeriesSample& s : samples) {
+    sim::Sample sample{.time_s = s.time_s,
+                       .inputs = {s.duty.begin(), s.duty.end()},
+                       .channels = {s.temperature_degC.begin(), s.temperature_degC.end()}};
+    sample.channels.insert(sample.channels.end(), s.angle_deg.begin(), s.angle_deg.end());
+    recording.samples.push_back(std::move(sample));
+  }
+  return recording;
+}
 
 sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std::string& name) {
   sim::Recording recording{.name = name, .columns = sim::columns_of(plant::default_plant().system())};
@@ -148,16 +171,35 @@ double refit_with_truth(const plant::Plant& nominal, const prove::Concealed& con
   return normalised(known.held_out.after, known.held_out.noise);
 }
 
+// A case as it was made. `truth` has core and effects; its rows are in the recordings.
+struct Made {
+  prove::Concealed truth;
+  sim::Recording training, held_out;
+};
+Made make_case(const ProofCase& one, const plant::System& system) {
+  if (one.series) {
+    prove::SeriesConcealed concealed = prove::make_series(one.kind, one.seed, one.settings);
+    prove::Concealed truth;
+    truth.core_parameters = std::move(concealed.core_parameters);
+    truth.effects = std::move(concealed.effects);
+    return {std::move(truth), recording_of(concealed.training, "training", system), recording_of(concealed.heldout, "held out", system)};
+  }
+  prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+  sim::Recording training = recording_of(concealed.training, "training"), held_out = recording_of(concealed.heldout, "held out");
+  return {std::move(concealed), std::move(training), std::move(held_out)};
+}
+
 // What a case puts to any method.
 struct Given {
   prove::Concealed concealed;
   std::vector<sim::Recording> training, held_out;
   diagnose::DiagnosisSettings settings;
 
-  explicit Given(const ProofCase& one)
-      : concealed(prove::make(one.kind, one.seed, one.settings)),
-        training{recording_of(concealed.training, "training")},
-        held_out{recording_of(concealed.heldout, "held out")} {
+  Given(const ProofCase& one, const plant::System& system) {
+    Made all = make_case(one, system);
+    concealed = std::move(all.truth);
+    training.push_back(std::move(all.training));
+    held_out.push_back(std::move(all.held_out));
     settings.search.threads = 1;
     settings.search.fit.should_stop = interrupted;
     if (one.removed)
@@ -201,12 +243,12 @@ Json oracle_json(const ProofCase& one, const Given& given, const diagnose::Diagn
 }
 
 Json diagnose_case(const ProofCase& one, const plant::Plant& nominal) {
-  const Given given(one);
+  const Given given(one, nominal.system());
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
   Json result = result_of(diagnosis);
   if (one.with_baselines) result["baselines"] = baselines(diagnosis, given.settings);
   if (one.with_oracle) result["oracle"] = oracle_json(one, given, diagnosis);
-  if (one.family() == "catalogue" || one.family() == "pair")
+  if (one.family() == "catalogue" || one.family() == "pair" || one.family() == "triple" || (one.series && !one.kind.effects.empty()))
     result["normalised_oracle"] = refit_with_truth(nominal, given.concealed, given.training, given.held_out, given.settings);
   return result;
 }
@@ -216,7 +258,7 @@ bool lacks_oracle(const ProofCase& one, const Json& kept) { return one.with_orac
 
 // A case that has been diagnosed, with what it lacks of the simpler methods and the oracle. They begin from the calibrated core.
 Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
-  const Given given(one);
+  const Given given(one, nominal.system());
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
   core_alone.certain_unrest = 0.0;  // only the fit is wanted
@@ -261,9 +303,13 @@ bool holds_proof(const fs::path& out) {
 ProveArguments with_all_clean(ProveArguments arguments) {
   if (!arguments.score || arguments.clean != 0) return arguments;
   const Json sealed = sealed_answers(arguments.out);
-  for (const auto& [id, answer] : sealed.items()) arguments.clean += answer.is_object() && answer.value("family", "") == "clean";
+  for (const auto& [id, answer] : sealed.items()) arguments.clean += answer.is_object() && id.starts_with("clean-");
   if (arguments.clean < clean_per_seed * arguments.seeds) arguments.clean = 0;
   return arguments;
+}
+
+plant::Plant nominal_of(const ProveArguments& arguments) {
+  return arguments.plant.empty() ? plant::default_plant() : sim::read_plant_file(arguments.plant);
 }
 
 // The cases that were asked for.
@@ -271,12 +317,15 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   const int least_clean = clean_per_seed * arguments.seeds;
   if (arguments.clean != 0 && arguments.clean < least_clean)
     refuse("", "--clean", std::to_string(arguments.clean), "at least eight for each seed, here " + std::to_string(least_clean));
-  std::vector<ProofCase> cases =
-      arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
-                    : proof_cases(arguments.first_seed != 0        ? FirstSeeds{arguments.first_seed, arguments.first_seed}
-                                  : arguments.set == "development" ? development_seeds
-                                                                   : reported_seeds,
-                                  arguments.seeds, std::max(arguments.clean, least_clean), arguments.training_s, arguments.held_out_s);
+  const FirstSeeds first = arguments.first_seed != 0        ? FirstSeeds{arguments.first_seed, arguments.first_seed}
+                           : arguments.set == "development" ? development_seeds
+                                                            : reported_seeds;
+  const bool series = is_series_limb(nominal_of(arguments).system());
+  if (series && arguments.few) refuse("", "--few", arguments.plant, "has cases of the limb with two coils, and this plant is another limb");
+  std::vector<ProofCase> cases = series          ? series_proof_cases(first, arguments.seeds, arguments.training_s, arguments.held_out_s)
+                                 : arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
+                                                 : proof_cases(first, arguments.seeds, std::max(arguments.clean, least_clean),
+                                                               arguments.training_s, arguments.held_out_s);
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -286,7 +335,7 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   if (cases.empty()) refuse("", "--families, --kinds", "", "no case is left; `--families` has none of these kinds");
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;
-  for (ProofCase& one : cases) one.with_oracle = arguments.oracle && one.family() != "clean";
+  for (ProofCase& one : cases) one.with_oracle = arguments.oracle && !one.kind.effects.empty() && !one.series;
   return cases;
 }
 
@@ -302,6 +351,7 @@ std::string command_of(const ProveArguments& arguments) {
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
     for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
   };
+  if (!arguments.plant.empty()) command += " --plant " + arguments.plant;
   add_list("--families", arguments.families);
   add_list("--kinds", arguments.kinds);
   if (arguments.without_baselines) command += " --without-baselines";
@@ -333,11 +383,11 @@ class Proof {
 
   // False where it was interrupted.
   bool run() {
-    const plant::Plant nominal = arguments_.plant.empty() ? plant::default_plant() : sim::read_plant_file(arguments_.plant);
-    make_answers();
+    const plant::Plant nominal = nominal_of(arguments_);
+    make_answers(nominal.system());
     check_that_it_goes_on();
     fs::create_directories(out_ / "cases");
-    if (arguments_.recordings) write_recordings();
+    if (arguments_.recordings) write_recordings(nominal.system());
     take_what_is_there();
     seal();
     diagnose_open(nominal);
@@ -360,12 +410,11 @@ class Proof {
   }
   std::string seal_of(const ProofCase& one) const { return sim::sha256(answers_[one.id()].dump()); }
 
-  void make_answers() {
+  void make_answers(const plant::System& system) {
     Progress making("making recordings");
     for (const ProofCase& one : cases_) {
       making.show(static_cast<double>(answers_.size()) / static_cast<double>(cases_.size()), one.id());
-      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
-      answers_[one.id()] = answer_of(one, concealed);
+      answers_[one.id()] = answer_of(one, make_case(one, system).truth);
     }
   }
 
@@ -383,13 +432,13 @@ class Proof {
     }
   }
 
-  void write_recordings() const {
+  void write_recordings(const plant::System& system) const {
     for (const ProofCase& one : cases_) {
-      const prove::Concealed concealed = prove::make(one.kind, one.seed, one.settings);
+      const Made of_case = make_case(one, system);
       const fs::path folder = out_ / "recordings" / one.id();
       fs::create_directories(folder);
-      sim::write_recording(folder / "training.csv", recording_of(concealed.training, "training"));
-      sim::write_recording(folder / "heldout.csv", recording_of(concealed.heldout, "held out"));
+      sim::write_recording(folder / "training.csv", of_case.training);
+      sim::write_recording(folder / "heldout.csv", of_case.held_out);
     }
   }
 
@@ -534,7 +583,10 @@ void add_prove(CLI::App& program, int& exit_code) {
       "  sinew prove --out results/proof --score\n"
       "  sinew prove --few --out /tmp/few");
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
-  command->add_option("--plant", arguments->plant, "nominal plant; without it the paper's limb")->check(CLI::ExistingFile);
+  command
+      ->add_option("--plant", arguments->plant,
+                   "nominal plant; without it the paper's limb. plant/limbs/series_limb.yaml: cases of two segments in series")
+      ->check(CLI::ExistingFile);
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
   command->add_option("--first-seed", arguments->first_seed, "seeds from here on, instead of those of a set")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}));
@@ -542,7 +594,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
       ->check(CLI::Range(clean_per_seed, 10000));
   command->add_option("--families", arguments->families, "only these")
-      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "outside", "removed"}))
+      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "triple", "outside", "removed", "elsewhere", "series_limb"}))
       ->delimiter(',');
   command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
   command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));

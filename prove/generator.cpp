@@ -4,73 +4,114 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "prove/generator_effects.h"
 #include "prove/generator_limb.h"
 #include "prove/generator_random.h"
+#include "prove/generator_recording.h"
 
 namespace sinew::prove {
 namespace {
 
-constexpr double period_s = 0.1;
-constexpr double lead_in_s = 30.0;      // of mid_motion
-constexpr double too_hot_degC = 110.0;  // the thermostat
-constexpr double largest_setpoint_deg = 45.0;
+constexpr double lead_in_s = 30.0;  // of mid_motion
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
-double time_of(std::int64_t tick) { return static_cast<double>(tick) * period_s; }
-
-// A channel's noise and steps: thermocouple (MAX31855) and bend sensor.
-struct Sensor {
-  Stream chance;
-  double noise, step;
-  double report(double shown, std::uint64_t n) const {
-    return std::round((shown + noise * chance.normal(n)) / step) * step + 0.0;  // + 0.0: never -0
-  }
-};
-
-// Ornstein-Uhlenbeck process, drawn exactly from one sample to the next.
-Air moving_air(std::uint64_t seed, const std::string& name, double first_s, std::size_t count, double memory_s) {
-  constexpr double deviation_K = 0.3;
-  const Stream chance(seed, name + "air");
-  const double kept = std::exp(-period_s / memory_s);
-  const double fresh = std::sqrt(1.0 - kept * kept);
-  Air air{first_s, period_s, {deviation_K * chance.normal(0)}};
-  for (std::size_t n = 1; n < count; ++n) air.offset_K.push_back(kept * air.offset_K.back() + fresh * deviation_K * chance.normal(n));
-  return air;
-}
-
-// The paper's controller: setpoints held for a while, followed by a PI law; and a thermostat.
-class Babbler {
+class Steps : public Driver {
  public:
-  Babbler(std::uint64_t seed, const std::string& name) : setpoints_(seed, name + "setpoint"), holds_(seed, name + "hold") {}
+  Steps(std::uint64_t seed, const std::string& name)
+      : levels_{Stream(seed, name + "level A"), Stream(seed, name + "level B")}, holds_(seed, name + "hold") {}
 
-  std::array<double, 2> duty(double elapsed_s, const std::array<double, 2>& temperature_degC, double angle_deg) {
-    constexpr double proportional_1_deg = 0.06, integral_1_deg_s = 1.0e-5, largest_duty = 0.6;
+  std::array<double, 2> duty(double elapsed_s, double) override {
     while (elapsed_s >= next_s_) {
-      setpoint_deg_ = setpoints_.uniform(drawn_, -largest_setpoint_deg, largest_setpoint_deg);
-      next_s_ += holds_.uniform(drawn_, 1.0, 30.0);
+      const std::uint64_t turn = drawn_ % 4;  // A, B, both, none
+      for (std::size_t j = 0; j < 2; ++j) duty_[j] = turn == j || turn == 2 ? levels_[j].uniform(drawn_, 0.05, 0.35) : 0.0;
+      next_s_ += holds_.uniform(drawn_, 8.0, 30.0);
       ++drawn_;
     }
-    const double error_deg = setpoint_deg_ - angle_deg;
-    sum_deg_s_ += error_deg * period_s;
-    const double u = std::clamp(proportional_1_deg * error_deg + integral_1_deg_s * sum_deg_s_, -1.0, 1.0);
-    std::array<double, 2> duty{std::clamp(u, 0.0, largest_duty), std::clamp(-u, 0.0, largest_duty)};
-    for (std::size_t j = 0; j < 2; ++j)
-      if (temperature_degC[j] > too_hot_degC) duty[j] = 0.0;
+    return duty_;
+  }
+
+ private:
+  std::array<Stream, 2> levels_;
+  Stream holds_;
+  std::uint64_t drawn_ = 0;
+  double next_s_ = 0.0;
+  std::array<double, 2> duty_{};
+};
+
+class SlowRamps : public Driver {
+ public:
+  SlowRamps(std::uint64_t seed, const std::string& name) : peaks_(seed, name + "peak"), lengths_(seed, name + "ramp length") {}
+
+  std::array<double, 2> duty(double elapsed_s, double) override {
+    while (elapsed_s >= next_s_) {
+      began_s_ = next_s_;
+      next_s_ += lengths_.uniform(drawn_, 60.0, 120.0);
+      peak_ = peaks_.uniform(drawn_, 0.12, 0.22);
+      ++drawn_;
+    }
+    const double done = (elapsed_s - began_s_) / (next_s_ - began_s_);
+    std::array<double, 2> duty{};
+    duty[(drawn_ - 1) % 2] = peak_ * (1.0 - std::abs(2.0 * done - 1.0));
     return duty;
   }
 
  private:
-  Stream setpoints_, holds_;
+  Stream peaks_, lengths_;
   std::uint64_t drawn_ = 0;
-  double setpoint_deg_ = 0.0, next_s_ = 0.0, sum_deg_s_ = 0.0;
+  double began_s_ = 0.0, next_s_ = 0.0, peak_ = 0.0;
 };
+
+class RandomBinary : public Driver {
+ public:
+  RandomBinary(std::uint64_t seed, const std::string& name)
+      : whether_{Stream(seed, name + "on A"), Stream(seed, name + "on B")}, level_(seed, name + "level") {}
+
+  std::array<double, 2> duty(double elapsed_s, double) override {
+    constexpr double interval_s = 4.0, probability = 1.0 / 3.0;
+    const auto interval = static_cast<std::uint64_t>(std::floor(elapsed_s / interval_s + 1.0e-9));
+    std::array<double, 2> duty{};
+    for (std::size_t j = 0; j < 2; ++j)
+      if (whether_[j].uniform(interval) < probability) duty[j] = level_.uniform(j, 0.25, 0.45);
+    return duty;
+  }
+
+ private:
+  std::array<Stream, 2> whether_;
+  Stream level_;
+};
+
+std::unique_ptr<Driver> driver_of(Protocol protocol, std::uint64_t seed, const std::string& name, double period_s) {
+  switch (protocol) {
+    case Protocol::babbling:
+    case Protocol::one_sided:
+      break;
+    case Protocol::steps:
+      return std::make_unique<Steps>(seed, name);
+    case Protocol::slow_ramps:
+      return std::make_unique<SlowRamps>(seed, name);
+    case Protocol::random_binary:
+      return std::make_unique<RandomBinary>(seed, name);
+  }
+  return std::make_unique<Babbler>(seed, name, period_s, protocol == Protocol::one_sided);
+}
+
+// The air of each wire, from `first_s` to `last_s`; `drawn_memory_s` is that of air that is neither slow nor fast.
+std::array<Air, 2> air_of(const Settings& settings, std::uint64_t seed, const std::string& name, double first_s, double last_s,
+                          double drawn_memory_s) {
+  if (!settings.disturbances.moving_air) return {};
+  const double memory_s = settings.air == AirMotion::slow ? slow_air_s : settings.air == AirMotion::fast ? fast_air_s : drawn_memory_s;
+  const Air air = moving_air(seed, name + "air", first_s, last_s, memory_s);
+  return {air, settings.air == AirMotion::separate ? moving_air(seed, name + "air B", first_s, last_s, memory_s) : air};
+}
 
 double& channel(Sample& row, std::size_t which) { return which < 2 ? row.temperature_degC[which] : row.angle_deg; }
 
 // What happens between the sensors and the file. The controller does not see it.
-void spoil(std::vector<Sample>& rows, std::uint64_t seed, const std::string& name, const Disturbances& disturbances) {
+void spoil(std::vector<Sample>& rows, std::uint64_t seed, const std::string& name, double period_s, const Disturbances& disturbances) {
   const double last = static_cast<double>(rows.size());
   for (std::size_t c = 0; c < 3; ++c) {
     const std::string own = name + "channel " + std::to_string(c) + "/";
@@ -100,7 +141,10 @@ struct Recorded {
 };
 
 Recorded record(const Physics& physics, std::uint64_t seed, const std::string& name, double duration_s, double air_memory_s,
-                const Disturbances& disturbances) {
+                const Settings& settings) {
+  const Disturbances& disturbances = settings.disturbances;
+  const double period_s = 1.0 / settings.sample_rate_Hz;
+  const auto time_of = [period_s](std::int64_t tick) { return static_cast<double>(tick) * period_s; };
   const auto rows = static_cast<std::int64_t>(std::round(duration_s / period_s)) + 1;
   const std::int64_t before = disturbances.mid_motion ? std::int64_t{std::lround(lead_in_s / period_s)} : 0;
   const double temperature_step_K = disturbances.coarse_steps ? 0.5 : 0.25;
@@ -108,11 +152,9 @@ Recorded record(const Physics& physics, std::uint64_t seed, const std::string& n
   const std::array<Sensor, 2> thermocouple{Sensor{Stream(seed, name + "thermocouple A"), 0.1, temperature_step_K},
                                            Sensor{Stream(seed, name + "thermocouple B"), 0.1, temperature_step_K}};
   const Sensor bend{Stream(seed, name + "bend sensor"), 0.05, angle_step_deg};
-  Air air;
-  if (disturbances.moving_air) air = moving_air(seed, name, time_of(-before), static_cast<std::size_t>(rows + before), air_memory_s);
 
-  Run limb(physics, air, time_of(-before));
-  Babbler babbler(seed, name);
+  Run limb(physics, air_of(settings, seed, name, time_of(-before), time_of(rows - 1), air_memory_s), time_of(-before));
+  const std::unique_ptr<Driver> driver = driver_of(settings.protocol, seed, name, period_s);
   Recorded recorded;
   for (std::int64_t tick = -before; tick < rows; ++tick) {
     limb.advance_to(time_of(tick));
@@ -120,36 +162,25 @@ Recorded record(const Physics& physics, std::uint64_t seed, const std::string& n
     const auto n = static_cast<std::uint64_t>(tick + before);
     Sample row{time_of(tick), {}, {}, bend.report(shown.angle_deg, n)};
     for (std::size_t j = 0; j < 2; ++j) row.temperature_degC[j] = thermocouple[j].report(shown.temperature_degC[j], n);
-    row.duty = babbler.duty(time_of(tick + before), row.temperature_degC, row.angle_deg);
+    row.duty = driver->duty(time_of(tick + before), row.angle_deg);
+    for (std::size_t j = 0; j < 2; ++j)
+      if (row.temperature_degC[j] > too_hot_degC) row.duty[j] = 0.0;
     limb.hold(row.duty);
     if (tick < 0) continue;
     recorded.rows.push_back(row);
     recorded.without_noise.push_back({row.time_s, row.duty, shown.temperature_degC, shown.angle_deg});
   }
-  spoil(recorded.rows, seed, name, disturbances);
+  spoil(recorded.rows, seed, name, period_s, disturbances);
   for (std::size_t k = 0; k < recorded.rows.size(); ++k) recorded.without_noise[k].time_s = recorded.rows[k].time_s;
   return recorded;
 }
 
-std::map<std::string, double> drawn_core(std::uint64_t seed, const std::string& kind) {
+std::map<std::string, double> drawn_core(std::uint64_t seed, const std::string& kind, double spread) {
   std::map<std::string, double> core;
   const Physics defaults;
   for (const CoreNumber& number : core_numbers()) {
     const double off = Stream(seed, kind + "/core." + std::string(number.name)).uniform(0, -1.0, 1.0);
-    double value = defaults.*number.field;
-    switch (number.spread) {
-      case Spread::known:
-        break;
-      case Spread::relative:
-        value *= 1.0 + 0.08 * off;
-        break;
-      case Spread::kelvins:
-        value += 3.0 * off;
-        break;
-      case Spread::offset:
-        value += off;
-        break;
-    }
+    const double value = off_by(defaults.*number.field, number.spread, spread, off);
     core.emplace(number.name, value);
   }
   return core;
@@ -163,9 +194,11 @@ bool has_body(const Effect& effect) {
 }  // namespace
 
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
+  check_range("sample_rate_Hz", settings.sample_rate_Hz, 1.0, 100.0);
+  check_range("core_spread", settings.core_spread, 0.0, 0.3);
   Concealed made;
   const std::string stream = drawn_as(kind.name);
-  made.core_parameters = drawn_core(seed, stream);
+  made.core_parameters = drawn_core(seed, stream, settings.core_spread);
   const auto near = [&](const std::string& name, double value) {
     made.core_parameters[name] = value * Stream(seed, stream + "/core." + name).uniform(0, 0.97, 1.03);
   };
@@ -191,8 +224,8 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
 
   const Physics physics = physics_of(made.core_parameters, made.effects);
   const double air_memory_s = Stream(seed, stream + "/air memory").uniform(0, 20.0, 40.0);
-  Recorded training = record(physics, seed, stream + "/training/", settings.training_s, air_memory_s, settings.disturbances);
-  Recorded heldout = record(physics, seed, stream + "/heldout/", settings.heldout_s, air_memory_s, settings.disturbances);
+  Recorded training = record(physics, seed, stream + "/training/", settings.training_s, air_memory_s, settings);
+  Recorded heldout = record(physics, seed, stream + "/heldout/", settings.heldout_s, air_memory_s, settings);
   made.training = std::move(training.rows);
   made.training_without_noise = std::move(training.without_noise);
   made.heldout = std::move(heldout.rows);

@@ -8,7 +8,8 @@
 //
 // Everything is a function of (kind, seed, settings); the same binary on the same machine gives the same bits. Chance
 // is split by consumer: a disturbance that is switched on leaves the limb, its setpoints and the other noise as they
-// were (but for mid_motion, which cuts their beginning away). Another strength leaves all draws as they were.
+// were (but for mid_motion, which cuts their beginning away). Another strength leaves all draws as they were, and so do another sample
+// rate, another protocol, other air and another spread of the core.
 #pragma once
 
 #include <array>
@@ -39,7 +40,7 @@ struct TruthEffect {
   std::string words;
 };
 
-enum class Family { clean, catalogue, other_form, pair, outside };
+enum class Family { clean, catalogue, other_form, pair, outside, triple };
 std::string_view name_of(Family family);
 
 struct Kind {
@@ -50,16 +51,35 @@ struct Kind {
 
 // Every kind of case, in a fixed order: clean, the catalogue in its order, other forms, pairs, outside; then the kinds with a junction,
 // alone, with a layer around it (a layer is never alone), and in other forms. "junction.outer_turns" has the place, and draws the numbers,
-// that it had when it was "outer_turns" of the catalogue.
+// that it had when it was "outer_turns" of the catalogue. At last those of further_kinds.
 std::vector<Kind> kinds();
+// Those of them that come at the end: triples, further other forms, and more that is outside. The cases of all others stand before theirs.
+std::vector<Kind> further_kinds();
 
 struct Disturbances {
-  bool moving_air = true;     // ambient wanders by 0.3 K (one standard deviation) over 20 to 40 s; both wires feel the same
+  bool moving_air = true;     // ambient wanders; Settings::air says how
   bool coarse_steps = false;  // 0.5 K and 0.25 deg instead of 0.25 K and 1/32 deg; the controller sees them too
   bool gaps = false;          // stretches of 0.5 to 8 s are missing, each in one channel
   bool outliers = false;      // 0.5 % of the samples of each channel are off by 10 to 20 K, or 7.5 to 15 deg
   bool clock_drift = false;   // time_s runs 1 % fast; effects and parameters are in true time
   bool mid_motion = false;    // 30 s of babbling before the recording are cut away; t = 0 is where it starts, all that stores heat warm
+};
+
+// What drives the limb. Duty never passes 0.6, and a wire above 110 degC gets none, in all of them.
+enum class Protocol {
+  babbling,       // setpoints held for 1 to 30 s, in [-45, 45] deg, followed by the paper's PI law
+  steps,          // open loop: held for 8 to 30 s at a duty of 0.05 to 0.35; coil A, coil B, both, none, and again
+  slow_ramps,     // open loop: duty rises to 0.12 to 0.22 and falls back, over 60 to 120 s in all; coil A, coil B, and again
+  random_binary,  // open loop: every 4 s each coil is on with a probability of 1/3, at a duty of 0.25 to 0.45 of its own
+  one_sided       // babbling with setpoints in [0, 45] deg, of which coil A alone takes part
+};
+
+// How the ambient wanders where air moves: by 0.3 K (one standard deviation) in all of them.
+enum class AirMotion {
+  shared,    // over 20 to 40 s, the same for both wires
+  separate,  // over 20 to 40 s, each wire in air of its own; what belongs to both feels the mean
+  slow,      // over 150 s, the same for both wires
+  fast       // over 5 s, the same for both wires
 };
 
 struct Settings {
@@ -71,6 +91,12 @@ struct Settings {
   // capacity, loss and share of the current heat are multiplied, and how much lighter than believed the wire is; its conductance stays.
   double strength = 1.0;
   Disturbances disturbances;
+  // Of the controller and of the recording alike, 1 to 100. Physics and air do not know it; every row has a fresh reading.
+  double sample_rate_Hz = 10.0;
+  Protocol protocol = Protocol::babbling;
+  AirMotion air = AirMotion::shared;  // none: Disturbances::moving_air
+  // How far the core's parameters may be off, 0 to 0.3; temperatures and the angle's offset in proportion, 3 K and 1 deg at 0.08.
+  double core_spread = 0.08;
 };
 
 struct Concealed {
@@ -83,13 +109,13 @@ struct Concealed {
   std::vector<Sample> training_without_noise, heldout_without_noise;
 };
 
-// The core's parameters are off their defaults by up to 8 % or 3 K (angle offset 1 deg); supply, inertia and sign are
+// The core's parameters are off their defaults by up to core_spread (8 %, 3 K, angle offset 1 deg); supply, inertia and sign are
 // known. A limb with coil_slack has a shorter coil_stretch_m (0.0255) and a longer transformation_stretch_m (0.0335 at
 // strength 1, both off by up to 3 %), or its coils would never slacken. One with a junction has lighter wires (heat_capacity_A_J_K and
 // heat_capacity_B_J_K 0.5 to 0.8 of their defaults at strength 1), and one share of the current heat in both coils: its relative_power is
 // that over its share of the heat capacity, beside the mean of the two wires. Strengths and shapes of effects vary by 25 %, those of a
 // junction and its layer by more.
-// Throws std::invalid_argument for an effect that there is not.
+// Throws std::invalid_argument for an effect that there is not, and for a sample rate or a spread beyond its range.
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
 
 // Perfect sensors on a limb that is driven by the duty of `samples`, at their times, from cold and rest in still air.

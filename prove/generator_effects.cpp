@@ -395,6 +395,201 @@ std::vector<Effect> junctions() {
   };
 }
 
+// Forms that came after those above, with where each comes from. No case of before has one.
+std::vector<Effect> further_forms() {
+  using enum Role;
+  return {
+      // A bead of epoxy in a sleeve: two lumps in a row, the second of which draws hardly any heat from the first.
+      {"thermocouple_lag",
+       "two_poles",
+       at_thermocouple,
+       false,
+       "the thermocouple's bead follows the sleeve that follows the wire",
+       {{"outer_time_s", 1.1, strength, &P::outer_pole_s}, {"inner_time_s", 0.6, strength, &P::inner_pole_s}}},
+      // Leads that lose heat by free convection and radiation, whose coefficient grows with the rise (Incropera 2007, chapter 9).
+      {"thermocouple_heat_sink",
+       "convective",
+       at_thermocouple,
+       false,
+       "the thermocouple's leads drain the more heat the hotter they are",
+       {{"slope_1_K", 0.003, strength, &P::sink_growth_1_K}}},
+      // Between free convection about a wire (a rise to the power of 1/4) and the catalogue's straight line.
+      {"convection_nonlinearity",
+       "root",
+       in_heat,
+       false,
+       "heat loss coefficient grows with the square root of the temperature rise",
+       {{"slope_1_rtK", 0.05, strength, &P::convection_root_1_rtK}}},
+      // Stefan and Boltzmann: 5.67e-8 W/m^2/K^4 over the 20 cm^2 of a coil's silicone would be 1.1e-10 W/K^4.
+      {"convection_nonlinearity",
+       "radiation",
+       in_heat,
+       false,
+       "the wire radiates: loss by the fourth power of absolute temperature",
+       {{"coefficient_W_K4", 1.2e-10, strength, &P::radiation_W_K4}}},
+      // Fourier conduction with the heat that the silicone in between stores.
+      {"cross_heating",
+       "delayed",
+       in_heat,
+       false,
+       "one wire heats the other through silicone that has to warm up first",
+       {{"conductance_W_K", 0.008, strength, &P::between_conductance_W_K}, {"heat_capacity_J_K", 0.8, shape, &P::between_capacity_J_K}}},
+      // Calorimetry sees all of the wire, the stroke only the part under the largest stress, which transforms in a narrower range.
+      {"latent_heat",
+       "broad",
+       in_heat,
+       false,
+       "latent heat is spread over a wider range than the stroke's transformation",
+       {{"latent_heat_J", 12.0, strength, &P::broad_latent_J}, {"width_factor", 1.8, shape, &P::broad_width_factor}}},
+      // The crossover of a laboratory supply from constant voltage to limited current.
+      {"supply_sag",
+       "limit",
+       in_power,
+       false,
+       "the supply holds its voltage up to a current, and droops beyond",
+       {{"droop_resistance_Ohm", 0.9, strength, &P::limit_resistance_Ohm}, {"current_A", 0.6, shape, &P::limit_current_A}}},
+      // The battery without its prompt part: a large capacitor, or a regulator that follows slowly.
+      {"supply_sag",
+       "slow",
+       in_power,
+       false,
+       "the supply sags with a delay, and recovers as slowly",
+       {{"source_resistance_Ohm", 0.4, strength, &P::battery_slow_Ohm}, {"time_constant_s", 5.0, shape, &P::battery_time_s}}},
+      // A transistor whose turn-on time varies from pulse to pulse: the mean over thresholds that scatter (softplus).
+      {"duty_deadband",
+       "knee",
+       in_power,
+       false,
+       "the first part of the duty has little effect, and the edge is soft",
+       {{"threshold_fraction", 0.06, strength, &P::knee_deadband}, {"knee_share", 0.3, shape, &P::knee_share}}},
+      // The resistance peak of the R-phase on the way between austenite and martensite (Otsuka, Wayman 1998, Shape Memory Materials).
+      {"resistance_change",
+       "peak",
+       in_power,
+       false,
+       "resistance is highest in the middle of the transformation",
+       {{"relative_peak", 0.25, strength, &P::resistance_peak}}},
+      // A Clausius-Clapeyron slope that rises with stress, as where a coil's turns open and its wire is sheared more per newton.
+      {"stress_shift",
+       "quadratic",
+       in_phase,
+       false,
+       "tension raises the transformation temperatures, more and more",
+       {{"shift_K_N2", 0.25, strength, &P::quadratic_shift_K_N2}}},
+      // Liang and Rogers 1990, Brinson 1993: C_A differs from C_M.
+      {"stress_shift",
+       "two_slopes",
+       in_phase,
+       false,
+       "tension raises the austenite's temperature and the martensite's by different slopes",
+       {{"heating_shift_K_N", 1.4, strength, &P::heating_shift_K_N}, {"cooling_shift_K_N", 2.6, strength, &P::cooling_shift_K_N}}},
+      // Residual strain of cycled wire grows with the logarithm of their number.
+      {"fatigue",
+       "logarithmic",
+       in_phase,
+       false,
+       "every decade of cycles costs as much stroke as the one before",
+       {{"loss", 0.09, strength, &P::log_fatigue_loss}, {"cycles", 1.0, shape, &P::log_fatigue_cycles}}},
+      // Partial loops scaled by the fraction that can still transform, as in Liang and Rogers 1990.
+      {"minor_loops",
+       "proportional",
+       in_phase,
+       false,
+       "inside the loop the phase goes on changing by its share of what is left",
+       {{"slope_share", 0.4, strength, &P::proportional_loop_share}}},
+      // A Prony series of two terms, as silicone's relaxation is usually tabulated.
+      {"viscoelastic_creep",
+       "two_times",
+       in_beam,
+       false,
+       "the silicone creeps fast at first and then slowly: two branches",
+       {{"stiffness_Nm_rad", 0.025, strength, &P::twofold_stiffness_Nm_rad},
+        {"fast_s", 2.5, shape, &P::twofold_fast_s},
+        {"slow_s", 40.0, shape, &P::twofold_slow_s}}},
+      // Eyring 1936: activated flow, the rate goes as the hyperbolic sine of the stress.
+      {"viscoelastic_creep",
+       "eyring",
+       in_beam,
+       false,
+       "the silicone creeps the faster the more it is loaded",
+       {{"stiffness_Nm_rad", 0.022, strength, &P::eyring_stiffness_Nm_rad},
+        {"time_constant_s", 20.0, shape, &P::eyring_time_s},
+        {"angle_deg", 4.0, shape, &P::eyring_angle_deg}}},
+      // Dahl 1968: friction as a spring that yields, with displacement before sliding.
+      {"dry_friction",
+       "bristle",
+       in_beam,
+       false,
+       "the coils stick to their channels, give a little, and then rub",
+       {{"moment_Nm", 0.006, strength, &P::bristle_Nm}, {"give_deg", 1.0, shape, &P::bristle_deg}}},
+      // The next term beside the cubic one, with the sign of the bend: silicone that is pressed together on the inner side.
+      {"cubic_stiffening",
+       "fourth_order",
+       in_beam,
+       false,
+       "the body stiffens at large bends, later and faster: by the fourth power",
+       {{"stiffness_Nm_rad4", 0.06, strength, &P::fourth_order_Nm_rad4}}},
+      // Gent 1996: rubber whose chains have a finite length.
+      {"cubic_stiffening",
+       "limited_chain",
+       in_beam,
+       false,
+       "the body stiffens without bound as its chains come to their full length",
+       {{"stiffness_Nm_rad", 0.03, strength, &P::chain_Nm_rad}, {"limit_deg", 80.0, shape, &P::chain_limit_deg, 0.1}}},
+      // Weight times length, of a uniform arc instead of a weight at its end.
+      {"gravity_load",
+       "spread",
+       in_beam,
+       false,
+       "the limb's weight, spread along its arc, bends it",
+       {{"moment_Nm", 0.06, strength, &P::spread_gravity_Nm}, {"tilt_deg", 40.0, signed_shape, &P::spread_gravity_tilt_deg}}},
+      // A film glued on by something soft, and the low pass of its amplifier.
+      {"angle_sensor_lag",
+       "two_poles",
+       at_angle,
+       false,
+       "the bend sensor's film and its filter follow one after the other",
+       {{"film_s", 0.4, strength, &P::film_pole_s}, {"filter_s", 0.25, strength, &P::filter_pole_s}}},
+      // Water that diffuses into the film: Fick's law, before it comes to the other side.
+      {"angle_sensor_drift",
+       "root",
+       at_angle,
+       false,
+       "the bend sensor's zero drifts with the square root of time",
+       {{"rate_deg_rts", 0.2, signed_strength, &P::root_drift_deg_rts}}},
+  };
+}
+
+std::vector<Effect> further_outside() {
+  using enum Role;
+  return {
+      {"tension_cooling",
+       "",
+       in_heat,
+       false,
+       "a taut coil lies against its channel and loses more heat: h (1 + a F)",
+       {{"slope_1_N", 0.06, strength, &P::tension_cooling_1_N}}},
+      {"silicone_softening",
+       "",
+       in_beam,
+       false,
+       "warm silicone is softer: k_b falls with a temperature that follows the wires' mean",
+       {{"slope_1_K", 0.006, strength, &P::warm_softening_1_K}, {"time_constant_s", 30.0, shape, &P::warm_softening_time_s}}},
+      {"backlash",
+       "",
+       in_beam,
+       false,
+       "the coils' ends have play in the body: they feel a bend only once it is used up",
+       {{"play_deg", 8.0, strength, &P::backlash_deg}}},
+      {"angle_hysteresis",
+       "",
+       at_angle,
+       false,
+       "the bend sensor shows less than there is on the way up and more on the way down",
+       {{"half_width_deg", 1.5, strength, &P::hysteresis_deg}, {"reversal_deg", 3.0, shape, &P::hysteresis_reversal_deg}}},
+  };
+}
+
 constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"latent_heat", "viscoelastic_creep"},
     {"thermocouple_lag", "dry_friction"},
@@ -408,6 +603,18 @@ constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"duty_deadband", "r_phase"},
     {"ambient_drift", "angle_sensor_drift"},
     {"thermocouple_heat_sink", "viscoelastic_creep"},
+}};
+
+// Of three different places each.
+constexpr std::array<std::array<std::string_view, 3>, 8> triples{{
+    {"thermocouple_lag", "latent_heat", "viscoelastic_creep"},
+    {"body_heat_storage", "supply_sag", "dry_friction"},
+    {"convection_nonlinearity", "stress_shift", "gravity_load"},
+    {"thermocouple_heat_sink", "duty_deadband", "cubic_stiffening"},
+    {"cross_heating", "resistance_change", "angle_sensor_lag"},
+    {"latent_heat", "input_delay", "hard_stop"},
+    {"airflow_change", "fatigue", "angle_sensor_drift"},
+    {"sheath_heat_storage", "r_phase", "viscoelastic_creep"},
 }};
 
 // Names that came after the numbers had been drawn: their draws are still those of the old ones.
@@ -459,7 +666,8 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside(), junctions()}) list.insert(list.end(), more.begin(), more.end());
+    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside()})
+      list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
   return all;
@@ -552,6 +760,8 @@ std::string_view name_of(Family family) {
       return "pair";
     case Family::outside:
       return "outside";
+    case Family::triple:
+      return "triple";
   }
   return "";
 }
@@ -575,6 +785,19 @@ std::vector<Kind> kinds() {
   all.push_back({Family::other_form, "junction.series", {"junction.series"}});
   all.push_back({Family::other_form, "junction.progressive", {"junction.progressive"}});
   all.push_back({Family::other_form, "junction_layer.diffusive", {"junction", "junction_layer.diffusive"}});
+  for (const Kind& kind : further_kinds()) all.push_back(kind);
+  return all;
+}
+
+std::vector<Kind> further_kinds() {
+  std::vector<Kind> all;
+  for (const auto& names : triples) {
+    Kind kind{Family::triple, "", {names.begin(), names.end()}};
+    for (const std::string& name : kind.effects) kind.name += (kind.name.empty() ? "" : "+") + name;
+    all.push_back(kind);
+  }
+  for (const Effect& effect : further_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
+  for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
   return all;
 }
 

@@ -53,7 +53,8 @@ struct Effect {
   std::string_view words;
   std::vector<Number> numbers;
 };
-// The catalogue in its order, then other forms, then what is outside; then the body under the thermocouple and the layer around it.
+// The catalogue in its order, then other forms, then what is outside; then the body under the thermocouple and the layer around it; then
+// further forms, and more that is outside.
 const std::vector<Effect>& effects();
 
 std::string key_of(const Effect& effect);           // "name" or "name.form"

@@ -29,7 +29,11 @@ struct Physics {
   // sensor.temperature
   double lag_s = 0.0;            // tau dT_m/dt = T - T_m
   double diffusive_lag_s = 0.0;  // three equal nodes in a row behind the wire, read at the last; the sum of their delays
-  double sink_gain = 1.0;        // T_m = T_inf + g (T - T_inf)
+  // A bead in a sleeve: tau_1 dT_1/dt = T - T_1, tau_2 dT_m/dt = T_1 - T_m; each of them may be 0.
+  double outer_pole_s = 0.0, inner_pole_s = 0.0;
+  double sink_gain = 1.0;  // T_m = T_inf + g (T - T_inf)
+  double sink_growth_1_K =
+      0.0;  // T_m = T_inf + x / (1 + a |x|), x = T - T_inf: what leaves the leads goes as x (1 + ..), by free convection
   double outer_loss = 0.0, outer_power_share = 1.0;  // turns outside lose (1 + b) h and are heated (1 + q b) P
   double bow_K = 0.0;                                // T_m + 4 bow x (1 - x), x from 25 degC over 80 K
 
@@ -48,10 +52,17 @@ struct Physics {
   // the first, the last loses to the air.
   double layer_conductance_W_K = 0.0, layer_capacity_J_K = 1.0, layer_loss_W_K = 0.0, layer_inner_W_K = 0.0;
   double cross_conductance_W_K = 0.0;
+  // Silicone between the wires that stores heat: 2 G (T_j - T_n) goes into it from either side, C_n dT_n/dt is their sum. At rest G lies
+  // between the wires.
+  double between_conductance_W_K = 0.0, between_capacity_J_K = 1.0;
   double latent_heat_J = 0.0;
   double latent_heating_J = 0.0, latent_cooling_J = 0.0;  // absorbed while xi falls, freed while it rises
+  // L deta/dt, where eta follows envelopes of its own: midpoints of xi, widths of xi times a factor. Heat is kept, as eta is a state.
+  double broad_latent_J = 0.0, broad_width_factor = 1.0;
   double convection_slope_1_K = 0.0;
-  double convection_exponent = 0.0;  // h (|T - T_inf| / 30 K)^n
+  double convection_exponent = 0.0;    // h (|T - T_inf| / 30 K)^n
+  double convection_root_1_rtK = 0.0;  // h (1 + a sqrt(|T - T_inf|))
+  double radiation_W_K4 = 0.0;         // loses s (T^4 - T_inf^4) more, absolute temperatures
   double airflow_change = 0.0, airflow_onset_s = 0.0;
   // h (1 + gust g(t)): from `first` on, every `interval`, g rises smoothly over `ramp`, stays 1, and falls as smoothly.
   double gust_change = 0.0, gust_first_s = 0.0, gust_interval_s = 1.0, gust_length_s = 0.0, gust_ramp_s = 0.1;
@@ -59,14 +70,19 @@ struct Physics {
   double ambient_swing_K = 0.0, ambient_swing_period_s = 1.0;  // T_inf + swing sin(2 pi t / period)
   double motion_cooling_s_rad = 0.0;                           // h (1 + a |omega|)
   double bend_cooling_1_rad = 0.0;                             // h_A (1 + a sign theta), h_B (1 - a sign theta)
+  double tension_cooling_1_N = 0.0;                            // h (1 + a max(0, F))
 
   // actuation
   double resistance_increase = 0.0;
+  double resistance_peak = 0.0;  // R (1 + 4 rho xi (1 - xi))
   double source_resistance_Ohm = 0.0;
   // V_s - R_0 I - V_p, tau dV_p/dt = R_1 I - V_p
+  double limit_resistance_Ohm = 0.0, limit_current_A = 1.0;  // V_s - R max(0, I - I_0)
   double battery_prompt_Ohm = 0.0, battery_slow_Ohm = 0.0, battery_time_s = 1.0;
   double deadband = 0.0;
   double soft_deadband = 0.0;  // u^2 / (u + u_0)
+  // w ln((1 + exp((u - u_0) / w)) / (1 + exp(-u_0 / w))), w = knee u_0: u - u_0 far above u_0, nothing at 0, and a bend in between
+  double knee_deadband = 0.0, knee_share = 0.3;
   double delay_s = 0.0;
   double ramp_s = 0.0;                             // the driver follows the duty with this time constant
   double resistance_slope_1_K = 0.0;               // R (1 + a (T - T_inf))
@@ -76,9 +92,14 @@ struct Physics {
   // transformation
   double stress_shift_K_N = 0.0;
   double saturating_shift_K_N = 0.0, saturating_tension_N = 1.0;  // s F_s tanh(F / F_s)
+  double quadratic_shift_K_N2 = 0.0;                              // s |F| F
+  double heating_shift_K_N = 0.0, cooling_shift_K_N = 0.0;        // of T_heat alone, and of T_cool alone
   double fatigue_per_cycle = 0.0;
-  double shakedown_loss = 0.0, shakedown_cycles = 1.0;  // delta_t (1 - a (1 - exp(-n / n_0)))
+  double log_fatigue_loss = 0.0, log_fatigue_cycles = 1.0;  // delta_t (1 - a ln(1 + n / n_0))
+  double shakedown_loss = 0.0, shakedown_cycles = 1.0;      // delta_t (1 - a (1 - exp(-n / n_0)))
   double minor_loop_share = 0.0;
+  // The slope share times how far xi has still to go: (1 - xi) / (1 - xi_cool) while cooling, xi / xi_heat while heating.
+  double proportional_loop_share = 0.0;
   double r_phase_share = 0.0, r_phase_midpoint_degC = 45.0, r_phase_width_K = 4.0;
   double rate_shift_s = 0.0;                                 // T_heat, T_cool + s dT/dt (before latent heat)
   double stabilisation_K = 0.0, stabilisation_time_s = 1.0;  // T_heat + S z, tau dz/dt = xi - z
@@ -87,22 +108,40 @@ struct Physics {
   double creep_stiffness_Nm_rad = 0.0, creep_time_s = 1.0;
   // Three Maxwell branches that share the stiffness equally; their times are a factor 8 apart around the middle one.
   double series_stiffness_Nm_rad = 0.0, series_middle_time_s = 1.0;
+  // Two Maxwell branches, each with half of the stiffness.
+  double twofold_stiffness_Nm_rad = 0.0, twofold_fast_s = 1.0, twofold_slow_s = 1.0;
+  // A Maxwell branch that flows the faster the more it is loaded: tau dtheta_v/dt = theta_c sinh((theta - theta_v) / theta_c)
+  double eyring_stiffness_Nm_rad = 0.0, eyring_time_s = 1.0, eyring_angle_deg = 5.0;
   double friction_Nm = 0.0, friction_smoothing_rad_s = 1.0;
   // M_c tanh(omega / omega_s) (1 + b exp(-(omega / omega_p)^2))
   double stribeck_Nm = 0.0, stribeck_smoothing_rad_s = 1.0, stribeck_peak = 0.0, stribeck_speed_rad_s = 1.0;
+  // Bristles: moment - M_c z / z_0, dz/dt = omega - |omega| z / z_0
+  double bristle_Nm = 0.0, bristle_deg = 1.0;
   double cubic_Nm_rad3 = 0.0;
+  double fourth_order_Nm_rad4 = 0.0;                  // moment - k |theta|^3 theta
+  double chain_Nm_rad = 0.0, chain_limit_deg = 90.0;  // moment - k theta q / (1 - q), q = (theta / theta_max)^2; theta_max over 60 deg
   double gravity_Nm = 0.0, gravity_tilt_deg = 0.0;
+  // Weight spread along an arc of constant curvature, whose tip's tangent has turned by theta: the potential is
+  // -m g l (cos(phi) (1 - cos(theta)) / theta^2 - sin(phi) (theta - sin(theta)) / theta^2)
+  double spread_gravity_Nm = 0.0, spread_gravity_tilt_deg = 0.0;
   double slack = 0.0;  // 1: a coil cannot push
   double stop_stiffness_Nm_rad = 0.0, stop_angle_deg = 30.0;
   // 2 M_0 exp(-theta_c / w) sinh(theta / w)
   double soft_stop_Nm = 0.0, soft_stop_angle_deg = 30.0, soft_stop_width_deg = 5.0;
   double softening_1_K = 0.0;         // k_a (1 - a (T - 75 degC))
   double speed_loss_Nms2_rad2 = 0.0;  // moment - c_2 |omega| omega
+  // k_b (1 - a (T_s - T_inf)), tau dT_s/dt = (T_A + T_B) / 2 - T_s
+  double warm_softening_1_K = 0.0, warm_softening_time_s = 1.0;
+  double backlash_deg = 0.0;  // the coils feel an angle that follows the beam's with this much play in all
 
   // sensor.angle
   double angle_lag_s = 0.0;
   double resonance_s = 0.0, resonance_damping = 0.7;  // theta_m'' tau^2 + 2 zeta tau theta_m' + theta_m = theta
+  double film_pole_s = 0.0, filter_pole_s = 0.0;      // tau_1 dtheta_1/dt = theta - theta_1, tau_2 dtheta_m/dt = theta_1 - theta_m
   double angle_drift_deg_s = 0.0;
+  double root_drift_deg_rts = 0.0;  // theta_m + d sqrt(t), 0 before t = 0
+  // theta_m - h z / z_0, dz/dt = omega - |omega| z / z_0: up to h behind on either way
+  double hysteresis_deg = 0.0, hysteresis_reversal_deg = 1.0;
   double settling_deg = 0.0, settling_time_s = 1.0;  // theta_m + d (1 - exp(-t / tau)), 0 before t = 0
   double saturation_1_deg = 0.0;                     // theta_m = tanh(s theta) / s
   double cross_sensitivity_deg_K = 0.0;              // theta_m + a ((T_A + T_B) / 2 - T_inf)
@@ -137,8 +176,9 @@ struct Chebyshev {
 // airflow that changes): Runge and Kutta's method of order 4, or Chebyshev's where friction makes the beam too stiff.
 class Run {
  public:
-  // At `start_s`, cold and at rest: at the air's temperature, on the cooling envelope, in static balance.
-  Run(const Physics& physics, Air air, double start_s);
+  // At `start_s`, cold and at rest: at the air's temperature, on the cooling envelope, in static balance. `air` is that of
+  // each wire.
+  Run(const Physics& physics, std::array<Air, 2> air, double start_s);
 
   double time_s() const { return time_s_; }
   void hold(const std::array<double, 2>& duty);  // commands from now on
@@ -149,7 +189,7 @@ class Run {
   static double balance_deg(const Physics& physics, const std::array<double, 2>& temperature_degC);
 
  private:
-  static constexpr std::size_t states = 46;
+  static constexpr std::size_t states = 54;
   using State = std::array<double, states>;
   struct Command {
     double arrives_s;
@@ -157,9 +197,9 @@ class Run {
   };
 
   void rest(const std::array<double, 2>& temperature_degC);
-  double ambient_degC(double time_s) const;
+  std::array<double, 2> ambient_degC(double time_s) const;
   double tension_N(std::size_t coil, double temperature_degC, double fraction, double angle_rad, double cycles) const;
-  double stress_shift_K(double tension_N) const;
+  double stress_shift_K(double tension_N) const;  // what both transformation temperatures share
   double static_moment_Nm(double angle_rad, double tension_A_N, double tension_B_N) const;
   std::size_t seat(std::size_t coil) const;  // place in the state of the temperature that the thermocouple sits on
   double into_junction_W(std::size_t coil, const State& y, double joule_W, double ambient_degC, State& dy) const;
@@ -168,7 +208,7 @@ class Run {
   void stiff_step(double time_s, double step_s);
 
   Physics p_;
-  Air air_;
+  std::array<Air, 2> air_;
   std::array<double, 2> resistance_, capacity_, loss_, arm_, side_;  // side: +1 where a bend shortens the coil
   double junction_power_share_;                                      // of the coil's current heat
   double longest_step_s_ = 1.0e-3;
