@@ -66,6 +66,7 @@ td:first-child, th:first-child { padding-left: 4px; }
 thead th { font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;
            border-bottom: 1.2px solid var(--axis); }
 table:not(:has(thead)) { border-top: 1.2px solid var(--axis); }
+.scrolls { display: none; font-size: 13px; color: var(--soft); margin: 2px 0 0; }
 .right { text-align: right; }
 td.right { white-space: nowrap; }
 tr.emphasis td { font-weight: 650; background: var(--tint); }
@@ -119,6 +120,13 @@ footer p { margin: 0 0 2px; max-width: none; overflow-wrap: anywhere; }
   .lead { font-size: 17px; }
   .contents ol { columns: 1; }
   th, td { padding-right: 14px; }
+}
+@media screen and (max-width: 760px) {
+  th, td { min-width: calc(var(--least, 0ch) + 18px); }
+  .scrolls.wide { display: block; }
+}
+@media screen and (max-width: 480px) {
+  .scrolls { display: block; }
 }
 @media print {
   @page { margin: 16mm 15mm; }
