@@ -129,19 +129,27 @@ footer p { margin: 0 0 2px; max-width: none; overflow-wrap: anywhere; }
   .scrolls { display: block; }
 }
 @media print {
-  @page { margin: 16mm 15mm; }
+  @page { size: A4; margin: 12mm 13mm; }
   html { color-scheme: light; }
-  body { font-size: 10pt; }
+  .contents { display: none; }
+  h2 { margin-top: 26px; }
+  .table { overflow: visible; }
+  table { font-size: 13px; line-height: 1.3; }
+  th, td { padding: 3px 12px 3px 0; }
+  thead th { font-size: 12px; }
+  tr.note td { font-size: 12px; }
+  footer { margin-top: 24px; }
   .reset, .hint, .when, .value, .cursor, .tip { display: none !important; }
   .legend input { display: none; }
   .legend label:has(input:not(:checked)) { display: none; }
-  .plot, table, pre, .finding, .caution { break-inside: avoid; }
-  h1, h2, h3, figcaption { break-after: avoid; }
+  .plot, tr, pre, .finding, .caution { break-inside: avoid; }
+  tr.noted, h1, h2, h3, figcaption { break-after: avoid; }
   a { color: inherit; text-decoration: none; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
-.printing main { width: 680px; max-width: none; padding: 0; margin: 0; }
-.printing .scatters { grid-template-columns: 1fr 1fr; gap: 0 24px; }
+.printing main { width: 980px; max-width: none; padding: 0; margin: 0; zoom: .7; }
+.printing p, .printing ul, .printing ol { max-width: none; }
+.printing .scatters { grid-template-columns: 1fr 1fr 1fr; gap: 0 24px; }
 )css";
 
 }  // namespace sinew::report
