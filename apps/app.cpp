@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "apps/terminal.h"
 #include "sim/input_error.h"
 #include "sim/plain_text.h"
 
@@ -29,15 +30,14 @@ void note_signal(int number) {
   }
 }
 
-// A terminal that knows escapes, and whose owner wants them.
+double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
 bool may_move_cursor() {
   const char *kind = std::getenv("TERM"), *plain = std::getenv("NO_COLOR");
   return isatty(STDERR_FILENO) == 1 && kind != nullptr && std::string_view(kind) != "dumb" && (plain == nullptr || *plain == '\0');
 }
-
-double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-}  // namespace
 
 void check_folder(const std::filesystem::path& out) {
   std::filesystem::path there = std::filesystem::absolute(out);
