@@ -392,7 +392,7 @@ std::vector<sim::Recording> usable_parts(const sim::Recording& recording) {
 }
 
 void check_fitted_samples(std::size_t count, const std::string& first_recording) {
-  constexpr std::size_t most = 300'000;
+  constexpr std::size_t most = 200'000;
   if (count > most)
     throw sim::InputError(
         {.file = first_recording,

@@ -50,7 +50,7 @@ std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recordi
 // Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
 // longer.
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording);
-// Throws InputError where so many samples would be fitted at once that memory may not do: about 3 kB each.
+// Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each.
 void check_fitted_samples(std::size_t count, const std::string& first_recording);
 // Their samples, one part after the other: what is compared and shown.
 sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Recording>& parts);

@@ -265,9 +265,9 @@ def test_all():
             r"--updates = 5\n.*counts epochs")
 
     # More samples than memory bears at once.
-    (cli.folder / "long.csv").write_text(",".join(COLUMNS) + "\n" + "".join(f"{k / 10},0,0,25,25,0\n" for k in range(300100)))
+    (cli.folder / "long.csv").write_text(",".join(COLUMNS) + "\n" + "".join(f"{k / 10},0,0,25,25,0\n" for k in range(200100)))
     for name in ("calibrate", "diagnose"):
-        refused(f"{name}, 300,100 samples", using[name]("long.csv"), r"samples to fit = 300100\n.*at most 300000 .*--fit-until")
+        refused(f"{name}, 200,100 samples", using[name]("long.csv"), r"samples to fit = 200100\n.*at most 200000 .*--fit-until")
     (cli.folder / "long.csv").unlink()
 
     for given, meant in [("diagnos", "diagnose"), ("calibrat", "calibrate"), ("rnu", "run"), ("paper_table", "paper-table")]:
@@ -300,7 +300,7 @@ def stopped(what, arguments, after_s):
 
 def test_interrupts():
     """Long recordings, and long work, ended by Ctrl-C in the middle."""
-    write("hours.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 25000").replace("paper_limb }", "paper_limb, effects: { thermocouple_lag: { time_constant_s: 1.2 } } }"))
+    write("hours.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 19000").replace("paper_limb }", "paper_limb, effects: { thermocouple_lag: { time_constant_s: 1.2 } } }"))
     subprocess.run([cli.program, "run", "hours.yaml", "--out", "hours"], cwd=cli.folder, check=True, capture_output=True)
     recording, limb = "hours/recording.csv", PAPER_LIMB
     write("copy.map.yaml", "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n")
