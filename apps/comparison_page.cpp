@@ -322,12 +322,12 @@ namespace {
 
 std::string number(double value) { return report::significant(value, 3); }
 
-// Limbs: where no wire gets as warm as the middle of the transformation, most of what makes a limb move is not in the recording.
+// Limbs: where a wire does not get as warm as it must to transform by a quarter, most of what makes the limb move is not in the recording.
 std::vector<std::string> cold_parts(const plant::Plant& plant, const sim::Recording& recording) {
   const plant::System& system = plant.system();
-  const auto midpoint = system.find_parameter("heating_midpoint_degC");
-  if (!midpoint) return {};
-  const double needed = plant.get_in_file_units(*midpoint);
+  const auto midpoint = system.find_parameter("heating_midpoint_degC"), width = system.find_parameter("heating_width_K");
+  if (!midpoint || !width) return {};
+  const double needed = plant.get_in_file_units(*midpoint) - plant.get_in_file_units(*width);  // 1 / (1 + e) = 0.27
   std::vector<std::string> found;
   for (const ChannelId c : system.channels().ids()) {
     const plant::ChannelInfo& info = system.channels()[c];
@@ -339,8 +339,8 @@ std::vector<std::string> cold_parts(const plant::Plant& plant, const sim::Record
       driven = driven || sample.inputs[info.driven_by->index] != recording.samples.front().inputs[info.driven_by->index];
     }
     if (driven && highest < needed)
-      found.push_back(info.words + " reaches " + number(highest) + " °C, and this plant's wire is half transformed at " + number(needed) +
-                      " °C: how the wire pulls cannot be learnt from it");
+      found.push_back(info.words + " reaches " + number(highest) + " °C, and this plant's wire is transformed by a quarter at " +
+                      number(needed) + " °C: how the wire pulls cannot be learnt from it");
   }
   return found;
 }

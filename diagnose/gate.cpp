@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "sim/log_map.h"
 #include "sim/text.h"
 
 namespace sinew::diagnose {
@@ -143,16 +144,12 @@ std::optional<Unresponsive> unresponsive(const plant::System& system, const sim:
   const std::size_t against = throughout ? driven_samples : longest.against;
   if (against < least_in_a_run || static_cast<double>(against) < least_share * static_cast<double>(measured_samples)) return std::nullopt;
   const plant::ChannelInfo& info = system.channels()[channel];
-  Unresponsive result{channel,
-                      longest.value,
-                      recording.samples[longest.first].time_s,
-                      recording.samples[longest.last].time_s,
-                      throughout,
+  Unresponsive result{channel, longest.value, recording.samples[longest.first].time_s, recording.samples[longest.last].time_s, throughout,
                       ""};
   const std::string space = info.unit_words.empty() || info.unit_words == "°" ? "" : " ";
   result.words =
       info.words + " stays at " + sim::shortest(longest.value) + space + info.unit_words +
-      (result.throughout ? " all along" : " from " + sim::shortest(result.from_s) + " to " + sim::shortest(result.until_s) + " s") +
+      (result.throughout ? " all along" : " from " + sim::rounded(result.from_s, 6) + " to " + sim::rounded(result.until_s, 6) + " s") +
       " while it is driven: its sensor is stuck or not connected, or what it measures is held fast";
   return result;
 }
@@ -203,7 +200,7 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
   }
   if (notes.largest_input == 0.0) notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
   for (const auto& [from_s, until_s] : pauses_s)
-    notes.warnings.push_back("nothing is recorded from " + sim::shortest(from_s) + " to " + sim::shortest(until_s) +
+    notes.warnings.push_back("nothing is recorded from " + sim::rounded(from_s, 6) + " to " + sim::rounded(until_s, 6) +
                              " s, nor what the inputs are meanwhile: cut the recording there");
   if (notes.longest_gap_s > 2.5 * notes.period_s)
     notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; inputs are held over the gap");

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "diagnose/gate.h"
+#include "sim/log_map.h"
 #include "sim/text.h"
 
 namespace sinew::diagnose {
@@ -88,7 +89,7 @@ std::vector<std::string> shortcomings(const plant::System& system, const sim::Re
   std::vector<std::string> found;
   const double duration_s = recording.duration_s(), least_s = least_averages * system.averaging_s();
   if (duration_s < least_s)
-    found.push_back("it lasts " + sim::shortest(duration_s) + " s, and says little of anything slow: at least " + sim::shortest(least_s) +
+    found.push_back("it lasts " + sim::rounded(duration_s) + " s, and says little of anything slow: at least " + sim::shortest(least_s) +
                     " s are needed, ten minutes are better");
   else if (recording.samples.size() < least_samples)
     found.push_back("it has " + std::to_string(recording.samples.size()) + " samples: at least " + std::to_string(least_samples) +
