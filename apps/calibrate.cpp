@@ -175,7 +175,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   std::vector<std::vector<sim::Recording>> parts;
   std::vector<std::vector<std::string>> doubts;
   for (sim::Recording& recording : recordings) {
-    doubts.push_back(doubts_of(nominal, recording, diagnose::noise_of(system, recording)));
+    doubts.push_back(doubts_of(nominal, recording, diagnose::noise_of(system, recording), recordings.size() == 1));
     parts.push_back(usable_parts(recording));
     recording = joined(recording, parts.back());
   }

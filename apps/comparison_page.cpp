@@ -347,10 +347,13 @@ std::vector<std::string> cold_parts(const plant::Plant& plant, const sim::Record
 
 }  // namespace
 
-std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise) {
+std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                   bool alone) {
   const plant::System& system = plant.system();
-  std::vector<std::string> poor = diagnose::shortcomings(system, recording, noise), lines;
-  for (std::string& one : cold_parts(plant, recording)) poor.push_back(std::move(one));
+  std::vector<std::string> poor, lines;
+  if (alone) poor = diagnose::shortcomings(system, recording, noise);
+  if (alone)
+    for (std::string& one : cold_parts(plant, recording)) poor.push_back(std::move(one));
   for (const std::string& one : poor) lines.push_back("Too poor: " + one + ".");
   if (const auto pauses_s = sim::pauses_of(recording); !pauses_s.empty()) {
     std::string times;

@@ -44,8 +44,10 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
 // is measured in it. Throws InputError.
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
 
-// What is said of a recording before anything is made of it, a sentence each: what it is too poor for, pauses, rows that look misread.
-std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise);
+// What is said of a recording before anything is made of it, a sentence each: what it is too poor for (where it is `alone`: another
+// recording may have what this one lacks), pauses, rows that look misread.
+std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                   bool alone = true);
 
 // Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
 // longer.

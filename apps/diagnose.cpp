@@ -183,7 +183,8 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     for (const sim::Recording& recording : *recordings) {
       std::string lines = recording.notes.summary();
       if (!lines.empty()) lines = report::wrap(lines, report::terminal_columns, 2) + "\n";
-      for (const std::string& line : doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording)))
+      for (const std::string& line :
+           doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1))
         lines += report::wrap(line, report::terminal_columns, 2) + "\n";
       if (!lines.empty()) oddities += recording.name + "\n" + lines + "\n";
     }
