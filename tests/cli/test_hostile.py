@@ -9,6 +9,7 @@ A table: what is wrong, the command line, what standard error must say. Every re
 reads recordings, and every broken YAML file to each command that reads one, since the same rule must hold in all.
 """
 import os
+import pty
 import re
 import resource
 import shutil
@@ -23,6 +24,7 @@ from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
 LONGEST_S, MOST_BYTES = 10.0, 1 << 30
 SCENARIO = (ROOT / "scenarios/babble_bidirectional.yaml").read_text()
 STEP = "format: 1\nduration_s: 5\ninput: { duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 3 } } }\n"
+MAP = "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n"
 COLUMNS = ["time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"]
 
 
@@ -228,16 +230,19 @@ def test_all():
     for name, what in [("a\nb: 1.csv", "a line end"), (os.fsdecode(b"Gr\xf6\xdfe.csv"), "Latin-1"), ("\x1b[31m.csv", "an escape")]:
         shutil.copy(cli.folder / "good.csv", cli.folder / name)
         shutil.copy(limb, cli.folder / (name + ".yaml"))
-        lines = {**{key: line(name) for key, line in using.items()}, **{f"{key}, plant": line(name + ".yaml") for key, line in plants.items()},
-                 **{f"{key}, --out": [*line, "--out", name] for key, line in outs.items()},
-                 "convert": ["convert", name, "out.csv"], "convert, written to": ["convert", "good.csv", name + ".out"],
-                 "rollout": ["rollout", name, "--recording", name], "evaluate": ["evaluate", name, "--stress", name], "replay": ["replay", name]}
+        lines = {key: line(name) for key, line in using.items()}
+        lines |= {f"{key}, plant": line(name + ".yaml") for key, line in plants.items()}
+        lines |= {f"{key}, --out": [*line, "--out", name] for key, line in outs.items()}
+        lines |= {"convert": ["convert", name, "out.csv"], "convert, written to": ["convert", "good.csv", name + ".out"],
+                  "rollout": ["rollout", name, "--recording", name], "evaluate": ["evaluate", name, "--stress", name],
+                  "replay": ["replay", name]}
         for key, line in lines.items():
             refused(f"{key}: a name with {what}", line, r"is not UTF-8 without control characters")
         os.remove(cli.folder / name)
         os.remove(cli.folder / (name + ".yaml"))
     write("named.yaml", 'format: 1\nduration_s: 5\ninput: { replay: { recording: "good\\n.csv" } }\n')
-    refused("run: a recording's name with a line end in YAML", ["run", "named.yaml", "--out", "out"], r"named\.yaml:3:\d+: .*control characters")
+    refused("run: a recording's name with a line end in YAML", ["run", "named.yaml", "--out", "out"],
+            r"named\.yaml:3:\d+: .*(\n.*)*control characters")
 
     os.symlink("loop.csv", cli.folder / "loop.csv")
     os.symlink("loop_out", cli.folder / "loop_out")
@@ -249,16 +254,19 @@ def test_all():
     refused("convert, to a link to itself", ["convert", "good.csv", "loop.csv"], r"loop\.csv")
 
     # A full disk, wherever a result goes.
-    write("good.map.yaml", "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n")
+    write("good.map.yaml", MAP)
     refused("convert, to a full disk", ["convert", "good.csv", "/dev/full", "--map", "good.map.yaml"], r"/dev/full: .*No space left")
     with open("/dev/full", "wb") as full:
-        for line in (["effects"], ["effects", "--json"], ["convert", "--suggest", "good.csv"], ["compare", "good.csv", "--plant", limb, "--json"], ["--help"]):
+        for line in (["effects"], ["effects", "--json"], ["convert", "--suggest", "good.csv"], ["--help"],
+                     ["compare", "good.csv", "--plant", limb, "--json"]):
             refused(f"{line[0]}, printed to a full disk", line, r"standard output: No space left", stdout=full)
 
-    names = re.findall(r"^([a-z_]+)  ", subprocess.run([cli.program, "effects"], cwd=cli.folder, capture_output=True, text=True).stdout, re.M)
+    names = re.findall(r"^([a-z_]+)  ", cli.sinew("effects").stdout, re.M)
     check("`sinew effects` lists more than twenty", len(names) > 20, names)
-    refused("diagnose, --without all effects", [*outs["diagnose"], "--out", "out", "--without", ",".join(names)], r"--without = all \d+ effects\n.*leaves no effect")
-    refused("diagnose, --without an effect that is none", [*outs["diagnose"], "--out", "out", "--without", "thermocuple_lag"], r"did you mean thermocouple_lag")
+    refused("diagnose, --without all effects", [*outs["diagnose"], "--out", "out", "--without", ",".join(names)],
+            r"--without = all \d+ effects\n.*leaves no effect")
+    refused("diagnose, --without an effect that is none", [*outs["diagnose"], "--out", "out", "--without", "thermocuple_lag"],
+            r"did you mean thermocouple_lag")
     for given in ("0", "-1", "1.5", "many", "99999999999"):
         refused(f"train, --updates {given}", [*outs["train"], "--out", "out", "--updates", given], r"--updates")
     refused("train, --updates of the published method", [*outs["train"], "--out", "out", "--method", "published", "--updates", "5"],
@@ -300,16 +308,38 @@ def stopped(what, arguments, after_s):
 
 def test_interrupts():
     """Long recordings, and long work, ended by Ctrl-C in the middle."""
-    write("hours.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 19000").replace("paper_limb }", "paper_limb, effects: { thermocouple_lag: { time_constant_s: 1.2 } } }"))
+    long = SCENARIO.replace("duration_s: 600", "duration_s: 19000")
+    write("hours.yaml", long.replace("paper_limb }", "paper_limb, effects: { thermocouple_lag: { time_constant_s: 1.2 } } }"))
     subprocess.run([cli.program, "run", "hours.yaml", "--out", "hours"], cwd=cli.folder, check=True, capture_output=True)
     recording, limb = "hours/recording.csv", PAPER_LIMB
-    write("copy.map.yaml", "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n")
     for after_s in (0.2, 1.5, 6.0):
         stopped(f"diagnose, after {after_s} s", ["diagnose", "--train", recording, "--plant", limb, "--out", "stopped"], after_s)
         stopped(f"calibrate, after {after_s} s", ["calibrate", recording, "--plant", limb, "--out", "stopped"], after_s)
     stopped("compare", ["compare", recording, "--plant", limb, "--out", "stopped"], 0.6)
     stopped("train", ["train", recording, "--out", "stopped"], 2.0)
+    write("days.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 900000"))
+    stopped("run, which leaves a checkpoint", ["run", "days.yaml", "--out", "checkpoint"], 1.0)
+    stopped("dataset, which keeps the runs that are whole", ["dataset", "days.yaml", "--runs", "3", "--out", "set"], 1.0)
+
+
+def test_terminals():
+    """Escapes on a terminal that takes them, and on no other."""
+    for settings, wants in (({"TERM": "xterm"}, True), ({"TERM": "dumb"}, False), ({"TERM": "xterm", "NO_COLOR": "1"}, False), ({}, False)):
+        environment = {key: value for key, value in os.environ.items() if key not in ("TERM", "NO_COLOR")} | settings
+        ours, theirs = pty.openpty()
+        process = subprocess.Popen([cli.program, "calibrate", "good.csv", "--plant", PAPER_LIMB, "--starts", "1", "--out", "shown",
+                                    "--overwrite"], cwd=cli.folder, stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                shown += os.read(ours, 4096)
+            except OSError:  # the other end is closed
+                break
+        os.close(ours)
+        check(f"calibrate, {settings or 'no TERM'}: {'escapes' if wants else 'no escapes'} on a terminal",
+              process.wait() == 0 and (b"\x1b" in shown) == wants, shown[:200])
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_hostile", (test_all, test_interrupts)))
+    sys.exit(cli.run_tests("test_hostile", (test_all, test_interrupts, test_terminals)))

@@ -40,7 +40,8 @@ def follow(log):
         check(f"{log}: {command}", result.returncode == (2 if refused else 0), said(result))
         if to:
             (here / to).write_text(result.stdout)
-            check(f"{log}: --suggest prints a map, or says what to write", "columns:" in result.stdout or "text_lines: ignore" in result.stderr, said(result))
+            check(f"{log}: --suggest prints a map, or says what to write",
+                  "columns:" in result.stdout or "text_lines: ignore" in result.stderr, said(result))
         printed[command] = result.stdout
     return printed
 
@@ -59,22 +60,28 @@ def held_out(text):
 
 
 def test_page():
-    check("the page has a map for each log, a scenario, and its commands", set(FILES) == {*(f"{log}.map.yaml" for log in LOGS), "my_babble.yaml"}
-          and len(COMMANDS) == 10, (sorted(FILES), COMMANDS))
+    files = {*(f"{log}.map.yaml" for log in LOGS), "my_babble.yaml"}
+    check("the page has a map for each log, a scenario, and its commands", set(FILES) == files and len(COMMANDS) == 10,
+          (sorted(FILES), COMMANDS))
     printed = {log: follow(log) for log in LOGS}
     for log, verdict in zip(LOGS, (VERDICTS["Arduino"], VERDICTS["MATLAB"], VERDICTS["ROS"])):
         found = one(printed[log], "diagnose ")
         check(f"{log}: the diagnosis says what the page says it does", verdict in found, found[:400])
         repaired = held_out(one(printed[log], "compare", "results/diagnosed"))
-        check(f"{log}: with the repaired plant held-out temperatures are off by little more than their noise, the angle by twice at most",
-              len(repaired) == 3 and all(rmse < (2.0 if name == "angle" else 1.2) * noise for name, (noise, rmse) in repaired.items()), repaired)
+        check(f"{log}: with the repaired plant held-out temperatures are off by their noise, the angle by twice that at most",
+              len(repaired) == 3 and
+              all(rmse < (2.0 if name == "angle" else 1.2) * noise for name, (noise, rmse) in repaired.items()), repaired)
         rollout = one(printed[log], "rollout")
         check(f"{log}: the rollout stands beside its baselines", "To hold the first value is" in rollout and "(ARX)" in rollout, rollout)
     calibrated = {log: held_out(one(printed[log], "compare", "results/calibrated")) for log in LOGS}
-    check("MATLAB's log: calibrated, every channel is off by its noise", all(rmse < 1.2 * noise for noise, rmse in calibrated["matlab"].values()), calibrated)
-    check("Arduino's log: calibrated, the temperatures are some 3 degrees off", all(2.0 < calibrated["arduino"][f"temperature {c}"][1] < 4.5 for c in "AB"), calibrated)
-    check("ROS's log: calibrated, the angle is far off on held-out data", calibrated["ros"]["angle"][1] > 10 * calibrated["ros"]["angle"][0], calibrated)
-    check("ROS's log: the pause is named, and the state begins anew after it", "after this pause the state is estimated anew" in one(printed["ros"], "compare", "paper_limb"))
+    check("MATLAB's log: calibrated, every channel is off by its noise",
+          all(rmse < 1.2 * noise for noise, rmse in calibrated["matlab"].values()), calibrated)
+    check("Arduino's log: calibrated, the temperatures are some 3 degrees off",
+          all(2.0 < calibrated["arduino"][f"temperature {c}"][1] < 4.5 for c in "AB"), calibrated)
+    check("ROS's log: calibrated, the angle is far off on held-out data",
+          calibrated["ros"]["angle"][1] > 10 * calibrated["ros"]["angle"][0], calibrated)
+    check("ROS's log: the pause is named, and the state begins anew after it",
+          "after this pause the state is estimated anew" in one(printed["ros"], "compare", "paper_limb"))
 
 
 if __name__ == "__main__":

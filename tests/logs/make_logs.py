@@ -86,7 +86,8 @@ def matlab(rows):
 
 
 def ros(rows):
-    lines = ["%time,field.header.seq,field.header.stamp,field.header.frame_id,field.duty0,field.duty1,field.temperature0,field.temperature1,field.bend"]
+    lines = ["%time,field.header.seq,field.header.stamp,field.header.frame_id,"
+             "field.duty0,field.duty1,field.temperature0,field.temperature1,field.bend"]
     for k, row in enumerate(rows):
         if 64.0 < row["time_s"] < 72.0:
             continue
