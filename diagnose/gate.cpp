@@ -137,7 +137,7 @@ std::optional<Unresponsive> unresponsive(const plant::System& system, const sim:
     run.last = k;
     ++run.count;
     run.against += std::abs(drive[k] - drive[run.first]) >= least_change * largest;
-    if (run.against > longest.against || longest.count == 0) longest = run;
+    if (run.against > longest.against || run.first == longest.first) longest = run;
   }
   const bool throughout = run.count == measured_samples;
   if (throughout) longest = run;

@@ -35,9 +35,10 @@ std::string listed(const std::vector<std::string>& names) {
 
 // Rows that stand still, and the leap after them.
 constexpr std::size_t least_rows = 4, most_leap_rows = 3, most_rows_around = 10;
-constexpr double still_share = 0.15;   // of the leap: what stands still moves by less
-constexpr double before_share = 0.25;  // of the leap: what moved before went further, the same way, in as many rows
-constexpr double faster = 2.0;         // a leap is so many times faster than the motion before and after it
+constexpr double still_share = 0.15;       // of the leap: what stands still moves by less
+constexpr double before_share = 0.25;      // of the leap: what moved before went further, the same way, in as many rows
+constexpr double faster_than_steps = 1.5;  // and than any step there
+constexpr double faster = 2.0;             // a leap is so many times faster than the motion before and after it
 constexpr double least_leap_noises = 10.0, least_leap_share = 0.05;  // of the whole range
 
 struct Leap {
@@ -50,7 +51,12 @@ bool is_leap(const std::vector<double>& v, std::size_t first, std::size_t last, 
   const double leap = v[end] - v[last], sense = leap < 0.0 ? -1.0 : 1.0, n = static_cast<double>(around);
   const double before = sense * (v[first] - v[first - around]), after = sense * (v[end + around] - v[end]);
   if (!(before >= before_share * std::abs(leap)) || std::isnan(after)) return false;
-  return std::abs(leap) / static_cast<double>(rows) >= faster * std::max(before, after) / n;
+  const double pace = std::abs(leap) / static_cast<double>(rows);
+  // A converter that is slower than the logger leaps all the time.
+  double largest_step = 0.0;
+  for (std::size_t i = 0; i < around; ++i)
+    largest_step = std::max({largest_step, std::abs(v[first - i] - v[first - i - 1]), std::abs(v[end + i + 1] - v[end + i])});
+  return pace >= faster * std::max(before, after) / n && pace >= faster_than_steps * largest_step;
 }
 
 std::vector<Leap> leaps(const std::vector<double>& v, double noise) {

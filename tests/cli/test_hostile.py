@@ -255,7 +255,7 @@ def test_all():
 
     # A full disk, wherever a result goes.
     write("good.map.yaml", MAP)
-    refused("convert, to a full disk", ["convert", "good.csv", "/dev/full", "--map", "good.map.yaml"], r"/dev/full: .*No space left")
+    refused("convert, to a full disk", ["convert", "good.csv", "/dev/full", "--map", "good.map.yaml"], r"/dev/full(.*\n)*.*No space left")
     with open("/dev/full", "wb") as full:
         for line in (["effects"], ["effects", "--json"], ["convert", "--suggest", "good.csv"], ["--help"],
                      ["compare", "good.csv", "--plant", limb, "--json"]):

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "sim/text.h"
 #include "tests/diagnose/one_limb.h"
 
 namespace diagnose_suitability_test {
