@@ -17,6 +17,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import test_cli as cli
 from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
@@ -324,21 +325,26 @@ def test_interrupts():
 
 def test_terminals():
     """Escapes on a terminal that takes them, and on no other."""
+    commands = {"calibrate": ["calibrate", "good.csv", "--plant", PAPER_LIMB, "--starts", "1"]}
+    if (Path(cli.program).resolve().parent / "sinew-emulator").exists():
+        commands["hil"] = ["hil", ROOT / "scenarios/step.yaml", "--emulate"]
     for settings, wants in (({"TERM": "xterm"}, True), ({"TERM": "dumb"}, False), ({"TERM": "xterm", "NO_COLOR": "1"}, False), ({}, False)):
         environment = {key: value for key, value in os.environ.items() if key not in ("TERM", "NO_COLOR")} | settings
-        ours, theirs = pty.openpty()
-        process = subprocess.Popen([cli.program, "calibrate", "good.csv", "--plant", PAPER_LIMB, "--starts", "1", "--out", "shown",
-                                    "--overwrite"], cwd=cli.folder, stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
-        os.close(theirs)
-        shown = b""
-        while True:
-            try:
-                shown += os.read(ours, 4096)
-            except OSError:  # the other end is closed
-                break
-        os.close(ours)
-        check(f"calibrate, {settings or 'no TERM'}: {'escapes' if wants else 'no escapes'} on a terminal",
-              process.wait() == 0 and (b"\x1b" in shown) == wants, shown[:200])
+        for name, line in commands.items():
+            ours, theirs = pty.openpty()
+            process = subprocess.Popen([cli.program, *map(str, line), "--out", "shown", "--overwrite"], cwd=cli.folder,
+                                       stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
+            os.close(theirs)
+            shown = b""
+            while True:
+                try:
+                    shown += os.read(ours, 4096)
+                except OSError:  # the other end is closed
+                    break
+            os.close(ours)
+            check(f"{name}, {settings or 'no TERM'}: {'escapes' if wants else 'no escapes'} on a terminal",
+                  process.wait() == 0 and (b"\x1b" in shown) == wants, shown[:200])
+            shutil.rmtree(cli.folder / "shown", ignore_errors=True)
 
 
 if __name__ == "__main__":
