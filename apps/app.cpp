@@ -13,7 +13,9 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "apps/terminal.h"
 #include "sim/input_error.h"
+#include "sim/plain_text.h"
 
 namespace sinew::apps {
 namespace {
@@ -28,15 +30,14 @@ void note_signal(int number) {
   }
 }
 
-// A terminal that knows escapes, and whose owner wants them.
+double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
 bool may_move_cursor() {
   const char *kind = std::getenv("TERM"), *plain = std::getenv("NO_COLOR");
   return isatty(STDERR_FILENO) == 1 && kind != nullptr && std::string_view(kind) != "dumb" && (plain == nullptr || *plain == '\0');
 }
-
-double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-}  // namespace
 
 void check_folder(const std::filesystem::path& out) {
   std::filesystem::path there = std::filesystem::absolute(out);
@@ -85,10 +86,19 @@ void add_rules_for_all(CLI::App& program) {
         return whole ? std::string() : text + " is not a whole number from 0 to 9223372036854775807";
       },
       "");
+  // What is given is written down: in YAML, in JSON, in comments. A file of another name must be renamed first.
+  const CLI::Validator plain(
+      [](std::string& text) {
+        return sim::is_plain_text(text)
+                   ? std::string()
+                   : sim::printable(text, 200) + " is not UTF-8 without control characters; give the file a name that is";
+      },
+      "");
   for (CLI::App* command : program.get_subcommands([](CLI::App*) { return true; }))
     for (CLI::Option* option : command->get_options()) {
       if (option->get_items_expected_max() == 0) continue;
       option->check(not_empty);
+      option->check(plain);
       if (option->check_lname("seed")) option->check(seed);
     }
 }

@@ -29,8 +29,8 @@ void add_doctor(CLI::App& program, int& exit_code);
 // Throws InputError where `out` is not a folder and cannot become one, so that this is known before the work, not after.
 void check_folder(const std::filesystem::path& out);
 
-// Rules that hold for every command, put upon all that have been added: no option is given an empty value, and a seed is a whole number
-// from 0 to 2^63 - 1, not one that is cut to fit.
+// Rules that hold for every command, put upon all that have been added: no option is given an empty value, or one that is not UTF-8 without
+// control characters, and a seed is a whole number from 0 to 2^63 - 1, not one that is cut to fit.
 void add_rules_for_all(CLI::App& program);
 // "did you mean diagnose?" where the first argument is nearly a command; empty otherwise.
 std::string command_meant(const CLI::App& program, int argc, const char* const* argv);

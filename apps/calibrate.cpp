@@ -6,10 +6,12 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/ends_soon.h"
 #include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
@@ -111,6 +113,16 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
                      : "they did NOT find the same optimum: the best one is reported, and may not be the best there is.");
 }
 
+// How a part that was not fitted begins, from its first minute, with the plant as it is.
+plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part, const diagnose::PerChannel& noise) {
+  constexpr double settling_s = 60.0;
+  diagnose::CalibrationSettings settings;
+  settings.only_start = true;
+  settings.should_stop = interrupted;
+  const std::size_t count = diagnose::samples_until(part, part.samples.front().time_s + settling_s);
+  return diagnose::calibrate(plant, {{&part, std::max<std::size_t>(2, count), noise}}, settings).starts_of_recordings.front();
+}
+
 nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
                                         const std::vector<diagnose::Comparison>& comparisons) {
   nlohmann::ordered_json json;
@@ -150,6 +162,7 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
 int calibrate_command(const CalibrateArguments& arguments) {
   Outputs outputs(arguments.out, {.files = arguments.recordings, .yaml = {arguments.plant}}, arguments.overwrite);
   outputs.claim({"report.html", "figure.svg", "calibration.json", "plant.yaml"});
+  std::optional<EndsSoon> ends_soon(&outputs);
   const plant::Plant nominal = sim::read_plant_file(arguments.plant);
   const plant::System& system = nominal.system();
   static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
@@ -158,8 +171,21 @@ int calibrate_command(const CalibrateArguments& arguments) {
   std::vector<sim::Recording*> all;
   for (sim::Recording& recording : recordings) all.push_back(&recording);
   ignore(arguments.ignored, system, all);
+  // Each part between pauses begins with a state of its own, as each recording does.
+  std::vector<std::vector<sim::Recording>> parts;
+  std::vector<std::vector<std::string>> doubts;
+  for (sim::Recording& recording : recordings) {
+    doubts.push_back(doubts_of(nominal, recording, diagnose::noise_of(system, recording), recordings.size() == 1));
+    parts.push_back(usable_parts(recording));
+    recording = joined(recording, parts.back());
+  }
+  const bool has_pauses = std::any_of(parts.begin(), parts.end(), [](const auto& of_one) { return of_one.size() > 1; });
   std::vector<diagnose::FitData> data;
-  for (const sim::Recording& recording : recordings) {
+  std::vector<diagnose::PerChannel> noise;                                         // of each recording
+  std::vector<std::vector<std::optional<std::size_t>>> fitted(recordings.size());  // which of `data` a part is; none: held out
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const sim::Recording& recording = recordings[r];
+    noise.push_back(noise_of_option(arguments.noise, system, diagnose::noise_of(system, recording)));
     const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
     if (count < 20)
       throw sim::InputError({.file = recording.name,
@@ -167,11 +193,19 @@ int calibrate_command(const CalibrateArguments& arguments) {
                              .value = sim::shortest(arguments.fit_until_s),
                              .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
                                        sim::shortest(recording.samples.front().time_s) + " s"});
-    data.push_back({&recording, count, noise_of_option(arguments.noise, system, diagnose::noise_of(system, recording))});
+    for (const sim::Recording& part : parts[r]) {
+      const std::size_t of_part = diagnose::samples_until(part, arguments.fit_until_s);
+      const bool is_fitted = of_part >= std::min<std::size_t>(20, count);
+      fitted[r].push_back(is_fitted ? std::optional(data.size()) : std::nullopt);
+      if (is_fitted) data.push_back({&part, of_part, noise[r]});
+    }
   }
+  std::size_t samples = 0;
+  for (const diagnose::FitData& one : data) samples += one.sample_count;
+  check_fitted_samples(samples, recordings.front().name);
   diagnose::CalibrationSettings settings;
   settings.parameters = chosen_parameters(arguments.fit, nominal);
-  settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
+  settings.start = arguments.at_rest && !has_pauses ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
   settings.starts = arguments.starts;
   settings.seed = static_cast<std::uint64_t>(arguments.seed);
   settings.threads = arguments.threads;
@@ -183,9 +217,14 @@ int calibrate_command(const CalibrateArguments& arguments) {
     calibration = diagnose::calibrate(nominal, data, settings);
   }
   std::vector<diagnose::Comparison> comparisons;
-  for (std::size_t r = 0; r < recordings.size(); ++r)
-    comparisons.push_back(diagnose::compare(calibration.fitted, calibration.starts_of_recordings[r], recordings[r], data[r].deviation,
-                                            arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    std::vector<plant::Start> starts;
+    for (std::size_t p = 0; p < parts[r].size(); ++p)
+      starts.push_back(fitted[r][p] ? calibration.starts_of_recordings[*fitted[r][p]]
+                                    : start_of_part(calibration.fitted, parts[r][p], noise[r]));
+    comparisons.push_back(
+        diagnose::compare(calibration.fitted, starts, parts[r], noise[r], arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
+  }
   const report::Table parameters = parameter_table(calibration, true), first_values = parameter_table(calibration, false);
   const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
   const std::string names =
@@ -227,9 +266,11 @@ int calibrate_command(const CalibrateArguments& arguments) {
     page.blocks.push_back(first_values);
   }
   std::string oddities;
-  for (const sim::Recording& recording : recordings)
-    if (const std::string notes = recording.notes.summary(); !notes.empty())
-      oddities += (recordings.size() > 1 ? name_of(recording.name) + ":\n" : "") + notes;
+  for (const sim::Recording& recording : recordings) {
+    std::string notes = recording.notes.summary();
+    for (const std::string& doubt : doubts[static_cast<std::size_t>(&recording - recordings.data())]) notes += doubt + "\n";
+    if (!notes.empty()) oddities += (recordings.size() > 1 ? name_of(recording.name) + ":\n" : "") + notes;
+  }
   if (!oddities.empty()) {
     report::Section odd;
     odd.heading = "What was odd about the recording";
@@ -242,6 +283,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   page.footer.push_back("sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
   const std::string html = report::to_html(page);
   const std::string figure = report::stacked_svg(paper_figure(comparisons.front(), recordings.front()), 720, 640);
+  ends_soon.reset();
   outputs.stage("report.html", html);
   outputs.stage("figure.svg", figure);
   outputs.stage("plant.yaml", yaml);

@@ -9,6 +9,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/ends_soon.h"
 #include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
@@ -35,6 +36,7 @@ int compare_command(const CompareArguments& arguments) {
     outputs.emplace(arguments.out, InputPaths{.files = {arguments.recording}, .yaml = {arguments.plant}}, arguments.overwrite);
     outputs->claim({"comparison.html", "comparison.svg"});
   }
+  std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
   const plant::Plant plant = sim::read_plant_file(arguments.plant);
   sim::Recording recording = read_recording_of(arguments.recording, plant);
   ignore(arguments.ignored, plant.system(), {&recording});
@@ -42,25 +44,33 @@ int compare_command(const CompareArguments& arguments) {
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
 
   // What the plant was doing when the recording began is found from its first minute, with the plant as it is.
-  plant::Start start;
-  const double first_s = recording.samples.front().time_s;
-  if (!arguments.at_rest) {
+  const std::vector<std::string> doubts = doubts_of(plant, recording, noise);
+  const std::vector<sim::Recording> parts = usable_parts(recording);
+  recording = joined(recording, parts);
+  std::vector<plant::Start> starts(parts.size());
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    if (arguments.at_rest && p == 0) continue;  // after a pause nobody knows
+    const double from_s = parts[p].samples.front().time_s, until_s = from_s + arguments.start_from_s;
+    const bool is_fitted = from_s < arguments.fit_until_s;
     const std::size_t count =
-        std::max<std::size_t>(2, diagnose::samples_until(recording, std::min(first_s + arguments.start_from_s, arguments.fit_until_s)));
+        std::max<std::size_t>(2, diagnose::samples_until(parts[p], is_fitted ? std::min(until_s, arguments.fit_until_s) : until_s));
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
     settings.should_stop = interrupted;
-    start = diagnose::calibrate(plant, {{&recording, count, noise}}, settings).starts_of_recordings.front();
+    starts[p] = diagnose::calibrate(plant, {{&parts[p], count, noise}}, settings).starts_of_recordings.front();
   }
-  const diagnose::Comparison comparison = diagnose::compare(plant, start, recording, noise, arguments.fit_until_s, numerics);
+  const diagnose::Comparison comparison = diagnose::compare(plant, starts, parts, noise, arguments.fit_until_s, numerics);
+  ends_soon.reset();
   if (arguments.json) {
     nlohmann::ordered_json json;
     json["recording"] = arguments.recording;
     json["plant"] = arguments.plant;
+    json["doubts"] = doubts;
     json["channels"] = channels_json(comparison);
     std::printf("%s\n", json.dump(2).c_str());
   } else {
     std::fputs(recording.notes.summary().c_str(), stdout);
+    for (const std::string& line : doubts) std::printf("%s\n", report::wrap(line).c_str());
     std::fputs(report::to_text(error_table(comparison)).c_str(), stdout);
     for (const std::string& line : findings(comparison)) std::printf("%s\n", report::wrap(line).c_str());
   }
@@ -68,6 +78,12 @@ int compare_command(const CompareArguments& arguments) {
     report::Page page;
     page.title = "Comparison with a recording";
     page.lead = findings(comparison).empty() ? "The recording has no measurements." : findings(comparison).back();
+    if (!doubts.empty()) {
+      report::Section odd;
+      odd.heading = "What is odd about the recording";
+      odd.items = doubts;
+      page.blocks.push_back(odd);
+    }
     report::Section section;
     section.heading = "How far off";
     section.items = findings(comparison);

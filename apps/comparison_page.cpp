@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "diagnose/columns.h"
+#include "diagnose/suitability.h"
 #include "report/number.h"
 #include "sim/input_error.h"
+#include "sim/log_map.h"
 #include "sim/text.h"
 
 namespace sinew::apps {
@@ -316,8 +318,113 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
   return noise;
 }
 
+namespace {
+
+std::string number(double value) { return report::significant(value, 3); }
+
+// Limbs: where a wire does not get as warm as it must to transform by a quarter, most of what makes the limb move is not in the recording.
+std::vector<std::string> cold_parts(const plant::Plant& plant, const sim::Recording& recording) {
+  const plant::System& system = plant.system();
+  const auto midpoint = system.find_parameter("heating_midpoint_degC"), width = system.find_parameter("heating_width_K");
+  if (!midpoint || !width) return {};
+  const double needed = plant.get_in_file_units(*midpoint) - plant.get_in_file_units(*width);  // 1 / (1 + e) = 0.27
+  std::vector<std::string> found;
+  for (const ChannelId c : system.channels().ids()) {
+    const plant::ChannelInfo& info = system.channels()[c];
+    if (info.kind != "temperature" || !info.driven_by) continue;
+    double highest = std::nan("");
+    bool driven = false;
+    for (const sim::Sample& sample : recording.samples) {
+      highest = std::fmax(highest, diagnose::measured(sample, c));
+      driven = driven || sample.inputs[info.driven_by->index] != recording.samples.front().inputs[info.driven_by->index];
+    }
+    if (driven && highest < needed)
+      found.push_back(info.words + " reaches " + number(highest) + " °C, and this plant's wire is transformed by a quarter at " +
+                      number(needed) + " °C: how the wire pulls cannot be learnt from it");
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                   bool alone) {
+  const plant::System& system = plant.system();
+  std::vector<std::string> poor, lines;
+  if (alone) poor = diagnose::shortcomings(system, recording, noise);
+  if (alone)
+    for (std::string& one : cold_parts(plant, recording)) poor.push_back(std::move(one));
+  for (const std::string& one : poor) lines.push_back("Too poor: " + one + ".");
+  if (const auto pauses_s = sim::pauses_of(recording); !pauses_s.empty()) {
+    std::string times;
+    constexpr std::size_t most = 4;
+    for (std::size_t i = 0; i < std::min(most, pauses_s.size()); ++i)
+      times += (i == 0 ? "" : ", ") + sim::rounded(pauses_s[i].first, 6) + "–" + sim::rounded(pauses_s[i].second, 6);
+    times += " s";
+    if (pauses_s.size() > most) times += " and " + std::to_string(pauses_s.size() - most) + " more";
+    lines.push_back("Nothing is recorded, nor what the inputs are, at " + times + ": after " +
+                    (pauses_s.size() == 1 ? "this pause" : "each pause") + " the state is estimated anew.");
+  }
+  constexpr std::size_t most_said = 3;  // a channel
+  for (const ChannelId c : system.channels().ids()) {
+    const plant::ChannelInfo& info = system.channels()[c];
+    std::size_t count = 0;
+    for (const auto& one : diagnose::suspected_misreadings(system, recording, noise)) {
+      if (one.channel != c || ++count > most_said) continue;
+      const std::string from = sim::rounded(one.from_s, 6), until = sim::rounded(one.until_s, 6);
+      lines.push_back("Suspected misreading: " + info.words + " stands still at " + number(one.stands_at) + " " + info.unit_words +
+                      " from " + from + " s, and has leapt by " + number(one.leap) + " " + info.unit_words + " at " + until +
+                      " s; `--ignore " + info.column + ":" + from + "-" + until + "` leaves it out.");
+    }
+    if (count > most_said)
+      lines.push_back("And " + std::to_string(count - most_said) + " more such rows of " + info.words +
+                      "; where a converter is slower than the logger, `repeats` in the map of `sinew convert` says so.");
+  }
+  return lines;
+}
+
+namespace {
+constexpr std::size_t least_samples_of_part = 20;
+}
+
+std::vector<sim::Recording> usable_parts(const sim::Recording& recording) {
+  std::vector<sim::Recording> parts = sim::parts_between_pauses(recording);
+  if (parts.size() == 1) return parts;
+  std::erase_if(parts, [](const sim::Recording& part) { return part.samples.size() < least_samples_of_part; });
+  return parts.empty() ? std::vector{recording} : parts;
+}
+
+void check_fitted_samples(std::size_t count, const std::string& first_recording) {
+  constexpr std::size_t most = 200'000;
+  if (count > most)
+    throw sim::InputError(
+        {.file = first_recording,
+         .key = "samples to fit",
+         .value = std::to_string(count),
+         .advice = "at most " + std::to_string(most) +
+                   " are fitted at once; --fit-until takes the first part of a recording, and more than an hour at 10 Hz adds "
+                   "little"});
+}
+
+sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Recording>& parts) {
+  if (parts.size() == 1 && parts.front().samples.size() == recording.samples.size()) return recording;
+  sim::Recording result = recording;
+  result.samples.clear();
+  for (const sim::Recording& part : parts) result.samples.insert(result.samples.end(), part.samples.begin(), part.samples.end());
+  return result;
+}
+
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant) {
   sim::Recording recording = sim::read_recording(path, plant.system());
+  const bool measured = std::any_of(recording.samples.begin(), recording.samples.end(), [](const sim::Sample& sample) {
+    return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
+  });
+  if (!measured) {
+    std::string names;
+    for (const auto& channel : plant.system().channels()) names += (names.empty() ? "" : ", ") + channel.column;
+    throw sim::InputError(
+        {.file = path, .key = names, .value = "nothing", .advice = "no row has a measurement: there is nothing to compare a plant with"});
+  }
   if (const auto mistaken = diagnose::mistaken_column(plant, recording))
     throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
   return recording;

@@ -40,7 +40,21 @@ std::string input_words(const plant::System& system);
 diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, const plant::System& system,
                                      const diagnose::PerChannel& estimated);
 
-// A recording that a plant is fitted to or compared with, refused where one of its columns is not what its name says. Throws InputError.
+// A recording that a plant is fitted to or compared with, refused where one of its columns is not what its name says, and where nothing
+// is measured in it. Throws InputError.
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
+
+// What is said of a recording before anything is made of it, a sentence each: what it is too poor for (where it is `alone`: another
+// recording may have what this one lacks), pauses, rows that look misread.
+std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                   bool alone = true);
+
+// Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
+// longer.
+std::vector<sim::Recording> usable_parts(const sim::Recording& recording);
+// Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each.
+void check_fitted_samples(std::size_t count, const std::string& first_recording);
+// Their samples, one part after the other: what is compared and shown.
+sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Recording>& parts);
 
 }  // namespace sinew::apps

@@ -3,8 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
+#include "apps/ends_soon.h"
 #include "apps/outputs.h"
 #include "plant/systems.h"
 #include "sim/input_error.h"
@@ -25,9 +27,12 @@ void say_what_was_written(std::size_t samples, const std::string& duration_s, co
 void refuse(std::string key, std::string advice) { throw sim::InputError({.key = std::move(key), .advice = std::move(advice)}); }
 
 void convert_by_map(const std::string& log, const std::string& output, const std::string& map_path) {
+  std::optional<EndsSoon> ends_soon(nullptr);
   const sim::LogMap map = sim::read_log_map(map_path);
   const sim::Conversion conversion = sim::convert_log(log, map);
-  sim::write_file_whole(output, sim::to_csv(conversion.table));
+  const std::string csv = sim::to_csv(conversion.table);
+  ends_soon.reset();
+  sim::write_file_whole(output, csv);
   const std::vector<double>& time_s = conversion.table.columns.front().values;
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < time_s.size(); ++i) steps_s.push_back(time_s[i] - time_s[i - 1]);

@@ -126,7 +126,7 @@ int dataset_command(const DatasetArguments& arguments) {
   std::size_t done = 0;
   sim::in_parallel(open.size(), arguments.threads, [&](std::size_t i) {
     if (interrupted()) return;
-    model::make_run(plan, out, open[i]);
+    model::make_run(plan, out, open[i], interrupted);
     const std::scoped_lock lock(telling);
     if (first) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
   });

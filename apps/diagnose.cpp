@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
@@ -15,6 +16,7 @@
 #include "apps/diagnosis_json.h"
 #include "apps/diagnosis_page.h"
 #include "apps/diagnosis_text.h"
+#include "apps/ends_soon.h"
 #include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
@@ -50,6 +52,15 @@ std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& name
     }
     chosen.push_back(system.effect(name));
   }
+  const auto is_chosen = [&](plant::EffectId e) { return std::find(chosen.begin(), chosen.end(), e) != chosen.end(); };
+  const auto ids = system.effects().ids();
+  std::size_t left = 0;
+  for (const plant::EffectId e : ids) left += !system.effects()[e].law && !is_chosen(e);
+  if (!chosen.empty() && left == 0)
+    throw sim::InputError({.file = "",
+                           .key = "--without",
+                           .value = "all " + std::to_string(chosen.size()) + " effects",
+                           .advice = "leaves no effect that could be named; leave out at least one"});
   return chosen;
 }
 
@@ -88,6 +99,20 @@ sim::Recording read_checked(const std::string& path, const plant::Plant& nominal
   return recording;
 }
 
+// A pause ends a recording: what follows begins with a state of its own. A part that is after --fit-until is held out.
+void cut_at_pauses(std::vector<sim::Recording>& training, std::vector<sim::Recording>& held_out, double fit_until_s) {
+  std::vector<sim::Recording> fitted, predicted;
+  for (const sim::Recording& recording : training)
+    for (sim::Recording& part : usable_parts(recording)) {
+      const bool is_fitted = diagnose::samples_until(part, fit_until_s) >= least_samples;
+      (is_fitted ? fitted : predicted).push_back(std::move(part));
+    }
+  for (const sim::Recording& recording : held_out)
+    for (sim::Recording& part : usable_parts(recording)) predicted.push_back(std::move(part));
+  training = std::move(fitted);
+  held_out = std::move(predicted);
+}
+
 void print_wrapped(const std::string& text, std::size_t indent) {
   std::string lines = report::wrap(text, report::terminal_columns, indent);
   for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;) lines.replace(at, std::string(no_break).size(), " ");
@@ -115,6 +140,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
   Outputs outputs(out, read, arguments.overwrite);
   outputs.claim(files_of_diagnosis(arguments));
+  std::optional<EndsSoon> ends_soon(&outputs);
 
   DiagnosisInputs inputs;
   inputs.training = arguments.training;
@@ -148,6 +174,26 @@ int diagnose_command(const DiagnoseArguments& arguments) {
                            .key = "--fit-until",
                            .value = sim::shortest(arguments.fit_until_s),
                            .advice = "keeps fewer than 20 samples of each recording back; without it two blocks are"});
+  std::size_t samples = 0;
+  for (const sim::Recording& recording : training) samples += diagnose::samples_until(recording, arguments.fit_until_s);
+  check_fitted_samples(samples, arguments.training.front());
+  // A pause ends a recording: what follows begins with a state of its own. A part that is all after --fit-until is held out.
+  std::string oddities;
+  for (auto* recordings : {&training, &held_out})
+    for (const sim::Recording& recording : *recordings) {
+      std::string lines = recording.notes.summary();
+      if (!lines.empty()) lines = report::wrap(lines, report::terminal_columns, 2) + "\n";
+      for (const std::string& line :
+           doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1))
+        lines += report::wrap(line, report::terminal_columns, 2) + "\n";
+      if (!lines.empty()) oddities += recording.name + "\n" + lines + "\n";
+    }
+  const std::size_t given = training.size() + held_out.size();
+  cut_at_pauses(training, held_out, arguments.fit_until_s);
+  if (training.size() + held_out.size() > given)
+    settings.start = diagnose::StartPolicy::estimated;  // at rest at most the first part begins
+  for (std::size_t k = given + 1; k <= training.size() + held_out.size(); ++k)
+    outputs.claim({"heldout_prediction_" + std::to_string(k) + ".csv"});
   InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
   for (const auto* paths : {&arguments.training, &arguments.held_out})
     for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));
@@ -170,6 +216,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   files.merge(prediction_files(diagnosis));
   if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
   const std::string run = diagnosis_run_json(diagnosis, inputs, hashes, files);
+  ends_soon.reset();
   if (interrupted()) throw diagnose::Stopped{};
   for (const auto& [name, content] : files) outputs.stage(name, content);
   outputs.stage("run.json", run);
@@ -179,11 +226,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     std::printf("%s\n", json.dump(2).c_str());
     return 0;
   }
-  for (const auto* recordings : {&training, &held_out})
-    for (const sim::Recording& recording : *recordings) {
-      const std::string oddities = recording.notes.summary();
-      if (!oddities.empty()) std::printf("%s\n%s\n", recording.name.c_str(), report::wrap(oddities, report::terminal_columns, 2).c_str());
-    }
+  std::fputs(oddities.c_str(), stdout);
   print_words(diagnosis_words(diagnosis, inputs));
   std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
   return 0;

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/ends_soon.h"
 #include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/dataset.h"
@@ -102,7 +103,7 @@ StressFile read_stress(const std::filesystem::path& path) {
 
 struct Outcome {
   std::string name, scenario_file;
-  double rmse = std::nan(""), one_step = std::nan(""), last_minute = std::nan("");
+  double rmse = std::nan(""), one_step = std::nan(""), last_minute = std::nan(""), hold = std::nan(""), arx = std::nan("");
   std::string failure;
 };
 
@@ -136,6 +137,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
     names.push_back("scenarios/" + outcomes[j].scenario_file);
   }
   if (outputs) outputs->claim(names);
+  std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
   const model::Model predictor = model::read_model(weights_path(arguments.model));
   const sim::Column& predicted = predictor.task.predicted;
   const std::string unit = unit_words(predicted);
@@ -162,6 +164,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
         const model::Errors off = model::errors_of(open, series);
         outcome.rmse = off.rmse;
         outcome.last_minute = off.last_minute;
+        const Baselines baselines = baselines_of(predictor, series);
+        outcome.hold = baselines.hold;
+        outcome.arx = baselines.arx.value_or(std::nan(""));
         outcome.one_step = model::errors_of(model::one_step_ahead(predictor, series), series).rmse;
         plots[j] = drift_plot(series, open, predictor.task, row.name);
       } catch (const sim::InputError& e) {
@@ -170,13 +175,14 @@ int evaluate_command(const EvaluateArguments& arguments) {
     const std::scoped_lock lock(telling);
     progress.show(static_cast<double>(++done) / static_cast<double>(jobs.size()), row.name);
   });
+  ends_soon.reset();
   if (interrupted()) {
     std::fputs("stopped; nothing was written\n", stderr);
     return interrupted_exit_code;
   }
   struct Row {
     std::string name;
-    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0;
+    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0, hold = 0.0, arx = 0.0;
     std::size_t worst_job = 0;
     std::int64_t counted = 0;
     std::string failure;
@@ -195,6 +201,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
       row.mean += outcomes[j].rmse;
       row.one_step += outcomes[j].one_step;
       row.last += outcomes[j].last_minute;
+      row.hold += outcomes[j].hold;
+      row.arx += outcomes[j].arx;
       if (outcomes[j].rmse > row.worst) {
         row.worst = outcomes[j].rmse;
         row.worst_job = j;
@@ -204,6 +212,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
     row.mean /= n;
     row.one_step /= n;
     row.last /= n;
+    row.hold /= n;
+    row.arx /= n;
     row.counted = count;
     if (count == 0) row.worst = std::nan("");
     rows.push_back(row);
@@ -213,8 +223,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
                    [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
   report::Table table;
   table.header = {
-      "stress",          "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
-      "again: sinew run"};
+      "stress",         "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
+      "held / " + unit, "ARX / " + unit,       "again: sinew run"};
   nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
                               {"case", predictor.task.paper_case},
                               {"method", predictor.method},
@@ -223,7 +233,8 @@ int evaluate_command(const EvaluateArguments& arguments) {
   for (const Row& row : rows) {
     table.rows.push_back(
         {{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
-          report::significant(row.last, 3), report::significant(row.one_step, 3), "scenarios/" + outcomes[row.worst_job].scenario_file},
+          report::significant(row.last, 3), report::significant(row.one_step, 3), report::significant(row.hold, 3),
+          predictor.arx ? report::significant(row.arx, 3) : "–", "scenarios/" + outcomes[row.worst_job].scenario_file},
          row.name == base.name,
          row.failure});
     json["rows"].push_back({{"stress", row.name},
@@ -231,12 +242,16 @@ int evaluate_command(const EvaluateArguments& arguments) {
                             {key_in_unit("worst_seed", predicted), row.worst},
                             {key_in_unit("last_minute", predicted), row.last},
                             {key_in_unit("one_step_rmse", predicted), row.one_step},
+                            {key_in_unit("hold_rmse", predicted), row.hold},
+                            {key_in_unit("arx_rmse", predicted), row.arx},
                             {"seeds_counted", row.counted},
                             {"failure", row.failure},
                             {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
   table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
-                  " seeds (of those that finished), worst first. Missing samples are held.";
+                  " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
+                  "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
+                  (predictor.arx ? "." : ", which this weights file lacks.");
   if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";

@@ -15,6 +15,7 @@
 #include "apps/app.h"
 #include "apps/limb_link.h"
 #include "apps/outputs.h"
+#include "apps/terminal.h"
 #include "apps/training.h"
 #include "hil/limb_parts.h"
 #include "hil/limits.h"
@@ -57,7 +58,7 @@ class View {
   View(const plant::Plant& limb, double duration_s, double line_every_s)
       : system_(limb.shared_system()),
         parts_(hil::parts_of(limb)),
-        in_place_(isatty(STDERR_FILENO) == 1),
+        in_place_(may_move_cursor()),
         duration_s_(duration_s),
         line_every_s_(line_every_s) {}
   ~View() { settle(); }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <glog/logging.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <iostream>
 #include <new>
 
 #include "apps/app.h"
@@ -10,6 +13,18 @@
 #include "model/train.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
+
+namespace {
+
+// What was printed must have arrived: a full disk behind `> file` is told of when the last of it is written.
+int written(int exit_code) {
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
+  std::fprintf(stderr, "standard output: %s\n", errno != 0 ? std::strerror(errno) : "could not be written");
+  return 2;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace sinew;
@@ -53,7 +68,7 @@ int main(int argc, char** argv) {
       return 2;
     }
     const int code = program.exit(e);
-    return code == 0 ? 0 : 2;
+    return code == 0 ? written(0) : 2;
   } catch (const diagnose::Stopped&) {
     std::fputs("stopped; nothing was written\n", stderr);
     return apps::interrupted_exit_code;
@@ -73,5 +88,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "sinew: %s\n", e.what());
     return 1;
   }
-  return exit_code;
+  return written(exit_code);
 }

@@ -324,9 +324,14 @@ Outputs::Outputs(const fs::path& folder, const InputPaths& inputs, bool overwrit
 }
 
 Outputs::~Outputs() {
+  if (lock_ >= 0) abandon();
+}
+
+void Outputs::abandon() noexcept {
   std::error_code none;
   fs::remove_all(folder_ / staging_name, none);
   release_lock(folder_, lock_);
+  lock_ = -1;
   for (const fs::path& made : made_folders_) ::rmdir(made.c_str());  // the innermost first; one that is not empty stays
 }
 

@@ -65,6 +65,8 @@ class Outputs {
   // Puts all staged files in place, in the order of staging: the one that says that all are there is staged last. Files that are
   // there, were claimed without `goes_on` and not staged belong to the result that is replaced, and go.
   void commit();
+  // Lets go of the folder: what was staged goes, the lock, and a folder that was made here and is empty. Nothing may be called after it.
+  void abandon() noexcept;
 
  private:
   using FileId = std::pair<std::uint64_t, std::uint64_t>;

@@ -166,7 +166,7 @@ int paper_command(const PaperArguments& arguments) {
           run.seed = static_cast<std::uint64_t>(seed);
           run.threads = arguments.threads;
           run.should_stop = interrupted;
-          const model::Trained trained = train_by(method, arguments.settings, {*training}, run);
+          const model::Trained trained = train_by(method, training_settings(method, arguments.settings), {*training}, run);
           cell.update(json_of(model::rollout(trained.model, *test), model::one_step_ahead(trained.model, *test), *test));
           cell["updates"] = trained.best_update;
         } else {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "apps/app.h"
+#include "apps/ends_soon.h"
 #include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/predictor.h"
@@ -35,6 +36,7 @@ int rollout_command(const RolloutArguments& arguments) {
     outputs.emplace(out, InputPaths{.files = {arguments.model, arguments.recording}}, arguments.overwrite);
     outputs->claim({"rollout.csv", "report.html"});
   }
+  std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
   if (arguments.paper_case) {
     const auto system = system_for(arguments.plant);
@@ -77,17 +79,24 @@ int rollout_command(const RolloutArguments& arguments) {
   const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
+  const Baselines baselines = baselines_of(predictor, series);
   nlohmann::ordered_json json{{"case", predictor.task.paper_case},
                               {"method", predictor.method},
                               {"from_s", series.first_s},
                               {"samples", series.samples()},
                               {key_in_unit("rollout_rmse", predicted), off.rmse},
                               {key_in_unit("one_step_rmse", predicted), off_step.rmse},
-                              {key_in_unit("largest", predicted), off.largest}};
+                              {key_in_unit("largest", predicted), off.largest},
+                              {key_in_unit("hold_rmse", predicted), baselines.hold}};
+  if (baselines.arx) json[key_in_unit("arx_rmse", predicted)] = *baselines.arx;
   report::Table table;
   table.header = {"prediction", "RMSE / " + unit, "largest / " + unit};
   table.rows = {{{"open loop, from one measured value", report::significant(off.rmse, 4), report::significant(off.largest, 3)}},
                 {{"one step ahead", report::significant(off_step.rmse, 4), report::significant(off_step.largest, 3)}}};
+  table.rows.push_back({{"baseline: the first value held", report::significant(baselines.hold, 4), ""}});
+  if (baselines.arx)
+    table.rows.push_back({{"baseline: ARX, fitted to the same data, open loop",
+                           std::isnan(*baselines.arx) ? "diverges" : report::significant(*baselines.arx, 4), ""}});
   if (std::isfinite(off.last_minute)) {
     json[key_in_unit("second_minute", predicted)] = off.second_minute;
     json[key_in_unit("last_minute", predicted)] = off.last_minute;
@@ -107,6 +116,7 @@ int rollout_command(const RolloutArguments& arguments) {
                            report::significant(model::root_mean_square_error(open, series, a, b - a), 4), ""}});
   }
   table.title = "Case " + std::to_string(predictor.task.paper_case) + ", " + predictor.method + ": " + words_of(predictor.task);
+  ends_soon.reset();
   if (outputs) {
     const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
     std::string csv = "# open-loop prediction from one measured value, by `sinew rollout`\ntime_s," + predicted.name + "," +
@@ -121,7 +131,7 @@ int rollout_command(const RolloutArguments& arguments) {
     report::Page page;
     page.title = "Rollout of a predictor";
     page.lead = "From one measured value, the prediction is " + report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
-                report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s.";
+                report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s. " + baseline_sentence(baselines, unit);
     page.blocks.push_back(table);
     for (auto& block : rollout_blocks(series, open, predictor.task)) page.blocks.push_back(std::move(block));
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on,
@@ -135,7 +145,7 @@ int rollout_command(const RolloutArguments& arguments) {
   if (arguments.json)
     std::printf("%s\n", json.dump(1).c_str());
   else
-    std::fputs(report::to_text(table).c_str(), stdout);
+    std::printf("%s%s\n", report::to_text(table).c_str(), report::wrap(baseline_sentence(baselines, unit)).c_str());
   return 0;
 }
 

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/ends_soon.h"
 #include "apps/outputs.h"
 #include "apps/training.h"
 #include "model/weights_file.h"
@@ -24,7 +26,7 @@ struct TrainArguments {
   std::string method = "stateful", settings, out, from, layout = "keras2", plant, predict;
   int paper_case = 3;
   double until_s = std::numeric_limits<double>::infinity();
-  std::int64_t seed = 1;
+  std::int64_t seed = 1, updates = 0;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool hold_missing = false, overwrite = false;
 };
@@ -35,6 +37,8 @@ int train_command(const TrainArguments& arguments) {
   if (!arguments.plant.empty()) read.yaml.push_back(arguments.plant);
   Outputs outputs(arguments.out, read, arguments.overwrite);
   outputs.claim({"weights.h5", "training.json", "report.html"});
+  std::optional<EndsSoon> ends_soon(&outputs);
+  const model::TrainingFile settings = training_settings(arguments.method, arguments.settings, arguments.updates);
   const auto system = system_for(arguments.plant, arguments.data);
   const model::Task task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
   const std::string unit = unit_words(task.predicted);
@@ -58,7 +62,9 @@ int train_command(const TrainArguments& arguments) {
     progress.show(done, report::fixed(point.training_error, 2) + unit + " training, " + report::fixed(point.validation_error, 2) + unit +
                             " set aside");
   };
-  model::Trained trained = train_by(arguments.method, arguments.settings, data, run);
+  model::Trained trained = train_by(arguments.method, settings, data, run);
+  if (model::LinearModel arx = arx_beside(arguments.method, settings, data); arx.coefficients.allFinite())
+    trained.model.arx = std::move(arx);
   for (const std::string& path : arguments.data) trained.model.trained_on += (trained.model.trained_on.empty() ? "" : "; ") + path;
 
   const model::CurvePoint* best = &trained.curve.front();
@@ -88,6 +94,7 @@ int train_command(const TrainArguments& arguments) {
                      std::to_string(arguments.seed),
                  "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
   const std::string html = report::to_html(page);
+  ends_soon.reset();
   outputs.stage("weights.h5", model::to_hdf5(trained.model, arguments.layout == "keras3" ? model::Layout::keras3 : model::Layout::keras2));
   outputs.stage("report.html", html);
   outputs.stage("training.json", json.dump(1) + "\n");
@@ -116,6 +123,8 @@ void add_train(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"published", "stateful"}))
       ->capture_default_str();
   command->add_option("--settings", arguments->settings, "of the training, in YAML (scenarios/train.yaml has all of them)");
+  command->add_option("--updates", arguments->updates, "at most so many, instead of the 3000 of the stateful method or those of --settings")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{10000000}));
   command->add_option("--from", arguments->from, "go on from these weights (fine-tuning)");
   command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(positive_number());
   command->add_option("--seed", arguments->seed, "of weights and order")->check(CLI::NonNegativeNumber)->capture_default_str();
@@ -126,6 +135,7 @@ void add_train(CLI::App& program, int& exit_code) {
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew train results/set --case 4 --method stateful --out results/lstm4\n"
+      "  sinew train results/set --case 3 --updates 300 --out results/first_try\n"
       "  sinew train recording.csv --until 130 --from results/lstm3 --out results/tuned");
   command->callback([arguments, &exit_code] { exit_code = train_command(*arguments); });
 }

@@ -2,7 +2,9 @@
 #include "apps/training.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "model/linear.h"
 #include "model/set.h"
 #include "plant/systems.h"
 #include "report/number.h"
@@ -53,16 +55,53 @@ std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const
   return all;
 }
 
-model::Trained train_by(const std::string& method, const std::string& settings_file, const std::vector<Series>& data,
-                        const model::TrainingRun& run) {
+model::TrainingFile training_settings(const std::string& method, const std::string& settings_file, std::int64_t updates) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
   if ((method == "published" && settings.stateful && !settings.published) ||
       (method == "stateful" && settings.published && !settings.stateful))
     throw sim::InputError(
         {.file = settings_file, .key = "--method", .value = method, .advice = "the file has settings of the other method"});
+  if (updates > 0 && method == "published")
+    throw sim::InputError({.file = "",
+                           .key = "--updates",
+                           .value = std::to_string(updates),
+                           .advice = "is for --method stateful; the published method counts epochs, in a file of --settings"});
+  if (updates > 0) {
+    if (!settings.stateful) settings.stateful.emplace();
+    settings.stateful->updates = updates;
+  }
+  return settings;
+}
+
+model::Trained train_by(const std::string& method, const model::TrainingFile& settings, const std::vector<Series>& data,
+                        const model::TrainingRun& run) {
   return method == "published" ? model::train_published(data, settings.published.value_or(model::PublishedSettings{}), run)
                                : model::train_stateful(data, settings.stateful.value_or(model::StatefulSettings{}), run);
+}
+
+model::LinearModel arx_beside(const std::string& method, const model::TrainingFile& settings, const std::vector<Series>& data) {
+  const double share = method == "published" ? settings.published.value_or(model::PublishedSettings{}).training_fraction
+                                             : settings.stateful.value_or(model::StatefulSettings{}).training_fraction;
+  std::vector<Series> used;
+  for (const Series& one : data) used.push_back(model::part_of(one, 0, static_cast<Index>(share * static_cast<double>(one.samples()))));
+  return model::fit_arx(used);
+}
+
+Baselines baselines_of(const model::Model& predictor, const Series& series) {
+  const auto error_of = [&](const Vector<double>& predicted) {
+    return predicted.allFinite() ? model::errors_of(predicted, series).rmse : std::nan("");
+  };
+  Baselines baselines{error_of(Vector<double>::Constant(series.samples(), series.y(0))), std::nullopt};
+  if (predictor.arx) baselines.arx = error_of(model::rollout(*predictor.arx, series));
+  return baselines;
+}
+
+std::string baseline_sentence(const Baselines& baselines, const std::string& unit) {
+  std::string text = "To hold the first value is " + report::significant(baselines.hold, 3) + unit + " off";
+  if (!baselines.arx) return text + "; the weights file has no ARX to compare with (`sinew train` writes one).";
+  if (std::isnan(*baselines.arx)) return text + "; a linear model (ARX) fitted to the same data diverges.";
+  return text + ", and a linear model (ARX) fitted to the same data " + report::significant(*baselines.arx, 3) + unit + ".";
 }
 
 std::string weights_path(const std::string& model) {

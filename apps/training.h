@@ -25,9 +25,23 @@ sim::Columns columns_for(const model::Task& task);
 std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
                                            double until_s, model::Missing missing);
 
-// Trains by `method` with the settings of a file, or the defaults where its name is empty.
-model::Trained train_by(const std::string& method, const std::string& settings_file, const std::vector<model::Series>& data,
+// The settings of a file, or the defaults where its name is empty; `updates` above 0 replaces those of the stateful method.
+// Throws InputError where the file is of the other method, or the method counts no updates.
+model::TrainingFile training_settings(const std::string& method, const std::string& settings_file, std::int64_t updates = 0);
+// Trains by `method`, with these settings or the defaults.
+model::Trained train_by(const std::string& method, const model::TrainingFile& settings, const std::vector<model::Series>& data,
                         const model::TrainingRun& run);
+// The linear reference fitted to what `train_by` trains on.
+model::LinearModel arx_beside(const std::string& method, const model::TrainingFile& settings, const std::vector<model::Series>& data);
+
+// What a rollout must beat: the first value held, and the ARX where there is one. NaN: it went beyond all bounds.
+struct Baselines {
+  double hold = 0.0;
+  std::optional<double> arx;
+};
+Baselines baselines_of(const model::Model& predictor, const model::Series& series);
+// "To hold the first value is 12.3° off, an ARX that was fitted to the same data 4.5°."; what an ARX does not say of an older file.
+std::string baseline_sentence(const Baselines& baselines, const std::string& unit);
 
 // Weights of a folder (its weights.h5) or of a file.
 std::string weights_path(const std::string& model);

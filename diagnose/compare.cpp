@@ -73,23 +73,32 @@ std::size_t samples_until(const sim::Recording& recording, double until_s) {
 
 Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording, const PerChannel& noise,
                    double fit_until_s, const plant::NumericalSettings& numerics) {
+  return compare(plant, std::span(&start, 1), std::span(&recording, 1), noise, fit_until_s, numerics);
+}
+
+Comparison compare(const plant::Plant& plant, std::span<const plant::Start> starts, std::span<const sim::Recording> parts,
+                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics) {
   Comparison result;
   result.system = plant.shared_system();
   result.noise = noise;
   result.fit_until_s = fit_until_s;
   const plant::System& system = plant.system();
   result.model = result.residual = Series(system.channels().size(), {});
-  plant::Integrator integrator(plant, start, numerics);
-  const auto failure = sim::replay(integrator, system, recording.samples, [&](std::size_t k) {
-    const std::vector<double> readings = integrator.readings();
-    result.time_s.push_back(recording.samples[k].time_s);
-    for (const plant::ChannelId c : system.channels().ids()) {
-      result.model[c].push_back(shown(system, readings, c));
-      result.residual[c].push_back(result.model[c].back() - measured(recording.samples[k], c));
-    }
-  });
-  if (failure) throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
-  const std::size_t split = samples_until(recording, fit_until_s);
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const std::vector<sim::Sample>& samples = parts[p].samples;
+    plant::Integrator integrator(plant, starts[p], numerics);
+    const auto failure = sim::replay(integrator, system, samples, [&](std::size_t k) {
+      const std::vector<double> readings = integrator.readings();
+      result.time_s.push_back(samples[k].time_s);
+      for (const plant::ChannelId c : system.channels().ids()) {
+        result.model[c].push_back(shown(system, readings, c));
+        result.residual[c].push_back(result.model[c].back() - measured(samples[k], c));
+      }
+    });
+    if (failure) throw std::runtime_error("the integration failed at " + std::to_string(failure->time_s) + " s: " + failure->reason);
+  }
+  const auto split =
+      static_cast<std::size_t>(std::lower_bound(result.time_s.begin(), result.time_s.end(), fit_until_s) - result.time_s.begin());
   for (const plant::ChannelId c : system.channels().ids()) {
     result.fitted.push_back(error_of(result.residual[c], 0, split, noise[c]));
     result.unfitted.push_back(error_of(result.residual[c], split, result.time_s.size(), noise[c]));

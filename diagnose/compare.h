@@ -2,6 +2,7 @@
 // A plant against a recording: open loop, from the recorded inputs alone.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct Comparison {
 // Throws std::runtime_error with the solver's words where the plant cannot be integrated over the recording.
 Comparison compare(const plant::Plant& plant, const plant::Start& start, const sim::Recording& recording, const PerChannel& noise,
                    double fit_until_s, const plant::NumericalSettings& numerics);
+
+// The same where the recording has pauses: each part with its own start, one beside the other in the recording's time.
+Comparison compare(const plant::Plant& plant, std::span<const plant::Start> starts, std::span<const sim::Recording> parts,
+                   const PerChannel& noise, double fit_until_s, const plant::NumericalSettings& numerics);
 
 // Number of samples before `until_s`, in the recording's own time.
 std::size_t samples_until(const sim::Recording& recording, double until_s);

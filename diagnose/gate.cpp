@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
+#include "sim/log_map.h"
 #include "sim/text.h"
 
 namespace sinew::diagnose {
@@ -17,17 +19,17 @@ constexpr std::size_t reach = 3;  // neighbours on each side
 struct OffLine {
   double own, neighbours;
 };
-OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, plant::ChannelId channel) {
-  if (k < 2 || k + 2 >= samples.size()) return {sim::not_a_number, sim::not_a_number};
+OffLine off_line(const std::vector<double>& values, std::size_t k) {
+  if (k < 2 || k + 2 >= values.size()) return {sim::not_a_number, sim::not_a_number};
   constexpr std::array<double, 4> at{-2.0, -1.0, 1.0, 2.0};
   std::array<double, 4> value;
   double mean = 0.0, slope = 0.0;
   for (std::size_t i = 0; i < 4; ++i) {
-    value[i] = measured(samples[i < 2 ? k - 2 + i : k - 1 + i], channel);
+    value[i] = values[i < 2 ? k - 2 + i : k - 1 + i];
     mean += value[i] / 4.0;
     slope += at[i] * value[i] / 10.0;
   }
-  OffLine off{std::abs(measured(samples[k], channel) - mean), 0.0};
+  OffLine off{std::abs(values[k] - mean), 0.0};
   for (std::size_t i = 0; i < 4; ++i) off.neighbours = std::max(off.neighbours, std::abs(value[i] - mean - slope * at[i]));
   return off;
 }
@@ -35,19 +37,20 @@ OffLine off_line(const std::vector<sim::Sample>& samples, std::size_t k, plant::
 // Masks those that its samples show. How many. `ends`: also within `reach` of the recording's ends.
 std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId channel, double noise, bool ends) {
   std::size_t count = 0;
-  const std::vector<sim::Sample> samples = recording.samples;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const double value = measured(samples[k], channel);
+  std::vector<double> values;  // as they were: none that is masked here judges another
+  for (const sim::Sample& sample : recording.samples) values.push_back(measured(sample, channel));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double value = values[k];
     if (std::isnan(value)) continue;
-    const bool at_end = k < reach || k + reach >= samples.size();
+    const bool at_end = k < reach || k + reach >= values.size();
     if (at_end && !ends) continue;
     std::vector<double> around;
     std::size_t before = 0;
     // The six nearest; at the ends they all lie on one side.
-    const std::size_t window = std::min(2 * reach, samples.size() - 1);
-    const std::size_t begin = std::min(k - std::min(k, reach), samples.size() - 1 - window);
+    const std::size_t window = std::min(2 * reach, values.size() - 1);
+    const std::size_t begin = std::min(k - std::min(k, reach), values.size() - 1 - window);
     for (std::size_t i = begin; i <= begin + window; ++i)
-      if (const double near = measured(samples[i], channel); i != k && !std::isnan(near)) {
+      if (const double near = values[i]; i != k && !std::isnan(near)) {
         around.push_back(near);
         before += i < k;
       }
@@ -57,7 +60,7 @@ std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId chan
     // The extremes may be outliers themselves.
     const double range = around[around.size() - 2] - around[1];
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
-    const OffLine off = off_line(samples, k, channel);
+    const OffLine off = off_line(values, k);
     if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
       measured(recording.samples[k], channel) = sim::not_a_number;
       ++count;
@@ -87,7 +90,69 @@ double longest_run_share(const sim::Recording& recording, plant::ChannelId chann
   return static_cast<double>(longest) / static_cast<double>(recording.samples.size());
 }
 
+// What should move a channel, sample by sample: the input of its part; what all inputs together do to it, each in its own sense; else all.
+std::vector<double> drive_of(const plant::System& system, const sim::Recording& recording, plant::ChannelId channel) {
+  const auto driven_by = system.channels()[channel].driven_by;
+  const bool has_drives =
+      std::any_of(system.drives().begin(), system.drives().end(), [&](const plant::Drive& d) { return d.channel == channel; });
+  std::vector<double> drive;
+  for (const sim::Sample& sample : recording.samples) {
+    double sum = 0.0;
+    if (driven_by) {
+      sum = sample.inputs[driven_by->index];
+    } else if (has_drives) {
+      for (const plant::Drive& d : system.drives())
+        if (d.channel == channel) sum += d.sense * sample.inputs[d.input.index];
+    } else {
+      for (const double input : sample.inputs) sum += std::abs(input);
+    }
+    drive.push_back(sum);
+  }
+  return drive;
+}
+
+constexpr double least_change = 0.1;        // of the largest drive: a smaller one need not show
+constexpr double least_share = 0.2;         // of the samples in a run, for it to be odd, and
+constexpr std::size_t least_in_a_run = 20;  // so many of them
+
 }  // namespace
+
+// A run of one value, however long, is no sign of anything while the drive stays what it was when the run began.
+std::optional<Unresponsive> unresponsive(const plant::System& system, const sim::Recording& recording, plant::ChannelId channel) {
+  const std::vector<double> drive = drive_of(system, recording, channel);
+  double largest = 0.0;
+  for (const double value : drive) largest = std::max(largest, std::abs(value));
+  if (largest == 0.0) return std::nullopt;
+  struct Run {
+    std::size_t first = 0, last = 0, count = 0, against = 0;  // samples in it, and those at which the drive has changed
+    double value = sim::not_a_number;
+  } run, longest;
+  std::size_t measured_samples = 0, driven_samples = 0;
+  for (std::size_t k = 0; k < drive.size(); ++k) {
+    const double value = measured(recording.samples[k], channel);
+    if (std::isnan(value)) continue;
+    ++measured_samples;
+    driven_samples += std::abs(drive[k]) >= least_change * largest;
+    if (value != run.value) run = {k, k, 0, 0, value};
+    run.last = k;
+    ++run.count;
+    run.against += std::abs(drive[k] - drive[run.first]) >= least_change * largest;
+    if (run.against > longest.against || run.first == longest.first) longest = run;
+  }
+  const bool throughout = run.count == measured_samples;
+  if (throughout) longest = run;
+  const std::size_t against = throughout ? driven_samples : longest.against;
+  if (against < least_in_a_run || static_cast<double>(against) < least_share * static_cast<double>(measured_samples)) return std::nullopt;
+  const plant::ChannelInfo& info = system.channels()[channel];
+  Unresponsive result{channel, longest.value, recording.samples[longest.first].time_s, recording.samples[longest.last].time_s, throughout,
+                      ""};
+  const std::string space = info.unit_words.empty() || info.unit_words == "°" ? "" : " ";
+  result.words =
+      info.words + " stays at " + sim::shortest(longest.value) + space + info.unit_words +
+      (result.throughout ? " all along" : " from " + sim::rounded(result.from_s, 6) + " to " + sim::rounded(result.until_s, 6) + " s") +
+      " while it is driven: its sensor is stuck or not connected, or what it measures is held fast";
+  return result;
+}
 
 sim::Recording gated(const plant::System& system, const sim::Recording& recording, const PerChannel* noise, GateNotes& notes) {
   const std::size_t channels = system.channels().size();
@@ -99,8 +164,15 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
   notes.noise = noise ? *noise : noise_of(system, recording);
   notes.step = notes.stuck_share = per_channel(channels);
   notes.outliers = notes.missing = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
-  for (std::size_t k = 1; k < recording.samples.size(); ++k)
-    notes.longest_gap_s = std::max(notes.longest_gap_s, recording.samples[k].time_s - recording.samples[k - 1].time_s);
+  const std::vector<std::pair<double, double>> pauses_s = sim::pauses_of(recording);
+  notes.pauses_s = pauses_s;
+  for (std::size_t k = 1, p = 0; k < recording.samples.size(); ++k) {
+    const double from_s = recording.samples[k - 1].time_s, until_s = recording.samples[k].time_s;
+    if (p < pauses_s.size() && pauses_s[p].first == from_s)
+      ++p;
+    else
+      notes.longest_gap_s = std::max(notes.longest_gap_s, until_s - from_s);
+  }
   for (const sim::Sample& sample : recording.samples)
     for (const double input : sample.inputs) notes.largest_input = std::max(notes.largest_input, std::abs(input));
   for (const plant::ChannelId c : system.channels().ids()) {
@@ -120,10 +192,16 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
     notes.stuck_share[c] = longest_run_share(recording, c);
     const std::string& words = system.channels()[c].words;
     if (notes.missing[c] == notes.samples) notes.warnings.push_back(words + " was never measured");
-    if (notes.stuck_share[c] > 0.2) notes.warnings.push_back(words + " shows one value for a long time while something is driven");
+    if (auto found = unresponsive(system, recording, c)) {
+      notes.warnings.push_back(found->words);
+      notes.unresponsive.push_back(*std::move(found));
+    }
     if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
   if (notes.largest_input == 0.0) notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
+  for (const auto& [from_s, until_s] : pauses_s)
+    notes.warnings.push_back("nothing is recorded from " + sim::rounded(from_s, 6) + " to " + sim::rounded(until_s, 6) +
+                             " s, nor what the inputs are meanwhile: cut the recording there");
   if (notes.longest_gap_s > 2.5 * notes.period_s)
     notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; inputs are held over the gap");
   return result;

@@ -12,11 +12,6 @@
 
 namespace sinew::model {
 
-struct LinearModel {
-  Index order = 0;              // 0: static
-  Vector<double> coefficients;  // [p_1 ... p_n, v(t), v(t-1) ... v(t-n), b]
-};
-
 LinearModel fit_static(const std::vector<Series>& training);
 LinearModel fit_arx(const std::vector<Series>& training);
 

@@ -91,13 +91,20 @@ struct ScaledSeries {
 };
 ScaledSeries scaled(const Series& series, const Scaling& scaling);
 
+// A linear reference (linear.h).
+struct LinearModel {
+  Index order = 0;              // 0: static
+  Vector<double> coefficients;  // [p_1 ... p_n, v(t), v(t-1) ... v(t-n), b]
+};
+
 // All that a weights file holds.
 struct Model {
   Task task;
   std::string method;  // "published" or "stateful"
   Scaling scaling;
   Weights<float> weights;
-  std::string trained_on;  // in words, for people
+  std::string trained_on;                         // in words, for people
+  std::optional<LinearModel> arx = std::nullopt;  // fitted to the same data: what the network must beat; a file may lack it
   // The published code clears the state at every step.
   bool memoryless() const { return method == "published"; }
 };

@@ -77,9 +77,12 @@ bool is_there(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
   }
 }
 
-void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
+void make_run(const SetPlan& plan, const fs::path& folder, std::int64_t run, const std::function<bool()>& should_stop) {
   const DrawnRun one = drawn_run(plan.scenario, plan.domain, run);
-  const sim::RunResult result = sim::run(one.scenario);
+  sim::RunOptions options;
+  options.should_stop = should_stop;
+  const sim::RunResult result = sim::run(one.scenario, options);
+  if (result.status == sim::RunStatus::stopped) return;
   Json json{{"mark", plan.mark()},
             {"run", run},
             {"seed", one.scenario.seed},

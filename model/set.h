@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ struct SetPlan {
 // Whether run `run` lies in `folder`, whole and made from this plan.
 bool is_there(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
 // Simulates one run and writes its two files, first the JSON, each whole or not at all. The same plan gives the same bytes.
-void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run);
+// `should_stop` is asked at every restart of the integrator; a run that is stopped leaves nothing.
+void make_run(const SetPlan& plan, const std::filesystem::path& folder, std::int64_t run, const std::function<bool()>& should_stop = {});
 // Gathers all runs: the manifest's text; and the recordings in HDF5, [samples x columns] arrays /runs/0000 ...
 std::string manifest_of(const SetPlan& plan, const std::filesystem::path& folder);
 std::int64_t failed_runs(const SetPlan& plan, const std::filesystem::path& folder);

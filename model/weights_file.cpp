@@ -82,6 +82,10 @@ Json said(const Model& model) {
                     {"offset", model.scaling.y_offset},
                     {"span", model.scaling.y_span}};
   json["trained_on"] = model.trained_on;
+  if (model.arx) {
+    const Vector<double>& c = model.arx->coefficients;
+    json["arx"] = {{"order", model.arx->order}, {"coefficients", std::vector<double>(c.data(), c.data() + c.size())}};
+  }
   json["made_by"] = "sinew " + sim::this_build().version;
   json["sha256"] = checksum(model.weights, json);
   return json;
@@ -282,6 +286,13 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
       model.scaling.y_offset = output.at("offset");
       model.scaling.y_span = output.at("span");
       model.trained_on = json.value("trained_on", "");
+      if (const auto arx = json.find("arx"); arx != json.end()) {
+        const auto coefficients = arx->at("coefficients").get<std::vector<double>>();
+        const Index order = arx->at("order"), features = static_cast<Index>(model.task.features.size());
+        if (order < 0 || order > 1000 || static_cast<Index>(coefficients.size()) != order + features * (order + 1) + 1)
+          complain(name, "arx", std::to_string(coefficients.size()) + " coefficients", "do not belong to order " + std::to_string(order));
+        model.arx = LinearModel{order, Eigen::Map<const Vector<double>>(coefficients.data(), static_cast<Index>(coefficients.size()))};
+      }
       if (json.at("sha256") != checksum(model.weights, json))
         complain(name, "sha256", json.at("sha256"), "is not that of what is in the file: weights, scaling or names were changed");
       const auto usable = [](const Vector<double>& offset, const Vector<double>& span) {

@@ -32,6 +32,11 @@ constexpr int x_axis_px = 18;               // below the plot area: the labels o
 constexpr int selector_px = 38;             // and the range selector
 constexpr int scatter_labels_px = 54;       // around a scatter plot
 constexpr std::size_t band_lane_px = 16;
+// In a narrow window a column of words is as wide as this allows, so that none stands at one word a line, and a table that does not fit
+// scrolls. The widths in page_style.cpp belong to these.
+constexpr std::size_t narrow_words_ch = 24, narrow_header_ch = 14;
+constexpr std::size_t narrow_ch_px = 8, narrow_padding_px = 14;
+constexpr std::size_t phone_px = 388, small_window_px = 728;  // what is left of a window of 420 px, and of 760 px
 constexpr std::size_t sections_without_contents = 4;
 
 // The MIT licence asks for this wherever the library goes.
@@ -63,6 +68,25 @@ std::string file_text(const std::filesystem::path& path) {
                              ", which draws the plots of a page: install the Debian package libjs-dygraphs");
   }
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::size_t characters(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) != 0x80u; }));
+}
+
+// The least width of each column in characters, in a narrow window.
+std::vector<std::size_t> narrow_widths(const Table& table, const std::vector<Align>& align) {
+  std::vector<std::size_t> widths(align.size(), 0);
+  for (std::size_t column = 0; column < align.size(); ++column) {
+    if (column < table.header.size()) widths[column] = std::min(characters(table.header[column]), narrow_header_ch);
+    for (const Row& row : table.rows) {
+      if (column >= row.cells.size()) continue;
+      const std::size_t length = characters(row.cells[column]);
+      widths[column] = std::max(widths[column], align[column] == Align::right ? length : std::min(length, narrow_words_ch));
+    }
+  }
+  return widths;
 }
 
 void replace_all(std::string& text, std::string_view from, std::string_view to) {
@@ -332,17 +356,22 @@ class Writer {
 
   void write(const Table& table) {
     const std::vector<Align> align = column_alignment(table);
+    const std::vector<std::size_t> widths = narrow_widths(table, align);
+    std::size_t width_px = 0;
+    for (const std::size_t width : widths) width_px += width * narrow_ch_px + narrow_padding_px;
     const auto write_cells = [&](const std::vector<std::string>& cells, const std::string& element) {
       for (std::size_t column = 0; column < align.size(); ++column) {
         body_ += "<" + element;
         if (align[column] == Align::right) body_ += " class=\"right\"";
-        body_ += ">";
+        body_ += " style=\"--least:" + std::to_string(widths[column]) + "ch\">";
         if (column < cells.size()) body_ += escaped(cells[column]);
         body_ += "</" + element.substr(0, 2) + ">";
       }
     };
     body_ += "<figure>\n";
     if (!table.title.empty()) body_ += "<figcaption>" + escaped(table.title) + "</figcaption>\n";
+    if (width_px > phone_px)
+      body_ += "<p class=\"scrolls" + std::string(width_px > small_window_px ? " wide" : "") + "\">This table scrolls sideways.</p>\n";
     body_ += "<div class=\"table\" tabindex=\"0\" role=\"group\" aria-label=\"" + (table.title.empty() ? "table" : escaped(table.title)) +
              "\"><table>\n";
     if (!table.header.empty()) {

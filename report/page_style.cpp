@@ -66,6 +66,7 @@ td:first-child, th:first-child { padding-left: 4px; }
 thead th { font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom;
            border-bottom: 1.2px solid var(--axis); }
 table:not(:has(thead)) { border-top: 1.2px solid var(--axis); }
+.scrolls { display: none; font-size: 13px; color: var(--soft); margin: 2px 0 0; }
 .right { text-align: right; }
 td.right { white-space: nowrap; }
 tr.emphasis td { font-weight: 650; background: var(--tint); }
@@ -120,20 +121,35 @@ footer p { margin: 0 0 2px; max-width: none; overflow-wrap: anywhere; }
   .contents ol { columns: 1; }
   th, td { padding-right: 14px; }
 }
+@media screen and (max-width: 760px) {
+  th, td { min-width: calc(var(--least, 0ch) + 18px); }
+  .scrolls.wide { display: block; }
+}
+@media screen and (max-width: 480px) {
+  .scrolls { display: block; }
+}
 @media print {
-  @page { margin: 16mm 15mm; }
+  @page { size: A4; margin: 12mm 13mm; }
   html { color-scheme: light; }
-  body { font-size: 10pt; }
+  .contents { display: none; }
+  h2 { margin-top: 26px; }
+  .table { overflow: visible; }
+  table { font-size: 13px; line-height: 1.3; }
+  th, td { padding: 3px 12px 3px 0; }
+  thead th { font-size: 12px; }
+  tr.note td { font-size: 12px; }
+  footer { margin-top: 24px; }
   .reset, .hint, .when, .value, .cursor, .tip { display: none !important; }
   .legend input { display: none; }
   .legend label:has(input:not(:checked)) { display: none; }
-  .plot, table, pre, .finding, .caution { break-inside: avoid; }
-  h1, h2, h3, figcaption { break-after: avoid; }
+  .plot, tr, pre, .finding, .caution { break-inside: avoid; }
+  tr.noted, h1, h2, h3, figcaption { break-after: avoid; }
   a { color: inherit; text-decoration: none; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
-.printing main { width: 680px; max-width: none; padding: 0; margin: 0; }
-.printing .scatters { grid-template-columns: 1fr 1fr; gap: 0 24px; }
+.printing main { width: 980px; max-width: none; padding: 0; margin: 0; zoom: .7; }
+.printing p, .printing ul, .printing ol { max-width: none; }
+.printing .scatters { grid-template-columns: 1fr 1fr 1fr; gap: 0 24px; }
 )css";
 
 }  // namespace sinew::report

@@ -10,10 +10,10 @@
 namespace sinew::sim {
 namespace {
 
-constexpr std::size_t longest_quoted = 160;
+constexpr std::size_t longest_quoted = 160, longest_path = 4096;
 
 std::string compose(const InputFault& fault) {
-  std::string text = fault.file;
+  std::string text = printable(fault.file, longest_path);
   if (fault.line > 0) {
     text += text.empty() ? "line " : ":";
     text += std::to_string(fault.line);

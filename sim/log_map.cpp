@@ -170,9 +170,10 @@ TimeRule read_time(const YamlValue& value) {
   } else {
     time.column = column_of_log(*column);
     if (const YamlValue* unit = keys.find("unit")) {
-      time.unit = one_of<TimeUnit>(*unit, std::array<std::pair<std::string_view, TimeUnit>, 7>{{{"s", TimeUnit::s},
+      time.unit = one_of<TimeUnit>(*unit, std::array<std::pair<std::string_view, TimeUnit>, 8>{{{"s", TimeUnit::s},
                                                                                                 {"ms", TimeUnit::ms},
                                                                                                 {"us", TimeUnit::us},
+                                                                                                {"ns", TimeUnit::ns},
                                                                                                 {"min", TimeUnit::min},
                                                                                                 {"h", TimeUnit::h},
                                                                                                 {"ms_of_day", TimeUnit::ms_of_day},
@@ -561,6 +562,7 @@ class Application {
     Ratio seconds{};
     if (unit == TimeUnit::ms || unit == TimeUnit::ms_of_day) seconds.denominator = 1000.0;
     if (unit == TimeUnit::us) seconds.denominator = 1e6;
+    if (unit == TimeUnit::ns) seconds.denominator = 1e9;
     if (unit == TimeUnit::min) seconds.numerator = 60.0;
     if (unit == TimeUnit::h) seconds.numerator = 3600.0;
     const double first = map_.time.first_row_at_zero ? raw.front() : 0.0;

@@ -35,7 +35,7 @@ struct LogColumn {
   double repeats_missing_s = 0.0;
 };
 
-enum class TimeUnit { s, ms, us, min, h, ms_of_day, clock };
+enum class TimeUnit { s, ms, us, ns, min, h, ms_of_day, clock };
 
 struct TimeRule {
   YamlValue at;

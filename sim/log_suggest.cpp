@@ -216,7 +216,9 @@ bool looks_like_time(const Log& log, Seen& seen) {
   else if (seen.lower.ends_with("_s") || holds_any(seen.lower, {"sec", "(s)", "[s]"}))
     seen.unit = "s";
   else
-    seen.unit = median >= 5.0 && std::floor(seen.values.front()) == seen.values.front() ? "ms" : "s";
+    seen.unit = median >= 1e6 && seen.values.front() > 1e17                               ? "ns"  // since 1970, as ROS exports it
+                : median >= 5.0 && std::floor(seen.values.front()) == seen.values.front() ? "ms"
+                                                                                          : "s";
   return true;
 }
 
@@ -470,7 +472,7 @@ class Suggestion {
     if (!time_ || seen_[*time_].unit == "clock") return 0.0;
     const std::string& unit = seen_[*time_].unit;
     const double median = lower_median(steps_of(seen_[*time_]));
-    return unit == "us" ? median / 1e6 : unit == "s" ? median : median / 1000.0;
+    return unit == "ns" ? median / 1e9 : unit == "us" ? median / 1e6 : unit == "s" ? median : median / 1000.0;
   }
 
   std::string facts() const {

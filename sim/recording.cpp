@@ -404,8 +404,8 @@ class TableReader {
 
     recording_.samples.reserve(rows_.size());
     time_fields_.reserve(rows_.size());
-    for (const Row& row : rows_) {
-      Sample sample = row.sample;
+    for (Row& row : rows_) {
+      Sample& sample = row.sample;
       const Sample* const before = recording_.samples.empty() ? nullptr : &recording_.samples.back();
       if (before != nullptr && sample.time_s < before->time_s) {
         if (before->time_s - sample.time_s >= tolerated_s) {
@@ -417,17 +417,20 @@ class TableReader {
         continue;
       }
       // The first row has its inputs: read_row saw to it.
+      std::vector<std::size_t> held;
       for (std::size_t i = 0; i < inputs_ && before != nullptr; ++i)
-        if (std::isnan(sample.inputs[i])) sample.inputs[i] = before->inputs[i];
+        if (std::isnan(sample.inputs[i])) {
+          sample.inputs[i] = before->inputs[i];
+          held.push_back(i);
+        }
       if (before != nullptr && sample.time_s == before->time_s) {
         lines_.count(same_values(sample, *before) ? notes_.repeated_rows : notes_.conflicting_rows, row.time_field);
         continue;
       }
-      for (std::size_t i = 0; i < inputs_; ++i)
-        if (std::isnan(row.sample.inputs[i])) lines_.count(notes_.held_input[i], row.time_field);
+      for (const std::size_t i : held) lines_.count(notes_.held_input[i], row.time_field);
       for (std::size_t c = 0; c < channels_; ++c)
         if (std::isnan(sample.channels[c])) lines_.count(notes_.missing[c], row.time_field);
-      recording_.samples.push_back(sample);
+      recording_.samples.push_back(std::move(sample));
       time_fields_.push_back(row.time_field);
     }
     const std::size_t out_of_order = notes_.backward_rows.count + notes_.conflicting_rows.count;
@@ -538,6 +541,32 @@ double Recording::median_period_s() const {
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < samples.size(); ++i) steps_s.push_back(samples[i].time_s - samples[i - 1].time_s);
   return lower_median(std::move(steps_s));
+}
+
+std::vector<std::pair<double, double>> pauses_of(const Recording& recording) {
+  const double longest_s = pause_periods * recording.median_period_s();
+  std::vector<std::pair<double, double>> pauses_s;
+  for (std::size_t k = 1; k < recording.samples.size(); ++k) {
+    const Sample &before = recording.samples[k - 1], &after = recording.samples[k];
+    const bool was_measured = std::any_of(before.channels.begin(), before.channels.end(), [](double value) { return !std::isnan(value); });
+    if (after.time_s - before.time_s > longest_s && was_measured) pauses_s.emplace_back(before.time_s, after.time_s);
+  }
+  return pauses_s;
+}
+
+std::vector<Recording> parts_between_pauses(const Recording& recording) {
+  const auto pauses_s = pauses_of(recording);
+  if (pauses_s.empty()) return {recording};
+  std::vector<Recording> parts;
+  auto begin = recording.samples.begin();
+  for (std::size_t p = 0; p <= pauses_s.size(); ++p) {
+    auto end = recording.samples.end();
+    if (p < pauses_s.size()) end = std::find_if(begin, end, [&](const Sample& sample) { return sample.time_s > pauses_s[p].first; });
+    parts.push_back(
+        {.name = recording.name + " from " + shortest(begin->time_s) + " s", .columns = recording.columns, .samples = {begin, end}});
+    begin = end;
+  }
+  return parts;
 }
 
 double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.back().time_s - samples.front().time_s; }

@@ -16,6 +16,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plant/system.h"
@@ -108,6 +109,14 @@ inline Recording read_recording(const std::filesystem::path& path, const plant::
 // [0, 86400000] ms.
 Recording read_logger(const std::filesystem::path& path, const plant::System& system, bool swap_sides = false);
 Recording parse_logger(std::string_view text, std::string name, const plant::System& system, bool swap_sides = false);
+
+// The recording cut at its pauses: gaps of more than ten median periods. What the inputs were meanwhile nobody knows, nor what state the
+// plant was in after it, so that each part needs a start of its own. A gap after a row in which nothing was measured is no pause: with such
+// a row a converter says what the inputs are until the next one (`pauses` in its map). Each part has the recording's own time, and, where
+// there are several, says in its name from when it is.
+inline constexpr double pause_periods = 10.0;
+std::vector<Recording> parts_between_pauses(const Recording& recording);
+std::vector<std::pair<double, double>> pauses_of(const Recording& recording);  // the times of the samples on both sides
 
 // The recording as such a file, with LF line ends, comments first, a missing sample as an empty field, and every number
 // in the shortest form that reads back the same.

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "sim/fields.h"
+#include "sim/plain_text.h"
 #include "sim/plant_file.h"
 #include "sim/scenario.h"
 #include "sim/text.h"
@@ -115,6 +116,8 @@ Input read_input(const YamlValue& value, const std::filesystem::path& folder, co
     if (!std::filesystem::exists(path)) file.complain("no such file; looked for " + path.string());
     input.recording = read_recording(path, system);
     input.recording_path = std::filesystem::absolute(path).lexically_normal().string();
+    if (!is_plain_text(input.recording_path))
+      file.complain("lies in a folder whose name is not UTF-8 without control characters: " + printable(input.recording_path, 4096));
     return input;
   }
   OpenLoopInput input;

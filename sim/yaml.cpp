@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "sim/plain_text.h"
 #include "sim/text.h"
 
 namespace sinew::sim {
@@ -118,6 +119,7 @@ bool YamlValue::truth() const {
 
 const std::string& YamlValue::text() const {
   if (kind != Kind::scalar) complain("must be a word");
+  if (!is_plain_text(scalar)) complain("must be UTF-8 without control characters, in one line");
   return scalar;
 }
 

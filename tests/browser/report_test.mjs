@@ -215,7 +215,28 @@ try {
     await page.waitForTimeout(100);
     check('at 700 px, too, nothing reaches beyond the edge', await page.evaluate(() =>
       document.documentElement.scrollWidth <= document.documentElement.clientWidth));
+    await page.setViewportSize({width: 420, height: 900});
+    await settle();
+    await page.waitForTimeout(100);
+    check('at 420 px nothing reaches beyond the edge', await page.evaluate(() =>
+      document.documentElement.scrollWidth <= document.documentElement.clientWidth));
+    const tables = await page.evaluate(() => [...document.querySelectorAll('.table')].map((table) => {
+      const before = table.previousElementSibling;
+      const one_word_a_line = [...table.querySelectorAll('th, td')].filter((cell) => {
+        const words = cell.textContent.trim().split(/\s+/).length;
+        const range = document.createRange();
+        range.selectNodeContents(cell);
+        return words > 2 && new Set([...range.getClientRects()].map((box) => Math.round(box.top))).size >= words;
+      }).map((cell) => cell.textContent);
+      return {scrolls: table.scrollWidth > table.clientWidth + 1,
+              says_so: before?.className.startsWith('scrolls') && getComputedStyle(before).display !== 'none', one_word_a_line};
+    }));
+    check('at 420 px a table says that it scrolls where it does, and only there', tables.every((t) => t.scrolls === !!t.says_so), tables);
+    check('at 420 px no column has one word a line', tables.every((t) => t.one_word_a_line.length === 0), tables);
     await page.setViewportSize({width: 1280, height: 900});
+    await settle();
+    const on_paper = (await page.pdf({preferCSSPageSize: true})).toString('latin1').match(/\/Type\s*\/Page\b/g).length;
+    check('in print it has at most 8 pages', on_paper <= 8, on_paper);
     await settle();
 
     if (picture) {

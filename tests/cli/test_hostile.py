@@ -9,12 +9,15 @@ A table: what is wrong, the command line, what standard error must say. Every re
 reads recordings, and every broken YAML file to each command that reads one, since the same rule must hold in all.
 """
 import os
+import pty
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import test_cli as cli
 from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
@@ -22,6 +25,7 @@ from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
 LONGEST_S, MOST_BYTES = 10.0, 1 << 30
 SCENARIO = (ROOT / "scenarios/babble_bidirectional.yaml").read_text()
 STEP = "format: 1\nduration_s: 5\ninput: { duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 3 } } }\n"
+MAP = "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n"
 COLUMNS = ["time_s", "duty_A", "duty_B", "temperature_A_degC", "temperature_B_degC", "angle_deg"]
 
 
@@ -35,11 +39,11 @@ def state():
     return found
 
 
-def refused(what, arguments, words):
+def refused(what, arguments, words, stdout=subprocess.PIPE):
     before = state()
     began = time.monotonic()
     process = subprocess.Popen([cli.program, *map(os.fsencode, map(str, arguments))], cwd=cli.folder, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               stdout=stdout, stderr=subprocess.PIPE,
                                preexec_fn=lambda: (resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES)),
                                                    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST_S), int(LONGEST_S) + 1))))
     try:
@@ -123,6 +127,7 @@ def recordings():
         ("row too long", good + "1,2,3,4,5,6,7\n", r"fields in this row = 7"),
         ("escapes in a field", mapped("angle_deg", lambda a: "\x1b[31m"), r"angle_deg = \\x1b\[31m"),
         ("line of two megabytes", lines[0] + "\n" + "1" * (2 << 20) + "\n", r"a line has at most 1048576"),
+        ("nothing measured", table(header, [[*row[:3], "", "nan", ""] for row in rows]), r"no row has a measurement|case \d needs it"),
         ("time far away", mapped("time_s", lambda t: "1e300"), r"within 1e10"),
     ]
     by_plant = [
@@ -222,10 +227,125 @@ def test_all():
     for name in ["run", "calibrate", "diagnose", "dataset", "train", "hil"]:
         for seed in ["9223372036854775808", "1e3", "-1", "inf", "99999999999999999999999", "0x7"]:
             refused(f"{name}, --seed {seed}", [*outs[name], "--out", "out", "--seed", seed], r"whole number|seed|arguments")
+    # Names that cannot stand in YAML, in JSON or in a comment.
+    for name, what in [("a\nb: 1.csv", "a line end"), (os.fsdecode(b"Gr\xf6\xdfe.csv"), "Latin-1"), ("\x1b[31m.csv", "an escape")]:
+        shutil.copy(cli.folder / "good.csv", cli.folder / name)
+        shutil.copy(limb, cli.folder / (name + ".yaml"))
+        lines = {key: line(name) for key, line in using.items()}
+        lines |= {f"{key}, plant": line(name + ".yaml") for key, line in plants.items()}
+        lines |= {f"{key}, --out": [*line, "--out", name] for key, line in outs.items()}
+        lines |= {"convert": ["convert", name, "out.csv"], "convert, written to": ["convert", "good.csv", name + ".out"],
+                  "rollout": ["rollout", name, "--recording", name], "evaluate": ["evaluate", name, "--stress", name],
+                  "replay": ["replay", name]}
+        for key, line in lines.items():
+            refused(f"{key}: a name with {what}", line, r"is not UTF-8 without control characters")
+        os.remove(cli.folder / name)
+        os.remove(cli.folder / (name + ".yaml"))
+    write("named.yaml", 'format: 1\nduration_s: 5\ninput: { replay: { recording: "good\\n.csv" } }\n')
+    refused("run: a recording's name with a line end in YAML", ["run", "named.yaml", "--out", "out"],
+            r"named\.yaml:3:\d+: .*(\n.*)*control characters")
+
+    os.symlink("loop.csv", cli.folder / "loop.csv")
+    os.symlink("loop_out", cli.folder / "loop_out")
+    for name, line in using.items():
+        refused(f"{name}, a recording that is a link to itself", line("loop.csv"), r"loop\.csv")
+    for name, line in outs.items():
+        refused(f"{name}, --out that is a link to itself", [*line, "--out", "loop_out"], r"loop_out")
+    refused("convert, a log that is a link to itself", ["convert", "loop.csv", "out.csv"], r"loop\.csv")
+    refused("convert, to a link to itself", ["convert", "good.csv", "loop.csv"], r"loop\.csv")
+
+    # A full disk, wherever a result goes.
+    write("good.map.yaml", MAP)
+    refused("convert, to a full disk", ["convert", "good.csv", "/dev/full", "--map", "good.map.yaml"], r"/dev/full(.*\n)*.*No space left")
+    with open("/dev/full", "wb") as full:
+        for line in (["effects"], ["effects", "--json"], ["convert", "--suggest", "good.csv"], ["--help"],
+                     ["compare", "good.csv", "--plant", limb, "--json"]):
+            refused(f"{line[0]}, printed to a full disk", line, r"standard output: No space left", stdout=full)
+
+    names = re.findall(r"^([a-z_]+)  ", cli.sinew("effects").stdout, re.M)
+    check("`sinew effects` lists more than twenty", len(names) > 20, names)
+    refused("diagnose, --without all effects", [*outs["diagnose"], "--out", "out", "--without", ",".join(names)],
+            r"--without = all \d+ effects\n.*leaves no effect")
+    refused("diagnose, --without an effect that is none", [*outs["diagnose"], "--out", "out", "--without", "thermocuple_lag"],
+            r"did you mean thermocouple_lag")
+    for given in ("0", "-1", "1.5", "many", "99999999999"):
+        refused(f"train, --updates {given}", [*outs["train"], "--out", "out", "--updates", given], r"--updates")
+    refused("train, --updates of the published method", [*outs["train"], "--out", "out", "--method", "published", "--updates", "5"],
+            r"--updates = 5\n.*counts epochs")
+
+    # More samples than memory bears at once.
+    (cli.folder / "long.csv").write_text(",".join(COLUMNS) + "\n" + "".join(f"{k / 10},0,0,25,25,0\n" for k in range(200100)))
+    for name in ("calibrate", "diagnose"):
+        refused(f"{name}, 200,100 samples", using[name]("long.csv"), r"samples to fit = 200100\n.*at most 200000 .*--fit-until")
+    (cli.folder / "long.csv").unlink()
+
     for given, meant in [("diagnos", "diagnose"), ("calibrat", "calibrate"), ("rnu", "run"), ("paper_table", "paper-table")]:
         refused(f"sinew {given}", [given], rf"did you mean {meant}\?")
     refused("sinew with no command at all near", ["xyzzyxyzzy"], r"xyzzyxyzzy is no command")
 
 
+MOST_RESIDENT_BYTES, LATEST_STOP_S = 1 << 30, 2.0
+
+
+def stopped(what, arguments, after_s):
+    """Ctrl-C: how long it takes, what is left, and the most memory that was used."""
+    process = subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    time.sleep(after_s)
+    running = os.waitpid(process.pid, os.WNOHANG)[0] == 0
+    began = time.monotonic()
+    if running:
+        process.send_signal(signal.SIGINT)
+        _, status, used = os.wait4(process.pid, 0)
+    took_s = time.monotonic() - began
+    check(f"{what}: was still at work", running)
+    if not running:
+        return
+    check(f"{what}: Ctrl-C ends it within two seconds", took_s < LATEST_STOP_S, f"{took_s:.2f} s")
+    check(f"{what}: with exit code 130", os.waitstatus_to_exitcode(status) == cli.INTERRUPTED, status)
+    check(f"{what}: it used at most 1 GiB", used.ru_maxrss * 1024 < MOST_RESIDENT_BYTES, f"{used.ru_maxrss / 1024:.0f} MiB")
+    check(f"{what}: nothing is left of it", not (cli.folder / "stopped").exists())
+
+
+def test_interrupts():
+    """Long recordings, and long work, ended by Ctrl-C in the middle."""
+    long = SCENARIO.replace("duration_s: 600", "duration_s: 19000")
+    write("hours.yaml", long.replace("paper_limb }", "paper_limb, effects: { thermocouple_lag: { time_constant_s: 1.2 } } }"))
+    subprocess.run([cli.program, "run", "hours.yaml", "--out", "hours"], cwd=cli.folder, check=True, capture_output=True)
+    recording, limb = "hours/recording.csv", PAPER_LIMB
+    for after_s in (0.2, 1.5, 6.0):
+        stopped(f"diagnose, after {after_s} s", ["diagnose", "--train", recording, "--plant", limb, "--out", "stopped"], after_s)
+        stopped(f"calibrate, after {after_s} s", ["calibrate", recording, "--plant", limb, "--out", "stopped"], after_s)
+    stopped("compare", ["compare", recording, "--plant", limb, "--out", "stopped"], 0.6)
+    stopped("train", ["train", recording, "--out", "stopped"], 2.0)
+    write("days.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 900000"))
+    stopped("run, which leaves a checkpoint", ["run", "days.yaml", "--out", "checkpoint"], 1.0)
+    stopped("dataset, which keeps the runs that are whole", ["dataset", "days.yaml", "--runs", "3", "--out", "set"], 1.0)
+
+
+def test_terminals():
+    """Escapes on a terminal that takes them, and on no other."""
+    commands = {"calibrate": ["calibrate", "good.csv", "--plant", PAPER_LIMB, "--starts", "1"]}
+    if (Path(cli.program).resolve().parent / "sinew-emulator").exists():
+        commands["hil"] = ["hil", ROOT / "scenarios/step.yaml", "--emulate"]
+    for settings, wants in (({"TERM": "xterm"}, True), ({"TERM": "dumb"}, False), ({"TERM": "xterm", "NO_COLOR": "1"}, False), ({}, False)):
+        environment = {key: value for key, value in os.environ.items() if key not in ("TERM", "NO_COLOR")} | settings
+        for name, line in commands.items():
+            ours, theirs = pty.openpty()
+            process = subprocess.Popen([cli.program, *map(str, line), "--out", "shown", "--overwrite"], cwd=cli.folder,
+                                       stdout=subprocess.DEVNULL, stderr=theirs, env=environment)
+            os.close(theirs)
+            shown = b""
+            while True:
+                try:
+                    shown += os.read(ours, 4096)
+                except OSError:  # the other end is closed
+                    break
+            os.close(ours)
+            check(f"{name}, {settings or 'no TERM'}: {'escapes' if wants else 'no escapes'} on a terminal",
+                  process.wait() == 0 and (b"\x1b" in shown) == wants, shown[:200])
+            shutil.rmtree(cli.folder / "shown", ignore_errors=True)
+
+
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_hostile", (test_all,)))
+    sys.exit(cli.run_tests("test_hostile", (test_all, test_interrupts, test_terminals)))

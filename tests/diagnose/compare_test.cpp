@@ -40,6 +40,22 @@ TEST_CASE("compare: a constant offset is bias, RMSE and largest error, and is sh
   CHECK(comparison.unfitted[testing::angle].samples == 0);
 }
 
+TEST_CASE("compare: after a pause each part goes on from its own start, and the errors are those of all parts") {
+  const sim::Scenario scenario = testing::babbling(30.0);
+  sim::Recording recording = testing::recorded(scenario), first = recording, second = recording;
+  for (auto& sample : second.samples) sample.time_s += 100.0;  // the same again, from rest, after a pause
+  const std::vector<sim::Recording> parts{first, second};
+  const std::vector<plant::Start> starts(2);
+  const auto comparison = diagnose::compare(scenario.plant, starts, parts, testing::paper_noise, 110.0, {plant::Method::arkode, 1e-9});
+  CHECK(comparison.time_s.size() == 602);
+  CHECK(comparison.time_s[301] == 100.0);
+  CHECK(comparison.fitted[testing::angle].samples == 301 + 100);
+  for (const plant::ChannelId c : testing::limb_system().channels().ids()) {
+    CHECK(comparison.fitted[c].rmse < 1e-3);
+    CHECK(comparison.unfitted[c].rmse < 1e-3);
+  }
+}
+
 TEST_CASE("compare: an error that happens in one window is found there") {
   const sim::Scenario scenario = testing::babbling(50.0);
   sim::Recording recording = testing::recorded(scenario);

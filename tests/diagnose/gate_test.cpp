@@ -92,4 +92,68 @@ TEST_CASE("gate: missing samples are counted, and a recording in which nothing i
   CHECK(notes.warnings[0] == "nothing is ever driven: little can be learnt from this recording");
 }
 
+// Ten seconds on, ten off, from 10 s on; all channels move but those that a test holds.
+sim::Recording pulsed() {
+  sim::Recording recording{.name = "pulsed"};
+  for (int k = 0; k < 900; ++k) {
+    const double duty = k >= 100 && (k / 100) % 2 == 1 ? 0.4 : 0.0, wobble = 0.1 * std::sin(37.0 * k);
+    recording.samples.push_back({0.1 * k, {duty, 0.5 * duty}, {40.0 + 20.0 * std::sin(0.03 * k) + wobble, 30.0 + wobble, 5.0 + wobble}});
+  }
+  return recording;
+}
+
+TEST_CASE("gate: a bend sensor that shows one value while coils are driven is named, with its value and its time") {
+  sim::Recording recording = pulsed();
+  for (auto& sample : recording.samples) sample.channels[2] = 5.0;
+  diagnose::GateNotes notes;
+  static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, notes));
+  REQUIRE(notes.unresponsive.size() == 1);
+  CHECK(notes.unresponsive[0].channel == testing::angle);
+  CHECK(notes.unresponsive[0].value == 5.0);
+  CHECK(notes.unresponsive[0].throughout);
+  CHECK(notes.unresponsive[0].words ==
+        "angle stays at 5° all along while it is driven: its sensor is stuck or not connected, or what it measures is held fast");
+  // From 30 s to 70 s: 20 s of 90 s driven in it.
+  recording = pulsed();
+  for (std::size_t k = 300; k <= 700; ++k) recording.samples[k].channels[0] = 47.25;
+  diagnose::GateNotes part;
+  static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, part));
+  REQUIRE(part.unresponsive.size() == 1);
+  CHECK(part.unresponsive[0].channel == testing::temperature_A);
+  CHECK(part.unresponsive[0].from_s == 30.0);
+  CHECK(part.unresponsive[0].until_s == 70.0);
+  CHECK_FALSE(part.unresponsive[0].throughout);
+}
+
+TEST_CASE("gate: one value while nothing is driven, or while the drive stays what it was, is no sign of a stuck sensor") {
+  sim::Recording rest = pulsed();
+  for (std::size_t k = 0; k < 900; ++k) {
+    rest.samples[k].inputs = {k >= 600 ? 0.4 : 0.0, 0.0};        // rests for a minute, ...
+    if (k <= 601) rest.samples[k].channels = {22.0, 22.0, 0.0};  // in which nothing moves, nor at once when it is driven
+  }
+  diagnose::GateNotes notes;
+  static_cast<void>(diagnose::gated(testing::limb_system(), rest, nullptr, notes));
+  CHECK(notes.unresponsive.empty());
+  sim::Recording steady = pulsed();
+  for (std::size_t k = 0; k < 900; ++k) {
+    steady.samples[k].inputs = {0.3, 0.3};
+    if (k > 300) steady.samples[k].channels = {80.0, 80.0, 10.0};  // has settled
+  }
+  diagnose::GateNotes settled;
+  static_cast<void>(diagnose::gated(testing::limb_system(), steady, nullptr, settled));
+  CHECK(settled.unresponsive.empty());
+}
+
+TEST_CASE("gate: a pause is told from a gap, and its times are given") {
+  sim::Recording recording = pulsed();
+  recording.samples.erase(recording.samples.begin() + 500, recording.samples.begin() + 504);  // 0.5 s: held over
+  recording.samples.erase(recording.samples.begin() + 200, recording.samples.begin() + 400);
+  diagnose::GateNotes notes;
+  static_cast<void>(diagnose::gated(testing::limb_system(), recording, nullptr, notes));
+  REQUIRE(notes.pauses_s.size() == 1);
+  CHECK(notes.pauses_s[0].first == doctest::Approx(19.9));
+  CHECK(notes.pauses_s[0].second == doctest::Approx(40.0));
+  CHECK(notes.longest_gap_s == doctest::Approx(0.5));
+}
+
 }  // namespace diagnose_gate_test

@@ -67,6 +67,20 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
       CHECK(back.scaling.y_span == 90.0);
     }
 }
+TEST_CASE("weights: the linear model beside the network is read back, and one of another order is an error") {
+  const Folder folder;
+  Model model = some_model();
+  model.arx = LinearModel{2, Vector<double>::LinSpaced(2 + 4 * 3 + 1, -0.25, 1.5)};  // order 2, four inputs
+  const Model read = read_model(folder.write(to_hdf5(model)));
+  REQUIRE(read.arx);
+  CHECK(read.arx->order == 2);
+  CHECK(read.arx->coefficients == model.arx->coefficients);
+  model.arx->order = 3;
+  CHECK(message(folder.write(to_hdf5(model))) == "arx = 15 coefficients\n  do not belong to order 3");
+  model.arx.reset();
+  CHECK_FALSE(read_model(folder.write(to_hdf5(model))).arx);
+}
+
 TEST_CASE("weights: what is given and what is predicted is read back, whatever the plant") {
   const Folder folder;
   const sim::Column voltage{.name = "voltage_V", .words = "voltage", .unit = "V"},

@@ -364,7 +364,7 @@ TEST_CASE("map: every mistake in it has its place") {
         "m.yaml:2:7: time = { a map }\n  needs either `column`, the file's column of time, or `period_s`, where it has none: one row each "
         "period");
   CHECK(map_error("format: 1\ntime: {column: t, unit: msec}\n") ==
-        "m.yaml:2:25: time.unit = msec\n  must be one of: s, ms, us, min, h, ms_of_day, clock; did you mean ms?");
+        "m.yaml:2:25: time.unit = msec\n  must be one of: s, ms, us, ns, min, h, ms_of_day, clock; did you mean ms?");
   CHECK(map_error("format: 1\ntime: {period_s: 0}\n") == "m.yaml:2:18: time.period_s = 0\n  must be greater than 0");
   CHECK(map_error("format: 1\ntime: {period_s: 1/0}\n") ==
         "m.yaml:2:18: time.period_s = 1/0\n  must be a number, or a ratio such as 1/255");

@@ -341,6 +341,20 @@ TEST_CASE("recording: uneven steps and gaps are kept and counted") {
         "1 gap in time, the longest of 0.3 s; kept (line 10)\n");
 }
 
+TEST_CASE("recording: a pause cuts it in two, unless the row before says what the inputs are until the next one") {
+  Recording recording{.name = "r.csv"};
+  for (int k = 0; k < 100; ++k) recording.samples.push_back({k < 50 ? 0.1 * k : 0.1 * k + 40.0, {0.2, 0.0}, {30.0, 30.0, 0.0}});
+  const std::vector<Recording> parts = parts_between_pauses(recording);
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[0].samples.size() == 50);
+  CHECK(parts[1].samples.size() == 50);
+  CHECK(parts[1].samples.front().time_s == 45.0);  // the recording's own time
+  CHECK(parts[1].name == "r.csv from 45 s");
+  recording.samples[49].channels = {not_a_number, not_a_number, not_a_number};
+  CHECK(parts_between_pauses(recording).size() == 1);
+  CHECK(parts_between_pauses(recording)[0].name == "r.csv");
+}
+
 TEST_CASE("recording: files that are no text are errors") {
   CHECK(error_of(header + "0,0.5,0,2" + "\0"s + ",21,3\n") == "r.csv:2:10: a NUL byte\n  this is not a text file, or it is damaged");
   CHECK(error_of("\xff\xfet") == "r.csv: text in UTF-16\n  save it as UTF-8");
