@@ -47,6 +47,7 @@ enum class Due {
   trip,       // the device can see it at once: 250 ms
   evidence,   // the device can see it after some heating
   host,       // only the host can see it
+  cool,       // perhaps nobody can see it: the session may go on or end, but no coil may pass its limit
   unsavable,  // said, but software cannot open the switch
   refusal,    // it must not be armed
 };
@@ -230,6 +231,14 @@ std::vector<Row> all_rows() {
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
   add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
   add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected");
+  // Two errors that hide each other: the readings look right. Heat goes with the square of the supply: 7.98 V are 1.3 of it.
+  add("both", "supply at 8 V from the start, both thermocouples show 0.8 of the rise", Due::cool,
+      {"supply_V@0=8", "sensor_scale:A@0=0.8", "sensor_scale:B@0=0.8"}, "finished|objected", false, true);
+  add("both", "heat times 1.3 from the start, both thermocouples show 0.7 of the rise", Due::cool,
+      {"supply_V@0=7.98", "sensor_scale:A@0=0.7", "sensor_scale:B@0=0.7"}, "finished|objected", false, true);
+  add("both", "heat times 1.3 from the start, both thermocouples show 0.6 of the rise", Due::cool,
+      {"supply_V@0=7.98", "sensor_scale:A@0=0.6", "sensor_scale:B@0=0.6"}, "finished|objected", false, true);
+  add("plant", "supply at 8 V from the start", Due::cool, {"supply_V@0=8"}, "finished|objected", false, true);
   add("plant", "switch welded: coil on for good", Due::unsavable, {"coil_welded:A@"}, "unexpected_heating");
   add("plant", "switch welded, with a cut-off relay on PD7", Due::evidence, {"coil_welded:A@"}, "unexpected_heating", true);
   return rows;
@@ -242,6 +251,12 @@ std::string at_onset(std::string fault, double from_s) {
     return fault.substr(0, at) + sim::shortest(from_s + sim::parse_number(fault.substr(at + 1)).value());
   if (at < fault.size() && fault[at] != '=') return fault;  // has a time of its own
   return fault.insert(at, sim::shortest(from_s));
+}
+
+// Whether the row's faults come at the onset. Those that have times of their own are the same in every phase.
+bool depends_on_onset(const Row& row) {
+  return row.to_device || row.from_device ||
+         std::any_of(row.faults.begin(), row.faults.end(), [](const std::string& fault) { return at_onset(fault, 1.0) != fault; });
 }
 
 FaultOutcome run_once(const Row& row, double from_s, const std::filesystem::path& scenario_file, const std::filesystem::path& trace_file) {
@@ -298,7 +313,7 @@ FaultOutcome run_once(const Row& row, double from_s, const std::filesystem::path
   }
   outcome.right = outcome.right && fits;
   if (row.due == Due::refusal) outcome.came = "not armed";
-  if (row.due == Due::nothing || row.due == Due::refusal) outcome.zero_ms = std::nan("");
+  if (row.due == Due::nothing || row.due == Due::cool || row.due == Due::refusal) outcome.zero_ms = std::nan("");
   return outcome;
 }
 
@@ -339,6 +354,8 @@ const char* words(Due due) {
       return "trip, after evidence";
     case Due::host:
       return "end, by the host";
+    case Due::cool:
+      return "a coil within its limit";
     case Due::unsavable:
       return "trip; cannot save";
     case Due::refusal:
@@ -387,6 +404,7 @@ int faults_command(const std::string& out_name, const std::string& only, bool ov
     bool first = true;
     for (const double phase_s : phases_s) {
       if (interrupted()) return interrupted_exit_code;
+      if (!first && !depends_on_onset(row)) break;
       const FaultOutcome one = run_once(row, onset_s + phase_s, row.slow ? slow_file : scenario_file, trace_file);
       if (first) worst = one;
       if (one.zero_ms < 0.0 || worst.zero_ms < 0.0)

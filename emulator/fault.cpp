@@ -21,6 +21,7 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
     {"sensor_garbled", true, false, true, "a bit set that is always 0"},
     {"sensor_stuck", true, false, true, "the same reading for ever"},
     {"sensor_drift", true, true, true, "reads too cold, by VALUE K more each second"},
+    {"sensor_scale", true, true, true, "shows VALUE of the rise over the cold junction"},
     {"sensors_swapped", false, false, true, "thermocouples exchanged"},
     {"junction_jump", true, true, true, "cold junction off by VALUE K"},
     {"hang", false, false, false, "the main loop never comes round, interrupts are served"},

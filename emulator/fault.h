@@ -18,6 +18,7 @@ enum class FaultKind {
   sensor_garbled,  // a reserved bit set
   sensor_stuck,    // the same reading for ever
   sensor_drift,    // VALUE kelvin a second, the reading too cold by it
+  sensor_scale,    // it shows VALUE of its rise over the cold junction
   sensors_swapped,
   junction_jump,  // cold junction VALUE kelvin off
   hang,           // the main loop never comes round, interrupts are served

@@ -144,6 +144,7 @@ std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
   const sim::SensorSettings& settings = scenario_.sensors[channel];
   double shown = integrator_.readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
   double junction = scenario_.plant.get(ambient_);
+  if (const Fault* scale = active(FaultKind::sensor_scale, coil, now_us)) shown = junction + scale->value * (shown - junction);
   if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
     shown -= drift->value * static_cast<double>(now_us - drift->from_us) / 1e6;
   // The chip adds its cold junction to what the thermocouple says: an error there is one here.

@@ -21,6 +21,7 @@
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
 #include "hil/frame.h"
+#include "hil/heat_bound.h"
 #include "hil/message.h"
 
 #if BOARD_COILS != 2 || BOARD_THERMOCOUPLES != BOARD_COILS || BOARD_ANGLES != 1
@@ -38,6 +39,10 @@
 static uint16_t armed_mark __attribute__((section(".noinit")));
 static uint8_t hang_mark __attribute__((section(".noinit")));
 #define HANG_MARK 0xb7u
+
+/* The bounds of the coils' heat, each with its complement: a reset must not make hot coils cool. */
+static uint32_t kept_bound_uK[BOARD_COILS] __attribute__((section(".noinit")));
+static uint32_t kept_bound_check[BOARD_COILS] __attribute__((section(".noinit")));
 
 /* The latch: the cause, and its complement so that a half-written one is seen. Erased cells are 0xff: no trip. */
 static uint8_t EEMEM latched_cause[2];
@@ -162,6 +167,7 @@ static void send_telemetry(uint32_t time_us) {
     telemetry.duty[j] = supervisor.duty[j];
     telemetry.thermocouple_raw[j] = t->raw;
     telemetry.temperature_cdegC[j] = t->temperature_cdegC;
+    telemetry.bound_rise_cK[j] = heat_bound_cK(supervisor.bound_uK[j]);
   }
   telemetry.temperature_age_ms = (uint16_t)((time_us - supervisor.last_reading_us) / 1000u);
   telemetry.angle_raw[0] = angle_raw;
@@ -174,6 +180,22 @@ static void send_telemetry(uint32_t time_us) {
   sei();
   put_telemetry(&frame, &board, &telemetry);
   send_frame(time_us);
+}
+
+static void keep_bounds(void) {
+  uint8_t j;
+  for (j = 0; j < BOARD_COILS; ++j) {
+    kept_bound_uK[j] = supervisor.bound_uK[j];
+    kept_bound_check[j] = ~kept_bound_uK[j];
+  }
+}
+
+/* After power-on, or a reset in the middle of keeping them, the supervisor's own beginning holds. */
+static void take_kept_bounds(void) {
+  uint8_t j;
+  if (reset_flags & _BV(PORF)) return;
+  for (j = 0; j < BOARD_COILS; ++j)
+    if (kept_bound_uK[j] == ~kept_bound_check[j]) supervisor.bound_uK[j] = kept_bound_uK[j];
 }
 
 static void count(uint8_t counter) {
@@ -386,6 +408,7 @@ int main(void) {
   start_hardware();
   frame_decoder_start(&decoder, &board);
   supervisor_start(&supervisor, cause_at_start(), 0);
+  take_kept_bounds();
   set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
   for (;;) {
@@ -403,6 +426,7 @@ int main(void) {
       last_ms = ms;
       if (hang_mark == HANG_MARK) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
       supervisor_tick(&supervisor, now_us());
+      keep_bounds();
       set_pins();
       if (reading_in_ms <= passed) {
         uint32_t raw[BOARD_COILS];

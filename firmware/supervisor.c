@@ -3,13 +3,16 @@
 
 #include <string.h>
 
+#include "hil/heat_bound.h"
+
 static int32_t since_us(uint32_t now_us, uint32_t then_us) { return (int32_t)(now_us - then_us); }
 
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us) {
   uint8_t j;
   memset(s, 0, sizeof *s);
-  s->last_tick_us = s->last_reading_us = s->bucket_us = now_us;
+  s->last_tick_us = s->last_reading_us = s->bucket_us = s->bound_us = now_us;
   for (j = 0; j < BOARD_COILS; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
+  for (j = 0; j < BOARD_COILS; ++j) s->bound_uK[j] = (uint32_t)LIMIT_BOUND_START_cK * 10000u;
   if (latched != TRIP_NONE) supervisor_trip(s, latched);
 }
 
@@ -80,6 +83,22 @@ static uint32_t on_time_ms(const struct supervisor* s, uint8_t j) {
   return sum;
 }
 
+/* What flowed while disarmed counts too, and what the sensors say does not. */
+static void bound_heat(struct supervisor* s, uint32_t now_us) {
+  const int32_t since_ms = since_us(now_us, s->bound_us) / 1000;
+  uint16_t step_ms;
+  uint8_t j;
+  if (since_ms < (int32_t)SUPERVISOR_BOUND_STEP_ms) return;
+  step_ms = since_ms < 500 ? (uint16_t)since_ms : 500u; /* of a longer one all heat counts, and this much loss */
+  s->bound_us += (uint32_t)since_ms * 1000u;
+  for (j = 0; j < BOARD_COILS; ++j) {
+    const uint32_t duty_ms = (s->bound_on[j] + 1000u / BOUND_STEP_us - 1u) / (1000u / BOUND_STEP_us);
+    s->bound_on[j] = 0;
+    s->bound_uK[j] = heat_bound_after(s->bound_uK[j], duty_ms, step_ms);
+    if (s->state == DEVICE_ARMED && s->bound_uK[j] > (uint32_t)LIMIT_BOUND_RISE_cK * 10000u) supervisor_trip(s, TRIP_HEAT_BOUND);
+  }
+}
+
 void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   const uint32_t step_us = now_us - s->last_tick_us;
   uint8_t j;
@@ -89,7 +108,9 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
     s->thermocouple[j].on += on;
     s->thermocouple[j].unchanged_on += on;
     s->bucket_on[j] += on;
+    s->bound_on[j] += (step_us + BOUND_STEP_us - 1u) / BOUND_STEP_us * s->duty[j];
   }
+  bound_heat(s, now_us);
   if (since_us(now_us, s->bucket_us) >= 1000000) {
     s->bucket_us += 1000000u;
     for (j = 0; j < BOARD_COILS; ++j) {

@@ -22,6 +22,8 @@ extern "C" {
 
 /* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
 #define ON_STEP_us 8u
+#define SUPERVISOR_BOUND_STEP_ms 10u
+#define BOUND_STEP_us 4u /* that of the board's clock, so that no duty is lost in rounding */
 #define ON_us(sum) ((sum) / (DUTY_ONE / ON_STEP_us))
 
 struct thermocouple {
@@ -46,9 +48,12 @@ struct supervisor {
   uint32_t bucket_us;                                  /* when the current one began */
   uint32_t bucket_on[BOARD_COILS];
   uint8_t bucket;
+  uint32_t bound_uK[BOARD_COILS];           /* heat_bound.h: each coil's rise at the most, whatever its thermocouple says */
+  uint32_t bound_on[BOARD_COILS], bound_us; /* duty times time since it was brought up to date, and when that was */
 };
 
-/* `latched`: the cause that was stored; TRIP_NONE: none. */
+/* `latched`: the cause that was stored; TRIP_NONE: none. The bounds of the coils' heat begin at LIMIT_BOUND_START; a caller that kept
+ * those of before a reset puts them into bound_uK. */
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us);
 
 /* A session begins or ends: zero duty, disarmed. A trip stays. */

@@ -36,7 +36,8 @@ constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
                                                                "watchdog",
                                                                "brown_out",
                                                                "reset_while_armed",
-                                                               "latch_damaged"};
+                                                               "latch_damaged",
+                                                               "heat_bound"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
 constexpr std::array<std::string_view, 7> answer_words{"done",
                                                        "the firmware is another",

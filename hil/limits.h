@@ -48,6 +48,15 @@ extern "C" {
 #define LIMIT_ON_TIME_ms 9000u
 #define LIMIT_ON_TIME_WINDOW_s 20u
 
+/* What a coil warms by at the very most, whatever the sensors say (heat_bound.h): duty 1 heats at BOUND_HEATING, the above at 8 V instead
+ * of 7 (1.306 times) and rounded up to a hundred; each kelvin cools at BOUND_COOLING, the above less a twentieth. */
+#define LIMIT_BOUND_HEATING_mK_s ((int32_t)30100)
+#define LIMIT_BOUND_COOLING_1_ks ((int32_t)45)
+/* The bound's rise over the room at which the device trips: that of the limit, in a room of 25 degC. */
+#define LIMIT_BOUND_RISE_cK ((int32_t)12500)
+/* The rise it begins with at power-on, when nothing is known: of a coil that reads COOL though its thermocouple shows 0.6 of its rise. */
+#define LIMIT_BOUND_START_cK ((int32_t)4200)
+
 /* The amplifiers convert in at most 100 ms, and reading stops a conversion: so they are read no more often than this. */
 #define LIMIT_READING_PERIOD_ms 105u
 #define LIMIT_READING_SILENCE_ms 240u

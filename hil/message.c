@@ -117,6 +117,7 @@ void put_telemetry(struct frame* frame, const struct board_parts* parts, const s
   for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->duty[i]);
   for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, message->thermocouple_raw[i]);
   for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, (uint32_t)message->temperature_cdegC[i]);
+  for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->bound_rise_cK[i]);
   put_u16(frame->payload, &at, message->temperature_age_ms);
   for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, message->angle_raw[i]);
   for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, (uint16_t)message->angle_cdeg[i]);
@@ -132,6 +133,7 @@ void get_telemetry(const struct frame* frame, const struct board_parts* parts, s
   for (i = 0; i < parts->coils; ++i) message->duty[i] = get_u16(frame->payload, &at);
   for (i = 0; i < parts->thermocouples; ++i) message->thermocouple_raw[i] = get_u32(frame->payload, &at);
   for (i = 0; i < parts->thermocouples; ++i) message->temperature_cdegC[i] = (int32_t)get_u32(frame->payload, &at);
+  for (i = 0; i < parts->coils; ++i) message->bound_rise_cK[i] = get_u16(frame->payload, &at);
   message->temperature_age_ms = get_u16(frame->payload, &at);
   for (i = 0; i < parts->angles; ++i) message->angle_raw[i] = get_u16(frame->payload, &at);
   for (i = 0; i < parts->angles; ++i) message->angle_cdeg[i] = (int16_t)get_u16(frame->payload, &at);

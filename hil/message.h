@@ -40,6 +40,7 @@ enum trip_cause {
   TRIP_BROWN_OUT = 20,
   TRIP_RESET_WHILE_ARMED = 21,
   TRIP_LATCH_DAMAGED = 22, /* the stored cause cannot be read: taken for a trip */
+  TRIP_HEAT_BOUND = 23,    /* so much duty that a coil might be too hot, whatever its thermocouple says: heat_bound.h */
   TRIP_CAUSES
 };
 
@@ -103,8 +104,9 @@ struct message_telemetry {
   uint16_t duty[BOARD_PARTS_MOST];             /* of each coil, at the pins */
   uint32_t thermocouple_raw[BOARD_PARTS_MOST]; /* of each thermocouple, the 32 bits of the MAX31855 */
   int32_t temperature_cdegC[BOARD_PARTS_MOST];
-  uint16_t temperature_age_ms;          /* since they were read from the amplifiers */
-  uint16_t angle_raw[BOARD_PARTS_MOST]; /* of each angle, sum of ADC conversions */
+  uint16_t bound_rise_cK[BOARD_PARTS_MOST]; /* of each coil, its rise over the room at the most: heat_bound.h */
+  uint16_t temperature_age_ms;              /* since they were read from the amplifiers */
+  uint16_t angle_raw[BOARD_PARTS_MOST];     /* of each angle, sum of ADC conversions */
   int16_t angle_cdeg[BOARD_PARTS_MOST];
   uint16_t counters[DEVICE_COUNTERS];
 };
@@ -117,7 +119,7 @@ struct message_telemetry {
 #define MESSAGE_HELLO_COILS_AT 11u /* the byte of the payload at which `parts` begin */
 #define MESSAGE_ANSWER_BYTES 6u
 #define MESSAGE_TELEMETRY_BYTES(parts) \
-  ((uint8_t)(8u + 2u * (parts)->coils + 9u * (parts)->thermocouples + 4u * (parts)->angles + 2u * (unsigned)DEVICE_COUNTERS))
+  ((uint8_t)(8u + 4u * (parts)->coils + 9u * (parts)->thermocouples + 4u * (parts)->angles + 2u * (unsigned)DEVICE_COUNTERS))
 
 /* Each put_ fills type, length and payload of a frame; each get_ reads the payload of a frame of that type. `parts` must fit, and for
  * get_ be those that the decoder of the frame had. */

@@ -214,6 +214,7 @@ class Session {
       const Telemetry before = *backend_.telemetry();
       if (!backend_.heard()) ++ticks_without_telemetry_;
       supervisor_->look(measured, before.said.thermocouple_raw);
+      supervisor_->bound_said(before.said.bound_rise_cK);
       if (twin_) {
         const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
         view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);

@@ -28,6 +28,8 @@ class HostSupervisor {
 
   // The duty that may pass, at most the one that is wanted. One an input, here and below.
   std::vector<double> lower(const std::vector<double>& wanted, const sim::Measurement& measured);
+  // The device's bound of each coil's heat (heat_bound.h), as its telemetry says.
+  void bound_said(std::span<const std::uint16_t> rise_cK);
   // What the device applied since, one period on.
   void applied(const std::vector<double>& duty_fraction);
   // The amplifiers' own words, in the order of the wire. Says why the session must end, once it must.
@@ -43,7 +45,10 @@ class HostSupervisor {
     std::deque<double> on_s;
     double on_sum_s = 0.0, off_for_s = 0.0, missing_s = 0.0;
     std::optional<double> last_degC;
+    std::uint32_t bound_uK;  // what the device's bound is at the most
   };
+  // What may be held until the next command can take its place, lest the device's bound trips it.
+  double duty_within_bound(const Watch& coil) const;
   std::vector<double> hottest_degC(const std::vector<double>& duty) const;
   plant::Plant limb_;
   LimbParts parts_;

@@ -172,7 +172,7 @@ class Wire:
 
     @staticmethod
     def framed(kind, session, sequence, time_us, payload=b""):
-        plain = struct.pack("<BBHII", 2, kind, session, sequence, time_us % 2**32) + payload
+        plain = struct.pack("<BBHII", 3, kind, session, sequence, time_us % 2**32) + payload
         plain += struct.pack("<I", zlib.crc32(plain))
         blocks = plain.split(b"\0")
         return b"\0" + b"".join(bytes([len(block) + 1]) + block for block in blocks) + b"\0"
@@ -223,7 +223,7 @@ def running(process, seconds):
 def test_wire():
     write("mild.yaml", MILD)
     check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
-          == "00 06 02 03 02 01 05 01 01 01 01 01 06 01 7d c4 65 22 00")
+          == "00 06 03 03 02 01 05 01 01 01 01 01 06 01 12 88 c0 b9 00")
     hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
     with Limb("wire") as limb:
         wire = Wire(limb.port, 0x4711)

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "hil/heat_bound.h"
+
 namespace firmware_supervisor_test {
 
 namespace {
@@ -32,6 +34,8 @@ struct Bench {
   bool welded = false;  // coil A conducts always
   bool open = false;    // coil A does not
   double junction_degC = 25.0;
+  double power = 1.0;        // against the nominal one: (supply / 7 V)^2
+  double shown_share = 1.0;  // of the rise, by both thermocouples
   int until_reading = 105, until_command = 1;
 
   explicit Bench(std::uint32_t begin_us = 0) : now_us(begin_us) { supervisor_start(&s, TRIP_NONE, now_us); }
@@ -47,7 +51,7 @@ struct Bench {
         double duty = s.duty[j] / 10000.0;
         if (j == 0 && welded) duty = 1.0;
         if (j == 0 && open) duty = 0.0;
-        temperature_degC[j] += 1e-3 * (duty * 49.0 / 2.5 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+        temperature_degC[j] += 1e-3 * (power * duty * 49.0 / 2.5 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
       }
       if (commanding && --until_command <= 0) {
         until_command = 100;
@@ -57,11 +61,12 @@ struct Bench {
       if (--until_reading == 0) {
         until_reading = 105;
         std::uint32_t raw[2];
-        for (int j = 0; j < 2; ++j) raw[j] = replacing[j] ? replaced[j] : word(temperature_degC[swapped ? 1 - j : j], junction_degC);
+        for (int j = 0; j < 2; ++j) raw[j] = replacing[j] ? replaced[j] : word(shown_degC(swapped ? 1 - j : j), junction_degC);
         supervisor_reading(&s, raw, now_us);
       }
     }
   }
+  double shown_degC(int coil) const { return 25.0 + shown_share * (temperature_degC[coil] - 25.0); }
   command_result command(std::uint32_t stamped_us, std::uint16_t live_ms = 220) {
     message_command message{};
     std::copy_n(commanded, BOARD_COILS, message.duty);
@@ -187,11 +192,11 @@ TEST_CASE("device supervisor: more duty than the highest is dropped whole, and w
 
 TEST_CASE("device supervisor: a coil that gets too hot trips it before the limit") {
   Bench bench;
+  bench.power = 1.8;  // more than the bound of the coil's heat allows for: 9.4 V
   bench.armed();
-  bench.commanded[0] = 3500;
+  bench.commanded[0] = 2000;
   int ms = 0;
   while (bench.s.state == DEVICE_ARMED && ms < 60000) bench.run(1), ++ms;
-  // Which of the two comes first depends on the duty; at this one it is the temperature.
   CHECK(bench.s.trip_cause == TRIP_OVER_TEMPERATURE);
   CHECK(bench.temperature_degC[0] < LIMIT_COIL_cdegC / 100.0);
 }
@@ -292,6 +297,89 @@ TEST_CASE("device supervisor: a welded switch is said, armed or not, though no s
   CHECK(armed.s.trip_cause == TRIP_UNEXPECTED_HEATING);
 }
 
+TEST_CASE(
+    "device supervisor: two errors that hide each other, too much power and readings that are too low, heat no coil beyond its limit") {
+  struct {
+    double power, shown_share;
+  } const pairs[] = {{64.0 / 49.0, 0.8}, {1.3, 0.7}, {1.3, 0.65}, {1.3, 0.6}, {1.3, 0.3}};
+  for (const auto& [power, shown_share] : pairs)
+    for (const std::uint16_t duty : {2500, 4500, 7000}) {
+      Bench bench;
+      bench.power = power;
+      bench.shown_share = shown_share;
+      bench.armed();
+      double hottest_degC = 0.0;
+      // A host that holds what is shown at its own limit, by on and off; a trip ends it.
+      for (int ms = 0; ms < 120'000 && bench.s.state == DEVICE_ARMED; ++ms) {
+        bench.commanded[0] = bench.shown_degC(0) < LIMIT_HOST_cdegC / 100.0 ? duty : std::uint16_t{0};
+        bench.run(1);
+        hottest_degC = std::max(hottest_degC, bench.temperature_degC[0]);
+      }
+      CAPTURE(power);
+      CAPTURE(shown_share);
+      CAPTURE(duty);
+      CHECK(hottest_degC < LIMIT_COIL_cdegC / 100.0);
+    }
+}
+
+TEST_CASE("device supervisor: the bound of a coil's heat is above the warmest coil that is allowed for, at every moment, and near it") {
+  Bench bench;
+  bench.power = 64.0 / 49.0;
+  bench.run(60'000);  // disarmed: what it begins with goes away
+  bench.armed();
+  double least_K = 1e9, most_K = 0.0;
+  for (int ms = 0; ms < 40'000; ++ms) {
+    bench.commanded[0] = ms < 7000 || ms > 30'000 ? 3000 : 0;
+    bench.run(1);
+    REQUIRE(bench.s.state == DEVICE_ARMED);
+    const double above_K = bench.s.bound_uK[0] / 1e6 - (bench.temperature_degC[0] - 25.0);
+    least_K = std::min(least_K, above_K);
+    most_K = std::max(most_K, above_K);
+  }
+  // The bound is brought up to date every 10 ms: at duty 0.3 that is 0.09 K.
+  CHECK(least_K > -0.1);
+  CHECK(most_K < 10.0);
+}
+
+TEST_CASE("device supervisor: the bound at its limit is a trip, whatever is shown, and cools while nothing is known to be on") {
+  Bench bench;
+  bench.armed();
+  bench.commanded[0] = 2600;
+  bench.replacing[0] = true;
+  int ms = 0;
+  // A thermocouple that goes up and down about 60 degC, as one of a coil that is held there.
+  double shown_degC = 25.0;
+  for (; bench.s.state == DEVICE_ARMED && ms < 60'000; ++ms) {
+    if (ms % 105 == 0) bench.replaced[0] = word(shown_degC = shown_degC < 60.0 ? shown_degC + 1.0 : 58.0);
+    bench.run(1);
+  }
+  CHECK(bench.s.trip_cause == TRIP_HEAT_BOUND);
+  const std::uint32_t then_uK = bench.s.bound_uK[0];
+  CHECK(then_uK > 125'000'000u);
+  CHECK(then_uK < 125'200'000u);
+  bench.run(22'222);  // 1 / (0.045 1/s): by hand, exp(-1) of it is left
+  CHECK(bench.s.bound_uK[0] / 1e6 == doctest::Approx(then_uK / 1e6 * std::exp(-1.0)).epsilon(0.001));
+}
+
+TEST_CASE("heat bound: against the exact solution, over steps of 10, 50 and 320 ms, it is never below by more than the loss of a step") {
+  // dT/dt = u H - c T by hand: T = u H / c (1 - exp(-c t)); H = 30.1 K/s, c = 0.045 1/s, u = 0.2: 133.8 K at the end.
+  for (const std::uint16_t step_ms : {10, 50, 320}) {
+    std::uint32_t rise_uK = 0;
+    for (std::uint32_t k = 1; k * step_ms <= 64'000; ++k) {
+      rise_uK = heat_bound_after(rise_uK, 2000u * step_ms, step_ms);
+      const double exact_K = 0.2 * 30.1 / 0.045 * (1.0 - std::exp(-0.045 * k * step_ms / 1e3));
+      CAPTURE(step_ms);
+      REQUIRE(rise_uK / 1e6 > exact_K - 0.01);
+      REQUIRE(rise_uK / 1e6 < exact_K + 0.01 + 0.2 * 30.1 * step_ms / 1e3);
+    }
+  }
+  CHECK(heat_bound_after(0, 10'000u * 500u, 500) == 15'050'000u);    // full duty for half a second
+  CHECK(heat_bound_after(4'000'000'000u, 0, 500) < 4'000'000'000u);  // no wrap in what a bound can reach
+  CHECK(heat_bound_cK(1) == 1);
+  CHECK(heat_bound_cK(125'000'000u) == 12500);
+  CHECK(heat_bound_cK(4'000'000'000u) == 65535);
+}
+
 TEST_CASE("device supervisor: too fast a rise trips it") {
   Bench bench;
   bench.armed();
@@ -320,6 +408,7 @@ TEST_CASE("device supervisor: so much duty in the window and no more") {
   bench.commanded[0] = 4600;
   int ms = 0;
   while (bench.s.state == DEVICE_ARMED && ms < 40000) {
+    bench.s.bound_uK[0] = 0;  // which comes before it at any duty
     shown_degC = std::min(130.0, shown_degC + 0.75);
     bench.replaced[0] = word(shown_degC + (ms % 2 ? 0.25 : 0.0), -5.0);
     bench.run(105);

@@ -10,6 +10,7 @@
 
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
+#include "hil/heat_bound.h"
 #include "hil/link.h"
 #include "hil/message.h"
 
@@ -147,6 +148,7 @@ struct FakeBoard : sinew::hil::Link {
         t.duty[j] = s.duty[j];
         t.thermocouple_raw[j] = s.thermocouple[j].raw;
         t.temperature_cdegC[j] = s.thermocouple[j].temperature_cdegC;
+        t.bound_rise_cK[j] = heat_bound_cK(s.bound_uK[j]);
       }
       t.angle_cdeg[0] = 1250;
       std::copy(counters, counters + DEVICE_COUNTERS, t.counters);

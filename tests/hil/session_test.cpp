@@ -160,6 +160,24 @@ TEST_CASE("session: from 5 ms to half a second a sample, the deadlines are kept 
   }
 }
 
+TEST_CASE(
+    "session: asked for more heat than its bound allows, the host lowers the duty, and the device does not trip; nearly all of it is "
+    "used") {
+  for (const double period_s : {0.005, 0.1, 0.2}) {
+    FakeBoard board;
+    sim::Scenario hot = scenario("{ duty_A: { constant: { value_fraction: 0.5 } } }", period_s);
+    hot.duration_s = 30.0;
+    SessionSettings settings;
+    std::uint32_t most_uK = 0;
+    settings.show = [&](const SessionView&) { most_uK = std::max(most_uK, board.s.bound_uK[0]); };
+    const SessionResult result = run_session(hot, board, settings);
+    CAPTURE(period_s);
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(most_uK < LIMIT_BOUND_RISE_cK * 10'000u);
+    CHECK(most_uK > (LIMIT_BOUND_RISE_cK - 300) * 10'000u);
+  }
+}
+
 TEST_CASE("session: it is not armed with other firmware, other limits, a latched trip, a hot coil, a broken sensor, no answer") {
   FakeBoard firmware;
   firmware.firmware_hash ^= 1;
