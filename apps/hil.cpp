@@ -217,11 +217,7 @@ int hil_command(const HilArguments& arguments) {
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   hil::parts_of(scenario.plant, arguments.scenario);  // an error names the file
-  if (scenario.sample_period_s < 0.005)
-    throw sim::InputError({.file = arguments.scenario,
-                           .key = "sample_period_s",
-                           .value = sim::shortest(scenario.sample_period_s),
-                           .advice = "must be 0.005 or more: the device speaks up to 200 times a second"});
+  hil::check_period(scenario, arguments.scenario);
   hil::SessionSettings settings;
   std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
   if (!arguments.twin.empty()) {

@@ -24,6 +24,7 @@ namespace sinew::hil {
 
 class HostSupervisor {
  public:
+  // `period_s`: from one look at the limb to the next.
   HostSupervisor(const plant::Plant& limb, const plant::Start& start, double period_s);
 
   // The duty that may pass, at most the one that is wanted. One an input, here and below.
@@ -36,7 +37,7 @@ class HostSupervisor {
   void look(const sim::Measurement& measured, std::span<const std::uint32_t> raw);
 
   const std::optional<std::string>& objection() const { return objection_; }
-  std::int64_t lowered() const { return lowered_; }                              // commands
+  std::int64_t lowered() const { return lowered_; }                              // calls of lower that did
   const std::vector<double>& predicted_degC() const { return predicted_degC_; }  // of each coil, hottest over the horizon
 
  private:

@@ -93,6 +93,8 @@ def test_refusals():
     refused("hil at what is no port", ["hil", "step.yaml", "--port", "/dev/null", "--out", "o"], r"--port = /dev/null\n")
     write("fast.yaml", STEP.replace("duration_s: 8", "duration_s: 8\nsample_period_s: 0.001"))
     refused("hil at a kilohertz", ["hil", "fast.yaml", "--emulate", "--out", "o"], r"sample_period_s = 0\.001\n  must be 0\.005 or more")
+    write("lazy.yaml", STEP.replace("duration_s: 8", "duration_s: 600\nsample_period_s: 60"))
+    refused("hil at a sample a minute", ["hil", "lazy.yaml", "--emulate", "--out", "o"], r"sample_period_s = 60\n  must be 0\.2 or less")
     refused("replay of a folder that is none", ["replay", "nowhere"], r"session\.json: cannot read")
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_opn:A@3")
     check("a fault that there is not: said by the emulator, not armed, nothing written", result.returncode == 1

@@ -28,6 +28,7 @@ struct FakeBoard : sinew::hil::Link {
   board_parts parts{BOARD_COILS, BOARD_THERMOCOUPLES, BOARD_ANGLES};  // as its hello says
   double device_rate = 1.0;                                           // its crystal, against the host's
   std::int64_t lost_from_us = -1;
+  std::int64_t last_on_us = -1;             // the last millisecond with duty on any coil
   int swallow_answers_to = -1;              // a frame type
   std::uint8_t trip_on_disarm = TRIP_NONE;  // just before it
   bool echoes = false;                      // the line gives back what is sent
@@ -123,6 +124,7 @@ struct FakeBoard : sinew::hil::Link {
     now_us += 1000;
     for (std::size_t j = 0; j < BOARD_COILS; ++j)
       temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    if (std::any_of(s.duty, s.duty + BOARD_COILS, [](std::uint16_t duty) { return duty > 0; })) last_on_us = now_us;
     for (const std::uint8_t byte : std::exchange(in, {})) {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);

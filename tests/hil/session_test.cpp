@@ -150,8 +150,8 @@ TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
   CHECK(recording.notes.summary().empty());
 }
 
-TEST_CASE("session: from 5 ms to half a second a sample, the deadlines are kept and the device stays armed") {
-  for (const double period_s : {0.005, 0.05, 0.5}) {
+TEST_CASE("session: from 5 ms to 0.2 s a sample, the deadlines are kept and the device stays armed") {
+  for (const double period_s : {0.005, 0.05, 0.2}) {
     FakeBoard board;
     const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", period_s), board, {});
     CAPTURE(period_s);
@@ -256,6 +256,65 @@ TEST_CASE("session: who runs it can stop it, and the limb is at rest then") {
   CHECK(result.status == SessionStatus::stopped);
   CHECK(result.ticks == 34);
   CHECK(board.s.state == DEVICE_DISARMED);
+}
+
+TEST_CASE("session: a period longer than 0.2 s, or shorter than 5 ms, is an error, and the board hears nothing") {
+  for (const double period_s : {0.21, 1.0, 60.0, 0.004}) {
+    FakeBoard board;
+    CAPTURE(period_s);
+    CHECK_THROWS_WITH_AS(run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", period_s), board, {}),
+                         doctest::Contains("sample_period_s"), sim::InputError);
+    CHECK(board.session == 0);
+  }
+}
+
+TEST_CASE("session: who stops it in the middle of a period has zero duty at the next repetition, not at the end of the period") {
+  for (const int part : {1, 2, 3}) {  // of four in 0.2 s
+    FakeBoard board;
+    SessionSettings settings;
+    int asked = 0;
+    std::int64_t stopped_us = 0;
+    settings.should_stop = [&](std::int64_t tick) {
+      stopped_us = board.now_us;
+      return asked++ == 4 * 15 + part && tick == 15;
+    };
+    const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.3 } } }", 0.2), board, settings);
+    CHECK(result.status == SessionStatus::stopped);
+    CHECK(result.brought_to_rest);
+    CHECK(result.ticks == 16);
+    CHECK(board.last_on_us >= stopped_us);
+    CHECK(board.last_on_us <= stopped_us + 2000);
+    const sim::Recording recording =
+        sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
+    CHECK(recording.samples.back().inputs[0] == 0.3);  // of the part that was begun
+  }
+}
+
+TEST_CASE("session: the host's supervisor looks at every repetition: a word that cannot be ends the duty in the middle of a period") {
+  FakeBoard board;
+  // The device believes what it shows (its own fault is found by the next 105 ms); the wire shows the host other bits.
+  bool garbled = false;
+  std::int64_t since_us = 0;
+  TamperedLink link(board, nullptr, [&](Bytes wire, std::int64_t now_us) -> std::vector<Bytes> {
+    frame_decoder decoder;
+    frame_decoder_start(&decoder, &board.parts);
+    frame in;
+    for (const std::uint8_t byte : wire)
+      if (frame_decoder_take(&decoder, byte, &in) == FRAME_READY && in.type == FRAME_TELEMETRY && now_us > 3'010'000) {
+        message_telemetry said{};
+        get_telemetry(&in, &board.parts, &said);
+        said.thermocouple_raw[0] = 0xffffffffu;
+        put_telemetry(&in, &board.parts, &said);
+        wire.resize(FRAME_WIRE_MOST);
+        wire.resize(frame_encode(&in, wire.data()));
+        if (!std::exchange(garbled, true)) since_us = now_us;
+      }
+    return {wire};
+  });
+  const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.3 } } }", 0.2), link, {});
+  CHECK(result.status == SessionStatus::objected);
+  REQUIRE(since_us > 0);
+  CHECK(board.last_on_us < since_us + 52'000);
 }
 
 TEST_CASE("session: a sample that did not come is missing in the recording, and counted") {
