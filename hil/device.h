@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "hil/clock.h"
+#include "hil/clock_map.h"
 #include "hil/link.h"
 #include "hil/message.h"
 

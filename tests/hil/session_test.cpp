@@ -427,6 +427,48 @@ TEST_CASE("clock map: a device whose crystal is 100 ppm off is followed to half 
   CHECK(most_step_us <= 60);  // of 20 ms: bent by 1000 ppm and a skew, no more
 }
 
+TEST_CASE(
+    "clock map: clocks that differ by up to 1 % are followed from the first seconds on, whatever the jitter, over a minute and over five") {
+  // The share of a period by which a stamp may be off: the device takes none that is 20 ms ahead, and none that is 220 ms old.
+  for (const double skew : {-0.01, -0.005, -0.002, 0.002, 0.005, 0.01})
+    for (const double jitter_us : {0.0, 2000.0, 16'000.0})
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        ClockMap map;
+        const sim::RandomStream chance(seed, "latency");
+        double most_ahead_us = 0.0, most_behind_us = 0.0;
+        map.begin(0, 3000);
+        for (std::uint64_t n = 1; n < 15'000; ++n) {
+          const double device_us = 20'000.0 * static_cast<double>(n);
+          const double arrived_us = device_us * (1.0 + skew) + chance.uniform(n) * jitter_us;
+          map.take(static_cast<std::uint32_t>(device_us), static_cast<std::int64_t>(arrived_us));
+          // Half a frame later, when a command is stamped.
+          const double host_us = arrived_us + 10'000.0, there_us = host_us / (1.0 + skew);
+          const double ahead_us = map.device_us(static_cast<std::int64_t>(host_us)) - there_us;
+          most_ahead_us = std::max(most_ahead_us, ahead_us);
+          most_behind_us = std::max(most_behind_us, -ahead_us);
+        }
+        CAPTURE(skew);
+        CAPTURE(jitter_us);
+        CAPTURE(seed);
+        CHECK(most_ahead_us < 15'000.0);
+        CHECK(most_behind_us < 25'000.0);
+        CHECK(std::abs(map.skew() - skew) < 5e-4);
+      }
+}
+
+TEST_CASE("session: a board whose clock is off by up to 1 % is driven for two minutes, and its stamps are neither stale nor ahead") {
+  for (const double rate : {0.99, 0.995, 0.998, 1.002, 1.005, 1.01}) {
+    FakeBoard board;
+    board.device_rate = rate;
+    sim::Scenario minutes = scenario("{ duty_A: { constant: { value_fraction: 0.0 } } }");
+    minutes.duration_s = 120.0;
+    const SessionResult result = run_session(minutes, board, {});
+    CAPTURE(rate);
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(board.counters[COUNT_STALE] == 0);
+  }
+}
+
 TEST_CASE("clock map: neither a first frame that came late nor a line that holds frames back puts stamps ahead of the device") {
   constexpr double rate = 1.00005;  // the device's crystal against the host's
   for (const double first_late_us : {0.0, 5000.0, 16'000.0, 200'000.0})
