@@ -228,6 +228,10 @@ std::vector<Row> all_rows() {
   add("device", "its clock wraps in the session", Due::nothing, {"time_ms@0.05=4288967"});
   add("device", "trips, then is reset: the latch", Due::trip, {"sensor_open:A@", "reset@+0.2"}, "sensor_open");
   add("device", "trips, then power goes off and on: the latch", Due::trip, {"sensor_open:A@", "power_cycle@+0.2"}, "sensor_open");
+  // Two bytes of 3.4 ms each: in the first, between the two, in the second, after both.
+  for (const char* after_us : {"50", "1700", "3300", "3600", "5600", "7000", "9000"})
+    add("device", std::string("trips, and power goes ") + after_us + " us into the storing of the trip", Due::trip,
+        {"sensor_open:A@", std::string("power_cut_in_storing@=") + after_us}, "latch_damaged|sensor_open");
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
   add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
   add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected");

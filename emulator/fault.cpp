@@ -29,6 +29,7 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
     {"brown_out", false, false, false, "the processor's supply sags: a reset"},
     {"reset", false, false, false, "somebody pushes the button"},
     {"power_cycle", false, false, false, "power off and on"},
+    {"power_cut_in_storing", false, true, false, "power off and on VALUE us after the EEPROM begins to write, from then on"},
     {"coil_welded", true, false, true, "the switch conducts whatever its gate says"},
     {"coil_open", true, false, true, "no current"},
     {"supply_V", false, true, true, "the coils' supply is VALUE V"},

@@ -26,10 +26,11 @@ enum class FaultKind {
   brown_out,
   reset,  // somebody pushes the button
   power_cycle,
-  coil_welded,  // the switch conducts whatever its gate says
-  coil_open,    // no current
-  supply_V,     // VALUE volts
-  time_ms,      // the device's millisecond count becomes VALUE
+  power_cut_in_storing,  // VALUE us after the EEPROM begins to write, the first time from then on
+  coil_welded,           // the switch conducts whatever its gate says
+  coil_open,             // no current
+  supply_V,              // VALUE volts
+  time_ms,               // the device's millisecond count becomes VALUE
   count
 };
 

@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "firmware/board.h"
+#include "firmware/latch.h"
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
 #include "hil/frame.h"
@@ -44,8 +45,9 @@ static uint8_t hang_mark __attribute__((section(".noinit")));
 static uint32_t kept_bound_uK[BOARD_COILS] __attribute__((section(".noinit")));
 static uint32_t kept_bound_check[BOARD_COILS] __attribute__((section(".noinit")));
 
-/* The latch: the cause, and its complement so that a half-written one is seen. Erased cells are 0xff: no trip. */
-static uint8_t EEMEM latched_cause[2];
+/* latch.h. What stands here goes into the file for the EEPROM, which is not flashed with the program: the cells of a new board are erased,
+ * and it is tripped until somebody clears it. */
+static uint8_t EEMEM latched_cause[LATCH_BYTES] = {LATCH_BYTE_0(TRIP_NONE), LATCH_BYTE_1(TRIP_NONE)};
 
 static uint8_t reset_flags __attribute__((section(".noinit")));
 void save_reset_flags(void) __attribute__((naked, used, section(".init3")));
@@ -67,7 +69,7 @@ static struct frame_decoder decoder;
 static struct frame frame; /* received, then reused for what is sent */
 static uint16_t session, counters[DEVICE_COUNTERS - FRAME_FAULTS];
 static uint32_t last_sequence, last_command, sequence;
-static uint8_t telemetry_period_ms = 20, stored_cause, stored_bytes = 2, reset_cause;
+static uint8_t telemetry_period_ms = 20, stored_cause, stored_bytes = LATCH_BYTES, reset_cause;
 static uint16_t angle_raw;
 
 static void pins_off(void) {
@@ -202,7 +204,7 @@ static void count(uint8_t counter) {
   if (counters[counter - FRAME_FAULTS] != 0xffffu) ++counters[counter - FRAME_FAULTS];
 }
 
-static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == 2 && eeprom_is_ready(); }
+static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == LATCH_BYTES && eeprom_is_ready(); }
 
 static void set_pins(void) {
   uint16_t a, b;
@@ -335,23 +337,16 @@ static void store_latch(void) {
     stored_cause = supervisor.trip_cause;
     stored_bytes = 0;
   }
-  if (stored_bytes < 2 && eeprom_is_ready()) {
-    eeprom_update_byte(&latched_cause[stored_bytes], stored_bytes == 0 ? stored_cause : (uint8_t)~stored_cause);
+  if (stored_bytes < LATCH_BYTES && eeprom_is_ready()) {
+    eeprom_update_byte(&latched_cause[stored_bytes], latch_byte(stored_cause, stored_bytes));
     ++stored_bytes;
   }
-}
-
-static uint8_t read_latch(void) {
-  const uint8_t cause = eeprom_read_byte(&latched_cause[0]), check = eeprom_read_byte(&latched_cause[1]);
-  if (cause == 0xffu && check == 0xffu) return TRIP_NONE; /* a new board */
-  if ((uint8_t)(cause ^ check) != 0xffu || cause >= TRIP_CAUSES) return TRIP_LATCH_DAMAGED;
-  return cause;
 }
 
 static uint8_t cause_at_start(void) {
   const uint8_t was_armed = armed_mark == ARMED_MARK && !(reset_flags & _BV(PORF));
   const uint8_t hung = hang_mark == HANG_MARK && !(reset_flags & _BV(PORF));
-  const uint8_t latched = read_latch();
+  const uint8_t latched = latch_cause(eeprom_read_byte(&latched_cause[0]), eeprom_read_byte(&latched_cause[1]));
   if (reset_flags & _BV(PORF)) {
     reset_cause = RESET_POWER_ON;
   } else if (reset_flags & _BV(WDRF)) {
