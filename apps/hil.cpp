@@ -356,7 +356,7 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
+  command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay behind a charge pump on PD7");
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"

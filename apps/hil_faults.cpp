@@ -60,6 +60,7 @@ struct Row {
   bool relay = false;
   std::string expected;  // trip cause, or causes with | between them, or empty
   bool slow = false;     // a scenario of a minute
+  std::optional<hil::LatentLink::Latency> latency{};
 };
 
 struct FaultOutcome {
@@ -202,6 +203,12 @@ std::vector<Row> all_rows() {
       [](double from_s) { return lose_all(from_s); }, "silence");
   link(
       "the device hears nothing, the host still hears it", Due::trip, [](double from_s) { return lose_all(from_s); }, nullptr, "silence");
+  for (const auto& [name, latency] :
+       {std::pair{"a bridge that holds frames back for 0 to 80 ms each way", hil::LatentLink::Latency{0, 80'000}},
+        std::pair{"a bridge that holds frames back for 50 to 80 ms each way", hil::LatentLink::Latency{50'000, 80'000}}}) {
+    link(name, Due::nothing, nullptr, nullptr);
+    rows.back().latency = latency;
+  }
   link("the device speaks another version of the protocol", Due::refusal, nullptr, always(other_version), "another version");
   const auto add = [&](const std::string& group, const std::string& name, Due due, std::vector<std::string> faults,
                        const std::string& expected = "", bool relay = false, bool slow = false) {
@@ -259,7 +266,7 @@ std::string at_onset(std::string fault, double from_s) {
 
 // Whether the row's faults come at the onset. Those that have times of their own are the same in every phase.
 bool depends_on_onset(const Row& row) {
-  return row.to_device || row.from_device ||
+  return row.to_device || row.from_device || row.latency ||
          std::any_of(row.faults.begin(), row.faults.end(), [](const std::string& fault) { return at_onset(fault, 1.0) != fault; });
 }
 
@@ -271,7 +278,10 @@ FaultOutcome run_once(const Row& row, double from_s, const std::filesystem::path
   command.insert(command.end(), {"--trace", trace_file});
   if (row.relay) command.push_back("--relay");
   hil::LockStepLink emulator(command);
-  hil::TamperedLink link(emulator, row.to_device ? row.to_device(from_s) : nullptr, row.from_device ? row.from_device(from_s) : nullptr);
+  std::optional<hil::LatentLink> latent;
+  if (row.latency) latent.emplace(emulator, *row.latency, static_cast<std::uint64_t>(std::llround(from_s * 1e6)));
+  hil::TamperedLink link(latent ? static_cast<hil::Link&>(*latent) : emulator, row.to_device ? row.to_device(from_s) : nullptr,
+                         row.from_device ? row.from_device(from_s) : nullptr);
   FaultOutcome outcome;
   std::int64_t now_us = 0;
   try {

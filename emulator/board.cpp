@@ -21,12 +21,13 @@ extern "C" {
 namespace sinew::emulator {
 namespace {
 
-constexpr std::int64_t cycles_per_byte = 320;  // ten bits at 500000 Bd
+constexpr std::int64_t cycles_per_byte = 320;                        // ten bits at 500000 Bd
+constexpr std::int64_t charge_pump_cycles = 20'000 * cycles_per_us;  // that its capacitor holds the relay
 constexpr std::int64_t cycles_per_cell = 3400 * cycles_per_us;
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
-constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41,
-              ocr1a = 0x88, ocr1b = 0x8a;
+constexpr int ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41, ocr1a = 0x88,
+              ocr1b = 0x8a;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {
@@ -78,6 +79,7 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_uart, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT), on_spi, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 7), on_relay_pin, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select<0>, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
   avr_irq_register_notify(avr_iomem_getirq(avr_, eecr, nullptr, AVR_IOMEM_IRQ_ALL), on_eeprom_control, this);
@@ -87,7 +89,11 @@ void Board::connect() {
 }
 
 std::int64_t Board::now_us() const { return static_cast<std::int64_t>(avr_->cycle) / cycles_per_us; }
-bool Board::relay() const { return (avr_->data[portd] >> 7) & 1; }
+bool Board::relay() const { return swung_cycle_ >= 0 && static_cast<std::int64_t>(avr_->cycle) < swung_cycle_ + charge_pump_cycles; }
+void Board::on_relay_pin(avr_irq_t*, std::uint32_t, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  board.swung_cycle_ = static_cast<std::int64_t>(board.avr_->cycle);
+}
 
 void Board::send(const std::vector<std::uint8_t>& bytes) {
   const auto now = static_cast<std::int64_t>(avr_->cycle);

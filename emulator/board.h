@@ -64,7 +64,7 @@ class Board {
   // Sets the firmware's millisecond count, so that a wrap need not be waited for.
   void set_time_ms(std::uint32_t time_ms);
   const PerCoil<double>& gates() const { return gates_; }
-  bool relay() const;  // PD7
+  bool relay() const;  // behind a charge pump that PD7 must keep swinging
 
  private:
   struct SentByte {
@@ -88,6 +88,8 @@ class Board {
   std::int64_t write_begun_cycle_ = -1;  // of the EEPROM
   int written_cell_ = 0;
   bool writing_ = false;
+  std::int64_t swung_cycle_ = -1;  // PD7
+  static void on_relay_pin(::avr_irq_t*, std::uint32_t, void*);
   static void on_eeprom_control(::avr_irq_t*, std::uint32_t, void*);
   static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
   static void on_uart(::avr_irq_t*, std::uint32_t, void*);

@@ -216,7 +216,7 @@ int main(int argc, char** argv) {
   program.add_option("--link", arguments.link, "name for the pseudo-terminal: a symbolic link");
   program.add_flag("--lock-step", arguments.lock_step, "time goes on as asked over standard input and output");
   program.add_flag("--new-board", arguments.new_board, "its EEPROM was never written");
-  program.add_flag("--relay", arguments.relay, "a relay that follows PD7 sits in the coils' supply");
+  program.add_flag("--relay", arguments.relay, "a relay behind a charge pump on PD7 sits in the coils' supply");
   program.footer("Example:\n  sinew-emulator scenarios/babble_bidirectional.yaml --firmware build/release/firmware.elf --link /tmp/limb");
   struct sigaction action {};
   action.sa_handler = note_signal;  // without SA_RESTART: a read ends

@@ -3,7 +3,7 @@
  *
  *   PB1 (OC1A)  gate of coil A          PB4 MISO, PB5 SCK   both MAX31855
  *   PB2 (OC1B)  gate of coil B          PD5, PD6            their chip selects, A and B
- *   PC0 (ADC0)  bend sensor             PD7                 high while armed: for a cut-off relay
+ *   PC0 (ADC0)  bend sensor             PD7                 500 Hz while armed: for a cut-off relay behind a charge pump
  *   PD0, PD1    UART, 500000 Bd 8N1
  *
  * Three things take the duty away when the program does not come round: the millisecond interrupt after 20 ms, where
@@ -35,11 +35,12 @@
 #define RECEIVE_BYTES 128u /* powers of two */
 #define SEND_BYTES 128u
 
-/* Survive a reset. Power-on leaves chance in them, hence the marks. */
-#define ARMED_MARK 0x5a17u
-static uint16_t armed_mark __attribute__((section(".noinit")));
-static uint8_t hang_mark __attribute__((section(".noinit")));
-#define HANG_MARK 0xb7u
+/* Survive a reset. Power-on leaves chance in them, and a supply that sags turns bits: hence words of 32 bits. A word that is neither the
+ * mark nor zero was damaged, and counts as set. */
+#define ARMED_MARK 0x5a17c3e9ul
+#define HANG_MARK 0xb74e6d12ul
+static volatile uint32_t armed_mark __attribute__((section(".noinit")));
+static volatile uint32_t hang_mark __attribute__((section(".noinit")));
 
 /* The bounds of the coils' heat, each with its complement: a reset must not make hot coils cool. */
 static uint32_t kept_bound_uK[BOARD_COILS] __attribute__((section(".noinit")));
@@ -59,6 +60,7 @@ void save_reset_flags(void) {
 
 static volatile uint32_t time_ms;
 static volatile uint8_t ms_since_round; /* of the main loop */
+static uint8_t relay_may_swing;         /* at the next tick: a pin that is stuck, high or low, opens the relay */
 static volatile uint8_t receive[RECEIVE_BYTES], receive_in, receive_out;
 static volatile uint8_t send[SEND_BYTES], send_in, send_out;
 static volatile uint16_t lost_bytes;
@@ -206,6 +208,15 @@ static void count(uint8_t counter) {
 
 static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == LATCH_BYTES && eeprom_is_ready(); }
 
+/* Written anew at each tick: a register that a disturbance changed is right again a millisecond later. */
+static void set_directions_and_timer(void) {
+  DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
+  DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
+  PORTB &= (uint8_t) ~(_BV(PB1) | _BV(PB2));
+  ICR1 = PWM_TOP;
+  TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
+}
+
 static void set_pins(void) {
   uint16_t a, b;
   uint8_t connected = _BV(WGM11);
@@ -215,15 +226,17 @@ static void set_pins(void) {
   if (a) connected |= _BV(COM1A1);
   if (b) connected |= _BV(COM1B1);
   cli();
-  if (hang_mark != HANG_MARK) {
+  set_directions_and_timer();
+  if (hang_mark == 0) {
     if (a) OCR1A = (uint16_t)(a * 2u - 1u);
     if (b) OCR1B = (uint16_t)(b * 2u - 1u);
-    if (TCCR1A != connected) TCCR1A = connected;
+    TCCR1A = connected;
   }
   sei();
   if (supervisor.state == DEVICE_ARMED) {
-    PORTD |= _BV(PD7);
+    relay_may_swing = 1;
   } else {
+    relay_may_swing = 0;
     PORTD &= (uint8_t)~_BV(PD7);
   }
   /* Until a trip is stored, a reset must still find that there was one: a cell reads as erased while it is written. */
@@ -344,8 +357,8 @@ static void store_latch(void) {
 }
 
 static uint8_t cause_at_start(void) {
-  const uint8_t was_armed = armed_mark == ARMED_MARK && !(reset_flags & _BV(PORF));
-  const uint8_t hung = hang_mark == HANG_MARK && !(reset_flags & _BV(PORF));
+  const uint8_t was_armed = armed_mark != 0 && !(reset_flags & _BV(PORF));
+  const uint8_t hung = hang_mark != 0 && !(reset_flags & _BV(PORF));
   const uint8_t latched = latch_cause(eeprom_read_byte(&latched_cause[0]), eeprom_read_byte(&latched_cause[1]));
   if (reset_flags & _BV(PORF)) {
     reset_cause = RESET_POWER_ON;
@@ -377,15 +390,12 @@ static uint8_t cause_at_start(void) {
 
 static void start_hardware(void) {
   PORTB = 0;
-  DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
   PORTD = _BV(PD5) | _BV(PD6);
-  DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
   SPCR = _BV(SPE) | _BV(MSTR) | _BV(SPR0); /* 1 MHz, mode 0 */
   ADMUX = _BV(REFS0);
   ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us a conversion */
-  ICR1 = PWM_TOP;
-  TCCR1A = _BV(WGM11); /* fast PWM up to ICR1, pins not connected */
-  TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
+  TCCR1A = _BV(WGM11);                                      /* fast PWM up to ICR1, pins not connected */
+  set_directions_and_timer();
   OCR0A = 249; /* 1 ms */
   TCCR0A = _BV(WGM01);
   TCCR0B = _BV(CS01) | _BV(CS00);
@@ -419,7 +429,7 @@ int main(void) {
     if (ms != last_ms) {
       const uint8_t passed = (uint8_t)(ms - last_ms);
       last_ms = ms;
-      if (hang_mark == HANG_MARK) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
+      if (hang_mark != 0) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
       supervisor_tick(&supervisor, now_us());
       keep_bounds();
       set_pins();
@@ -440,6 +450,7 @@ int main(void) {
       } else {
         telemetry_in_ms = (uint8_t)(telemetry_in_ms - passed);
       }
+      if (relay_may_swing) PIND = _BV(PD7); /* toggles */
       store_latch();
       if (supervisor.state == DEVICE_TRIPPED && latch_is_stored()) hang_mark = 0;
       ms_since_round = 0;

@@ -169,10 +169,12 @@ class Session {
 
   void arm() {
     must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils)), "arming");
-    // Telemetry that was on its way still tells of before.
-    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
-    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
-      device_.listen_until(wait_until_us, FRAME_TELEMETRY);
+    // Telemetry that was on its way still tells of before. Where the line is slow, the device must not take the wait for silence.
+    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000;
+    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us) {
+      device_.command(std::vector<std::uint16_t>(parts_.coils.size(), 0), LIMIT_DEAD_MAN_ms);
+      device_.listen_until(std::min(wait_until_us, device_.now_us() + 40'000), FRAME_TELEMETRY);
+    }
     begun_device_us_ = device_.clock().device_us_since_begin();
   }
 

@@ -498,6 +498,22 @@ TEST_CASE("session: an arming whose answer is lost leaves the device disarmed") 
   CHECK(board.s.state == DEVICE_DISARMED);
 }
 
+TEST_CASE(
+    "session: a bridge that holds frames back for 50 to 80 ms each way is armed over and driven over, and tells nothing of it in time to "
+    "live") {
+  for (const auto& latency : {LatentLink::Latency{0, 80'000}, LatentLink::Latency{50'000, 80'000}})
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      FakeBoard board;
+      LatentLink link(board, latency, seed);
+      const SessionResult result = run_session(scenario(), link, {});
+      CAPTURE(latency.least_us);
+      CAPTURE(seed);
+      CHECK(result.status == SessionStatus::finished);
+      CHECK(result.brought_to_rest);
+      CHECK(board.s.state == DEVICE_DISARMED);
+    }
+}
+
 TEST_CASE("session: a trip that comes with the last command is how the session ended") {
   FakeBoard board;
   board.trip_on_disarm = TRIP_SILENCE;
