@@ -225,6 +225,9 @@ std::vector<Row> all_rows() {
   add("sensor", "reading stuck", Due::evidence, {"sensor_stuck:A@"}, "sensor_stuck");
   add("sensor", "reading drifts cold by 5 K/s", Due::evidence, {"sensor_drift:A@=5"}, "not_following");
   add("sensor", "reading drifts cold by 1 K/s", Due::host, {"sensor_drift:A@=1"}, "objected", false, true);
+  add("sensor", "bend sensor unplugged, or at 0 V", Due::trip, {"bend_low@"}, "angle_range|objected");
+  add("sensor", "bend sensor at 5 V", Due::trip, {"bend_high@"}, "angle_range|objected");
+  add("sensor", "bend sensor stuck from the start", Due::evidence, {"bend_stuck@0.1"}, "angle_stuck|objected");
   add("device", "hangs while hot, interrupts served", Due::trip, {"hang@"}, "main_loop");
   add("device", "hangs while hot, interrupts off", Due::trip, {"hang_masked@"}, "watchdog");
   add("device", "brown-out", Due::trip, {"brown_out@"}, "brown_out");

@@ -20,6 +20,9 @@ enum class FaultKind {
   sensor_drift,    // VALUE kelvin a second, the reading too cold by it
   sensor_scale,    // it shows VALUE of its rise over the cold junction
   sensors_swapped,
+  bend_low,       // 0 V on the bend sensor's wire: unplugged, by its resistor to ground
+  bend_high,      // 5 V
+  bend_stuck,     // what it showed when that began
   junction_jump,  // cold junction VALUE kelvin off
   hang,           // the main loop never comes round, interrupts are served
   hang_masked,    // the same with interrupts off

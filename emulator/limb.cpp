@@ -180,11 +180,14 @@ std::uint8_t Limb::clock_out(std::size_t coil) {
   return byte;
 }
 
-int Limb::bend_sensor_mV(std::int64_t) {
+int Limb::bend_sensor_mV(std::int64_t now_us) {
+  if (active(FaultKind::bend_low, 0, now_us)) return 0;
+  if (active(FaultKind::bend_high, 0, now_us)) return static_cast<int>(reference_mV);
+  if (active(FaultKind::bend_stuck, 0, now_us)) return bend_mV_;
   const sim::SensorSettings& settings = scenario_.sensors[angle_.index];
   const double noise_deg = settings.noise * std::sqrt(conversions_summed) * noise_[angle_.index].normal(angle_conversions_++);
   const double shown_deg = integrator_.readings()[angle_.index] / plant::radians_per_degree + settings.bias + noise_deg;
-  return static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
+  return bend_mV_ = static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
 }
 
 }  // namespace sinew::emulator

@@ -175,6 +175,7 @@ static void send_telemetry(uint32_t time_us) {
   }
   telemetry.temperature_age_ms = (uint16_t)((time_us - supervisor.last_reading_us) / 1000u);
   telemetry.angle_raw[0] = angle_raw;
+  telemetry.angle_fault[0] = supervisor.angle[0].fault;
   /* 16 conversions of 1023 over 180 degrees, zero in the middle; each is cut off, not rounded: half a step, 8 in all. */
   telemetry.angle_cdeg[0] = (int16_t)(((int32_t)angle_raw + 8 - 8184) * 18000 / 16368);
   for (j = 0; j < FRAME_FAULTS; ++j) telemetry.counters[j] = decoder.refused[j];
@@ -302,6 +303,7 @@ static void obey(uint32_t time_us) {
     } else if (arm.limits_hash != limits_hash(BOARD_COILS)) {
       answer = ANSWER_WRONG_LIMITS;
     } else {
+      supervisor.angle_faults_trip = arm.flags & ARM_ANGLE_FAULTS_TRIP;
       answer = supervisor_arm(&supervisor, time_us);
     }
     send_answer(type, answer, heard, time_us);
@@ -438,6 +440,7 @@ int main(void) {
         raw[0] = read_amplifier(_BV(PD5));
         raw[1] = read_amplifier(_BV(PD6));
         supervisor_reading(&supervisor, raw, now_us());
+        supervisor_angles(&supervisor, &angle_raw);
         set_pins();
         reading_in_ms = LIMIT_READING_PERIOD_ms;
       } else {

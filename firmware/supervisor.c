@@ -13,6 +13,7 @@ void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us) {
   s->last_tick_us = s->last_reading_us = s->bucket_us = s->bound_us = now_us;
   for (j = 0; j < BOARD_COILS; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
   for (j = 0; j < BOARD_COILS; ++j) s->bound_uK[j] = (uint32_t)LIMIT_BOUND_START_cK * 10000u;
+  s->angle_faults_trip = 1;
   if (latched != TRIP_NONE) supervisor_trip(s, latched);
 }
 
@@ -34,6 +35,8 @@ static enum answer cool_and_believed(const struct supervisor* s) {
   uint8_t j;
   for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].fault != TRIP_NONE) return ANSWER_SENSOR;
+  for (j = 0; j < BOARD_ANGLES; ++j)
+    if (s->angle_faults_trip && s->angle[j].fault != TRIP_NONE) return ANSWER_SENSOR;
   for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].temperature_cdegC >= LIMIT_COOL_cdegC) return ANSWER_HOT;
   return ANSWER_DONE;
@@ -200,5 +203,41 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
         rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
       supervisor_trip(s, TRIP_RATE_OF_RISE);
     if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+  }
+}
+
+static uint8_t read_angle(const struct supervisor* s, struct angle* a, uint16_t raw) {
+  uint8_t j, alone = 0, others = 0;
+  if (raw < LIMIT_ANGLE_LEAST_raw || raw > LIMIT_ANGLE_MOST_raw) {
+    a->begun = 0;
+    return TRIP_ANGLE_RANGE;
+  }
+  if (!a->begun || raw > a->raw + LIMIT_ANGLE_MOVED_raw || a->raw > raw + LIMIT_ANGLE_MOVED_raw) {
+    a->begun = 1;
+    a->raw = raw;
+    for (j = 0; j < BOARD_COILS; ++j) a->coldest_cdegC[j] = a->hottest_cdegC[j] = s->thermocouple[j].temperature_cdegC;
+    return TRIP_NONE;
+  }
+  for (j = 0; j < BOARD_COILS; ++j) {
+    const struct thermocouple* const t = &s->thermocouple[j];
+    int32_t range_cK;
+    if (t->fault != TRIP_NONE) continue; /* that is its own trip */
+    if (t->temperature_cdegC < a->coldest_cdegC[j]) a->coldest_cdegC[j] = t->temperature_cdegC;
+    if (t->temperature_cdegC > a->hottest_cdegC[j]) a->hottest_cdegC[j] = t->temperature_cdegC;
+    range_cK = a->hottest_cdegC[j] - a->coldest_cdegC[j];
+    if (range_cK > LIMIT_ANGLE_RANGE_cK) {
+      ++alone;
+    } else if (range_cK > LIMIT_ANGLE_OTHERS_cK) {
+      ++others; /* two coils may hold each other */
+    }
+  }
+  return alone == 1 && others == 0 ? TRIP_ANGLE_STUCK : TRIP_NONE;
+}
+
+void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]) {
+  uint8_t g;
+  for (g = 0; g < BOARD_ANGLES; ++g) {
+    s->angle[g].fault = read_angle(s, &s->angle[g], raw[g]);
+    if (s->angle[g].fault != TRIP_NONE && s->angle_faults_trip && s->state == DEVICE_ARMED) supervisor_trip(s, s->angle[g].fault);
   }
 }

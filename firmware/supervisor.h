@@ -38,6 +38,13 @@ struct thermocouple {
   int32_t warmed_mK, expected_mK;          /* both through the same high pass */
 };
 
+struct angle {
+  uint8_t fault; /* a trip_cause */
+  uint8_t begun;
+  uint16_t raw;                                                   /* where it was when it moved last */
+  int32_t coldest_cdegC[BOARD_COILS], hottest_cdegC[BOARD_COILS]; /* since then */
+};
+
 struct supervisor {
   uint8_t state, trip_cause;
   uint16_t duty[BOARD_COILS];
@@ -48,6 +55,8 @@ struct supervisor {
   uint32_t bucket_us;                                  /* when the current one began */
   uint32_t bucket_on[BOARD_COILS];
   uint8_t bucket;
+  struct angle angle[BOARD_ANGLES];
+  uint8_t angle_faults_trip;                /* as the arming asked */
   uint32_t bound_uK[BOARD_COILS];           /* heat_bound.h: each coil's rise at the most, whatever its thermocouple says */
   uint32_t bound_on[BOARD_COILS], bound_us; /* duty times time since it was brought up to date, and when that was */
 };
@@ -70,6 +79,8 @@ enum command_result supervisor_command(struct supervisor* s, const struct messag
 void supervisor_tick(struct supervisor* s, uint32_t now_us);
 /* Every LIMIT_READING_PERIOD_ms: the 32 bits of each amplifier. */
 void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], uint32_t now_us);
+/* After each reading: the sums of 16 ADC conversions. */
+void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]);
 
 #ifdef __cplusplus
 }

@@ -38,14 +38,16 @@ constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
                                                                "brown_out",
                                                                "reset_while_armed",
                                                                "latch_damaged",
-                                                               "heat_bound"};
+                                                               "heat_bound",
+                                                               "angle_range",
+                                                               "angle_stuck"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
 constexpr std::array<std::string_view, 7> answer_words{"done",
                                                        "the firmware is another",
                                                        "the limits are others",
                                                        "tripped",
                                                        "a coil is not cool yet",
-                                                       "a thermocouple is not believed",
+                                                       "a sensor is not believed",
                                                        "the trip is another"};
 
 }  // namespace
@@ -114,9 +116,9 @@ std::optional<answer> Device::ask(frame& question) {
   return std::nullopt;
 }
 
-std::optional<answer> Device::arm(std::uint32_t firmware_hash, std::uint32_t limits_hash) {
+std::optional<answer> Device::arm(std::uint32_t firmware_hash, std::uint32_t limits_hash, std::uint8_t flags) {
   frame out{};
-  const message_arm message{firmware_hash, limits_hash};
+  const message_arm message{firmware_hash, limits_hash, flags};
   put_arm(&out, &message);
   return ask(out);
 }

@@ -44,6 +44,15 @@ extern "C" {
 #define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)10000) /* expected this much, and less than a quarter of it came: not following */
 #define LIMIT_UNEXPECTED_mK ((int32_t)9000)       /* warmed this much more than twice what was expected */
 
+/* Of an angle, in the sum of 16 ADC conversions of 1023 at most: at the ends its wire is off, or there is no supply. */
+#define LIMIT_ANGLE_LEAST_raw 160u
+#define LIMIT_ANGLE_MOST_raw 16208u
+/* An angle that stays within MOVED (0.35 degrees) while one coil passes through RANGE and no other through OTHERS hangs. The limb of the
+ * paper, heated from 25 to 110 degC and left to cool, passes through 25 K at the most before it moves by as much. */
+#define LIMIT_ANGLE_MOVED_raw 32u
+#define LIMIT_ANGLE_RANGE_cK 6000
+#define LIMIT_ANGLE_OTHERS_cK 1500
+
 /* Duty times time in the window. */
 #define LIMIT_ON_TIME_ms 9000u
 #define LIMIT_ON_TIME_WINDOW_s 20u

@@ -56,7 +56,8 @@ sim::Measurement SerialBackend::measure(std::int64_t tick, std::int64_t& last_ar
   const message_telemetry& said = telemetry->said;
   for (std::size_t k = 0; k < parts_.thermocouples.size(); ++k)
     if (said.sensor[k] == TRIP_NONE) measured.channels[parts_.thermocouples[k].index] = said.temperature_cdegC[k] / 100.0;
-  for (std::size_t k = 0; k < parts_.angles.size(); ++k) measured.channels[parts_.angles[k].index] = said.angle_cdeg[k] / 100.0;
+  for (std::size_t k = 0; k < parts_.angles.size(); ++k)
+    if (said.angle_fault[k] == TRIP_NONE) measured.channels[parts_.angles[k].index] = said.angle_cdeg[k] / 100.0;
   return measured;
 }
 

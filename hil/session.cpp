@@ -168,7 +168,8 @@ class Session {
   }
 
   void arm() {
-    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils)), "arming");
+    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils), settings_.angle_faults_end ? ARM_ANGLE_FAULTS_TRIP : 0),
+         "arming");
     // Telemetry that was on its way still tells of before. Where the line is slow, the device must not take the wait for silence.
     const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000;
     while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us) {
@@ -191,6 +192,8 @@ class Session {
       why += *got == ANSWER_HOT ? degrees(said.temperature_cdegC[coil.thermocouple] / 100.0)
                                 : std::string(words(static_cast<trip_cause>(said.sensor[coil.thermocouple])));
     }
+    for (std::size_t k = 0; k < parts_.angles.size() && *got == ANSWER_SENSOR; ++k)
+      why += ", bend sensor " + std::string(words(static_cast<trip_cause>(said.angle_fault[k])));
     if (*got == ANSWER_HOT) why += "; must be below " + degrees(LIMIT_COOL_cdegC / 100.0);
     throw Refused(why);
   }
@@ -217,6 +220,7 @@ class Session {
       supervisor_->applied(pins.back());
       supervisor_->look(now, backend_.telemetry()->said.thermocouple_raw);
       supervisor_->bound_said(backend_.telemetry()->said.bound_rise_cK);
+      if (settings_.angle_faults_end) supervisor_->look_at_angles(now, backend_.telemetry()->said.angle_raw);
       if (settings_.should_stop && settings_.should_stop(command.tick)) end(SessionStatus::stopped, "stopped by request");
       command.inputs = sent = supervisor_->lower(wanted, now);
       object();
@@ -231,6 +235,7 @@ class Session {
       if (!backend_.heard()) ++ticks_without_telemetry_;
       supervisor_->look(measured, before.said.thermocouple_raw);
       supervisor_->bound_said(before.said.bound_rise_cK);
+      if (settings_.angle_faults_end) supervisor_->look_at_angles(measured, before.said.angle_raw);
       if (twin_) {
         const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
         view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
@@ -456,6 +461,7 @@ std::string session_json(const sim::Scenario& scenario, const SessionSettings& s
   json["clear_trip"] = settings.clear_trip;
   json["allow_overruns"] = settings.allow_overruns;
   json["real_time_priority"] = settings.real_time_priority;
+  json["angle_faults_end"] = settings.angle_faults_end;
   json["twin"] = settings.twin.has_value();
   json.update(Json::parse(result.report_json));
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);

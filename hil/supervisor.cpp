@@ -7,6 +7,7 @@
 #include "hil/heat_bound.h"
 #include "hil/limits.h"
 #include "hil/message.h"
+#include "sim/simulation.h"
 #include "sim/text.h"
 
 namespace sinew::hil {
@@ -19,6 +20,7 @@ constexpr double on_budget_s = LIMIT_ON_TIME_ms / 1000.0 - 0.4, on_window_s = LI
 constexpr double forget_s = 5.0;              // correction downwards
 constexpr double least_correction_K = -10.0;  // a sensor that drifts cold must not talk the prediction down without end
 constexpr double most_off_K = 30.0, most_off_s = 1.0;
+constexpr double most_angle_off_deg = 45.0;  // half of what the limb does: a plant that is not calibrated may be off by much
 constexpr double longest_missing_s = 0.5;
 // The bound that a command must keep if it is the last for as long as the device lets it live, in the period after which the next is due.
 constexpr std::uint32_t bound_most_uK = (LIMIT_BOUND_RISE_cK - 50) * 10'000u;
@@ -32,6 +34,7 @@ HostSupervisor::HostSupervisor(const plant::Plant& limb, const plant::Start& sta
       period_s_(period_s),
       observer_(limb, start, numerics),
       watch_(parts_.coils.size()),
+      angle_off_for_s_(parts_.angles.size(), 0.0),
       predicted_degC_(parts_.coils.size(), 0.0) {
   for (Watch& coil : watch_) coil.bound_uK = LIMIT_BOUND_START_cK * 10'000u;
 }
@@ -152,6 +155,22 @@ void HostSupervisor::look(const sim::Measurement& measured, std::span<const std:
     watch.off_for_s = std::abs(shown_degC - observed[coil.shown.index]) > most_off_K ? watch.off_for_s + period_s_ : 0.0;
     if (watch.off_for_s > most_off_s)
       object(sim::shortest(shown_degC) + " degC, where the plant has " + sim::shortest(std::round(observed[coil.shown.index])));
+  }
+}
+
+void HostSupervisor::look_at_angles(const sim::Measurement& measured, std::span<const std::uint16_t> raw) {
+  const std::vector<double> observed = sim::in_file_units(limb_.system(), observer_.readings());
+  for (std::size_t k = 0; k < parts_.angles.size(); ++k) {
+    const std::size_t channel = parts_.angles[k].index;
+    const std::string& name = limb_.system().channels()[parts_.angles[k]].words;
+    const double shown_deg = measured.channels[channel];
+    if (std::isnan(shown_deg)) continue;
+    if (!objection_ && (raw[k] < LIMIT_ANGLE_LEAST_raw || raw[k] > LIMIT_ANGLE_MOST_raw))
+      objection_ = name + ": at the end of its range, a wire is off";
+    double& off_for_s = angle_off_for_s_[k];
+    off_for_s = std::abs(shown_deg - observed[channel]) > most_angle_off_deg ? off_for_s + period_s_ : 0.0;
+    if (!objection_ && off_for_s > most_off_s)
+      objection_ = name + ": " + sim::shortest(shown_deg) + " deg, where the plant has " + sim::shortest(std::round(observed[channel]));
   }
 }
 

@@ -29,6 +29,8 @@ class HostSupervisor {
 
   // The duty that may pass, at most the one that is wanted. One an input, here and below.
   std::vector<double> lower(const std::vector<double>& wanted, const sim::Measurement& measured);
+  // The angles' own sums of ADC conversions, in the order of the wire: an end of the range, or far from the plant for long.
+  void look_at_angles(const sim::Measurement& measured, std::span<const std::uint16_t> raw);
   // The device's bound of each coil's heat (heat_bound.h), as its telemetry says.
   void bound_said(std::span<const std::uint16_t> rise_cK);
   // What the device applied since, one period on.
@@ -57,6 +59,7 @@ class HostSupervisor {
   plant::Integrator observer_;
   std::int64_t ticks_ = 0;
   std::vector<Watch> watch_;
+  std::vector<double> angle_off_for_s_;
   std::vector<double> predicted_degC_;
   std::optional<std::string> objection_;
   std::int64_t lowered_ = 0;

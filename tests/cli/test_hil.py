@@ -101,7 +101,7 @@ def test_refusals():
           and "there is no such fault" in result.stderr and files_in("o") is None, said(result))
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
     check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
-          and "a thermocouple is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
+          and "a sensor is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
     coils = ", ".join(f"{{name: c{j}, segment: s, direction_deg: {90 * (j % 4)}}}" for j in range(9))
     shown = ", ".join(f"{{column: temperature_c{j}_degC, thermocouple: c{j}}}" for j in range(9))
     nine = f"plant: {{ limb: {{ segments: [{{name: s}}], coils: [{coils}], channels: [{shown}] }} }}\n"
@@ -235,7 +235,7 @@ def test_wire():
                 break
         if not check("wire: the board says hello", heard is not None and len(heard[1]) == 14 and heard[1][11:] == bytes([2, 2, 1]), heard):
             return
-        hashes = heard[1][:8]
+        hashes = heard[1][:8] + b"\x01"
         stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]
         time_us, before = wire.latest(telemetry)
         wire.send(arm, time_us - 400_000, hashes)

@@ -36,6 +36,7 @@ struct Bench {
   double junction_degC = 25.0;
   double power = 1.0;        // against the nominal one: (supply / 7 V)^2
   double shown_share = 1.0;  // of the rise, by both thermocouples
+  int angle_raw = -1;        // -1: a limb that bends as coil A gets warm and back as B does
   int until_reading = 105, until_command = 1;
 
   explicit Bench(std::uint32_t begin_us = 0) : now_us(begin_us) { supervisor_start(&s, TRIP_NONE, now_us); }
@@ -63,6 +64,9 @@ struct Bench {
         std::uint32_t raw[2];
         for (int j = 0; j < 2; ++j) raw[j] = replacing[j] ? replaced[j] : word(shown_degC(swapped ? 1 - j : j), junction_degC);
         supervisor_reading(&s, raw, now_us);
+        const auto bent = static_cast<int>(8184 + 100.0 * (temperature_degC[0] - temperature_degC[1]));
+        const auto angle = static_cast<std::uint16_t>(angle_raw >= 0 ? angle_raw : std::clamp(bent, 500, 15'000));
+        supervisor_angles(&s, &angle);
       }
     }
   }
@@ -359,6 +363,49 @@ TEST_CASE("device supervisor: the bound at its limit is a trip, whatever is show
   CHECK(then_uK < 125'200'000u);
   bench.run(22'222);  // 1 / (0.045 1/s): by hand, exp(-1) of it is left
   CHECK(bench.s.bound_uK[0] / 1e6 == doctest::Approx(then_uK / 1e6 * std::exp(-1.0)).epsilon(0.001));
+}
+
+TEST_CASE(
+    "device supervisor: a bend sensor at 0 or 5 V trips it at the next reading, and does not let it arm; asked not to, it says so only") {
+  for (const int raw : {0, 159, 16'209, 16'368}) {
+    CAPTURE(raw);
+    Bench bench = heating();
+    bench.angle_raw = raw;
+    const int ms = bench.until_off(500);
+    CHECK(bench.s.trip_cause == TRIP_ANGLE_RANGE);
+    CHECK(ms >= 0);
+    CHECK(ms <= 105);
+    Bench before;
+    before.angle_raw = raw;
+    before.run(230);
+    CHECK(supervisor_arm(&before.s, before.now_us) == ANSWER_SENSOR);
+    before.s.angle_faults_trip = 0;
+    CHECK(supervisor_arm(&before.s, before.now_us) == ANSWER_DONE);
+    before.run(2000);
+    CHECK(before.s.state == DEVICE_ARMED);
+    CHECK(before.s.angle[0].fault == TRIP_ANGLE_RANGE);
+  }
+}
+
+TEST_CASE("device supervisor: a bend sensor that stays where heat must have moved it trips; where both coils are warm it may stay") {
+  Bench stuck;
+  stuck.armed();
+  stuck.commanded[0] = 4500;
+  stuck.angle_raw = 8184;
+  int ms = 0;
+  for (; stuck.s.state == DEVICE_ARMED && ms < 20'000; ++ms) {
+    stuck.angle_raw = 8184 + ms % 20;  // noise of the converter
+    stuck.run(1);
+  }
+  CHECK(stuck.s.trip_cause == TRIP_ANGLE_STUCK);
+  CHECK(stuck.temperature_degC[0] < 25.0 + 60.0 + 3.0);
+  Bench held;
+  held.armed();
+  held.commanded[0] = held.commanded[1] = 4500;
+  held.angle_raw = 8184;
+  held.run(7000);
+  CHECK(held.temperature_degC[0] > 25.0 + 60.0);
+  CHECK(held.s.state == DEVICE_ARMED);
 }
 
 TEST_CASE("heat bound: against the exact solution, over steps of 10, 50 and 320 ms, it is never below by more than the loss of a step") {

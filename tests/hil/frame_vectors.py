@@ -28,7 +28,8 @@ def vectors(coils, thermocouples, angles):
     def duty(k):
         return 100 * (k + 1)
 
-    telemetry = (struct.pack("<IBB", 70000, 1, 0) + each("B", thermocouples, lambda k: k) + each("H", coils, duty)
+    telemetry = (struct.pack("<IBB", 70000, 1, 0) + each("B", thermocouples, lambda k: k)
+                 + each("B", angles, lambda k: 24 + k) + each("H", coils, duty)
                  + each("I", thermocouples, lambda k: 0x06400190 + (k << 18)) + each("i", thermocouples, lambda k: 2500 - 1000 * k)
                  + each("H", coils, lambda k: 4200 + k) + struct.pack("<H", 42) + each("H", angles, lambda k: 8176 + k)
                  + each("h", angles, lambda k: -4475 + 1500 * k) + struct.pack("<13H", *range(13)))

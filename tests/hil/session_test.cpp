@@ -85,7 +85,7 @@ TEST_CASE("session: boards of 1, 2, 4 and 8 coils run a scenario of a limb of as
       CHECK(driven.inputs[static_cast<std::size_t>(j)] == (j == coils - 1 ? 0.4 : 0.0));
       CHECK((recording.samples[20].channels[static_cast<std::size_t>(j)] > 30.0) == (j == coils - 1));
     }
-    for (int k = 0; k < bends; ++k) CHECK(driven.channels[static_cast<std::size_t>(coils + k)] == 12.5 * (k + 1));
+    for (int k = 0; k < bends; ++k) CHECK(driven.channels[static_cast<std::size_t>(coils + k)] == 10.0 * (k + 1));
     ReplayLink replay(logged.log(), "wire.bin");
     CHECK(run_session(scenario, replay, {}).recording_csv == result.recording_csv);
   }
@@ -315,6 +315,31 @@ TEST_CASE("session: the host's supervisor looks at every repetition: a word that
   CHECK(result.status == SessionStatus::objected);
   REQUIRE(since_us > 0);
   CHECK(board.last_on_us < since_us + 52'000);
+}
+
+TEST_CASE("session: a bend sensor that is unplugged ends it, or, asked to go on without, is missing in the recording") {
+  for (const bool ends : {true, false}) {
+    FakeBoard board;
+    SessionSettings settings;
+    settings.angle_faults_end = ends;
+    settings.show = [&](const SessionView& view) {
+      if (view.time_s >= 4.0) board.angle_raw = 0;
+    };
+    const SessionResult result = run_session(scenario(), board, settings);
+    CAPTURE(ends);
+    // Whichever of the two supervisors is first.
+    CHECK((result.status == SessionStatus::finished) == !ends);
+    CHECK((result.why.find("angle_range") != std::string::npos || result.why.find("a wire is off") != std::string::npos) == ends);
+    CHECK(board.s.duty[0] == 0);
+    const sim::Recording recording =
+        sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
+    CHECK(recording.samples[39].channels[2] == 12.5);
+    if (!ends) CHECK(std::isnan(recording.samples[60].channels[2]));
+    if (!ends) CHECK(recording.samples[60].channels[0] > 55.0);
+    FakeBoard unplugged;
+    unplugged.angle_raw = 0;
+    if (ends) CHECK(refusal(unplugged, settings).find("bend sensor angle_range") != std::string::npos);
+  }
 }
 
 TEST_CASE("session: a sample that did not come is missing in the recording, and counted") {

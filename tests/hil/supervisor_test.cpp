@@ -144,6 +144,19 @@ TEST_CASE("host supervisor: a thermocouple that reads cold while its coil is dri
   CHECK(ticks < 55);
 }
 
+TEST_CASE("host supervisor: a bend sensor at an end of its range is objected to, and one that is 45 degrees from the plant for a second") {
+  HostSupervisor ends(plant::default_plant(), {}, period_s);
+  ends.look_at_angles({0, {25.0, 25.0, -90.0}}, std::vector<std::uint16_t>{0});
+  CHECK(ends.objection().value_or("").find("a wire is off") != std::string::npos);
+  HostSupervisor far(plant::default_plant(), {}, period_s);
+  int ticks = 0;
+  while (!far.objection() && ticks < 100) far.look_at_angles({ticks++, {25.0, 25.0, 50.0}}, std::vector<std::uint16_t>{12'731});
+  CHECK(ticks == 11);
+  HostSupervisor near(plant::default_plant(), {}, period_s);
+  for (ticks = 0; ticks < 100; ++ticks) near.look_at_angles({ticks, {25.0, 25.0, 40.0}}, std::vector<std::uint16_t>{11'821});
+  CHECK_FALSE(near.objection());
+}
+
 TEST_CASE("twin: a limb that is the twin never leaves it in an hour, one that loses more heat is caught and dated") {
   for (const bool other : {false, true}) {
     sim::Scenario scenario;
