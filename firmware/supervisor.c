@@ -109,7 +109,6 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   for (j = 0; j < BOARD_COILS; ++j) {
     const uint32_t on = step_us / ON_STEP_us * s->duty[j];
     s->thermocouple[j].on += on;
-    s->thermocouple[j].unchanged_on += on;
     s->bucket_on[j] += on;
     s->bound_on[j] += (step_us + BOUND_STEP_us - 1u) / BOUND_STEP_us * s->duty[j];
   }
@@ -147,7 +146,7 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
   const uint32_t changed = (raw ^ t->raw) >> 18;
   const int32_t was_cdegC = t->temperature_cdegC, junction_was_cdegC = t->junction_cdegC;
   const uint8_t believed_before = t->fault == TRIP_NONE;
-  int32_t expected_mK_s;
+  int32_t heat_mK_s, loss_mK_s, sure_mK_s, due_mK;
   uint8_t i;
   t->raw = raw;
   if (fault != TRIP_NONE) return fault;
@@ -159,8 +158,8 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
 
   if (!believed_before) { /* begins anew */
     t->readings = 0;
-    t->warmed_mK = t->expected_mK = 0;
-    t->on = t->unchanged_on = 0;
+    t->warmed_mK = t->expected_mK = t->lagged_mK = t->should_have_moved_mK = 0;
+    t->on = 0;
   }
   for (i = SUPERVISOR_READINGS - 1u; i > 0; --i) t->last_cdegC[i] = t->last_cdegC[i - 1u];
   t->last_cdegC[0] = t->temperature_cdegC;
@@ -171,15 +170,22 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
     return TRIP_JUNCTION;
   if (t->temperature_cdegC - was_cdegC > LIMIT_JUMP_cK || was_cdegC - t->temperature_cdegC > LIMIT_JUMP_cK) return TRIP_SENSOR_JUMP;
 
-  if (changed) t->unchanged_on = 0;
-  if (ON_us(t->unchanged_on) > LIMIT_STUCK_on_time_ms * 1000ul) return TRIP_SENSOR_STUCK;
-
-  expected_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms -
-                  (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
+  heat_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms;
+  loss_mK_s = (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
   t->on = 0;
-  t->expected_mK += expected_mK_s * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  /* By what must have come of the duty and not by the duty: a coil in equilibrium stays where it is, and a reading without noise with it.
+   */
+  sure_mK_s = heat_mK_s * LIMIT_STUCK_SURE_100 / 100 - (loss_mK_s > 0 ? loss_mK_s : 0);
+  if (changed) t->should_have_moved_mK = 0;
+  if (sure_mK_s > 0) t->should_have_moved_mK += sure_mK_s * period_ms / 1000;
+  if (t->should_have_moved_mK > LIMIT_STUCK_mK) return TRIP_SENSOR_STUCK;
+
+  t->expected_mK += (heat_mK_s - loss_mK_s) * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  t->lagged_mK += (t->expected_mK - t->lagged_mK) * period_ms / LIMIT_FOLLOW_LAG_ms;
   t->warmed_mK += (t->temperature_cdegC - was_cdegC) * 10 - t->warmed_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
-  if (t->expected_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < t->expected_mK / 4) return TRIP_NOT_FOLLOWING;
+  /* Of a thermocouple with the longest lag and of one without any, the lesser. */
+  due_mK = t->lagged_mK < t->expected_mK ? t->lagged_mK : t->expected_mK;
+  if (due_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < due_mK / 4) return TRIP_NOT_FOLLOWING;
   return TRIP_NONE;
 }
 
@@ -190,7 +196,7 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
   s->last_reading_us = now_us;
   for (j = 0; j < BOARD_COILS; ++j) {
     struct thermocouple* const t = &s->thermocouple[j];
-    int32_t rise_cK;
+    int32_t rise_cK, expected_mK;
     t->fault = read_thermocouple(t, raw[j], period_ms);
     if (t->fault != TRIP_NONE) {
       if (s->state == DEVICE_ARMED) supervisor_trip(s, t->fault);
@@ -202,7 +208,9 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
     if (s->state == DEVICE_ARMED && t->readings == SUPERVISOR_READINGS &&
         rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
       supervisor_trip(s, TRIP_RATE_OF_RISE);
-    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+    /* After the duty a thermocouple with a lag still warms. */
+    expected_mK = t->expected_mK > t->lagged_mK ? t->expected_mK : t->lagged_mK;
+    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (expected_mK > 0 ? 2 * expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
   }
 }
 

@@ -33,9 +33,10 @@ struct thermocouple {
   uint8_t fault;                           /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
   uint8_t readings;                        /* how many of `last_cdegC` are there */
   int32_t last_cdegC[SUPERVISOR_READINGS]; /* newest first */
-  uint32_t unchanged_on;                   /* duty times time since the reading changed last, in ON_us */
-  uint32_t on;                             /* the same since the last reading */
+  uint32_t on;                             /* duty times time since the last reading, in ON_us */
+  int32_t should_have_moved_mK;            /* since the reading changed last, at the least */
   int32_t warmed_mK, expected_mK;          /* both through the same high pass */
+  int32_t lagged_mK;                       /* what is expected of a thermocouple with the longest lag */
 };
 
 struct angle {

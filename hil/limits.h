@@ -33,16 +33,21 @@ extern "C" {
 #define LIMIT_JUNCTION_HOTTEST_cdegC 6000
 #define LIMIT_JUNCTION_JUMP_cK 300
 
-/* Duty times time over which a reading must have changed. */
-#define LIMIT_STUCK_on_time_ms 800u
+/* A reading that has not changed is stuck once heat must have moved it by this much: SURE hundredths of what the duty gives, less what the
+ * shown rise loses. A coil in equilibrium is expected to stay, though it lose half as much again as below, or its thermocouple show 0.65 of
+ * the rise. */
+#define LIMIT_STUCK_mK ((int32_t)6000)
+#define LIMIT_STUCK_SURE_100 ((int32_t)65)
 
 /* What a coil warms by, roughly: duty 1 heats at HEATING, and each kelvin above the cold junction cools at COOLING. */
 #define LIMIT_HEATING_mK_s ((int32_t)23000)
 #define LIMIT_COOLING_1_ks ((int32_t)47)
 /* Warming is compared with what is expected over about this long. */
 #define LIMIT_FOLLOW_WINDOW_ms ((int32_t)2000)
-#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)10000) /* expected this much, and less than a quarter of it came: not following */
-#define LIMIT_UNEXPECTED_mK ((int32_t)9000)       /* warmed this much more than twice what was expected */
+/* A thermocouple may lag by this much: what is expected of it is expected so much later. */
+#define LIMIT_FOLLOW_LAG_ms ((int32_t)2000)
+#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)6000) /* expected this much, and less than a quarter of it came: not following */
+#define LIMIT_UNEXPECTED_mK ((int32_t)9000)      /* warmed this much more than twice what was expected */
 
 /* Of an angle, in the sum of 16 ADC conversions of 1023 at most: at the ends its wire is off, or there is no supply. */
 #define LIMIT_ANGLE_LEAST_raw 160u
