@@ -7,8 +7,8 @@ namespace sinew::hil {
 namespace {
 
 // Asked again before a device that was armed, and whose answer was lost, takes the wait for silence.
-constexpr std::int64_t hello_time_us = 300'000, answer_time_us = 150'000, us_per_byte = 20;
-constexpr int tries = 6, hello_tries = 8;  // opening the port resets many boards, whose bootloader takes two seconds
+constexpr std::int64_t hello_time_us = 300'000, answer_time_us = 100'000, us_per_byte = 20;
+constexpr int tries = 9, hello_tries = 8;  // opening the port resets many boards, whose bootloader takes two seconds
 
 template <std::size_t n>
 std::string_view word_of(const std::array<std::string_view, n>& all, std::size_t i) {
