@@ -60,7 +60,9 @@ Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : 
   firmware.frequency = frequency_Hz;
   avr_load_firmware(avr_, &firmware);
   for (std::uint32_t i = 0; i < firmware.symbolcount; ++i)
-    if (std::string(firmware.symbol[i]->symbol) == "time_ms") time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
+    // Link-time optimisation may add a suffix.
+    if (const std::string name = firmware.symbol[i]->symbol; name == "time_ms" || name.starts_with("time_ms."))
+      time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
   avr_->frequency = frequency_Hz;
   avr_->vcc = avr_->avcc = avr_->aref = 5000;
   avr_->sleep = do_not_sleep;
