@@ -244,7 +244,7 @@ std::vector<Row> all_rows() {
         {"sensor_open:A@", std::string("power_cut_in_storing@=") + after_us}, "latch_damaged|sensor_open");
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
   add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
-  add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected");
+  add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected|not_following");
   // Two errors that hide each other: the readings look right. Heat goes with the square of the supply: 7.98 V are 1.3 of it.
   add("both", "supply at 8 V from the start, both thermocouples show 0.8 of the rise", Due::cool,
       {"supply_V@0=8", "sensor_scale:A@0=0.8", "sensor_scale:B@0=0.8"}, "finished|objected", false, true);
@@ -253,8 +253,9 @@ std::vector<Row> all_rows() {
   add("both", "heat times 1.3 from the start, both thermocouples show 0.6 of the rise", Due::cool,
       {"supply_V@0=7.98", "sensor_scale:A@0=0.6", "sensor_scale:B@0=0.6"}, "finished|objected", false, true);
   add("plant", "supply at 8 V from the start", Due::cool, {"supply_V@0=8"}, "finished|objected", false, true);
-  add("plant", "switch welded: coil on for good", Due::unsavable, {"coil_welded:A@"}, "unexpected_heating");
-  add("plant", "switch welded, with a cut-off relay on PD7", Due::evidence, {"coil_welded:A@"}, "unexpected_heating", true);
+  add("plant", "switch welded: coil on for good", Due::unsavable, {"coil_welded:A@"}, "unexpected_heating|over_temperature");
+  add("plant", "switch welded, with a cut-off relay on PD7", Due::evidence, {"coil_welded:A@"}, "unexpected_heating|over_temperature",
+      true);
   return rows;
 }
 
