@@ -49,7 +49,7 @@ struct HilArguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
-  bool emulate = false, clear_trip = false, allow_overruns = false, relay = false, overwrite = false;
+  bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, overwrite = false;
 };
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
@@ -218,11 +218,7 @@ int hil_command(const HilArguments& arguments) {
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
   hil::parts_of(scenario.plant, arguments.scenario);  // an error names the file
-  if (scenario.sample_period_s < 0.005)
-    throw sim::InputError({.file = arguments.scenario,
-                           .key = "sample_period_s",
-                           .value = sim::shortest(scenario.sample_period_s),
-                           .advice = "must be 0.005 or more: the device speaks up to 200 times a second"});
+  hil::check_period(scenario, arguments.scenario);
   hil::SessionSettings settings;
   std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
   if (!arguments.twin.empty()) {
@@ -264,6 +260,7 @@ int hil_command(const HilArguments& arguments) {
   hil::LoggedLink logged(tampered ? *tampered : *link);
   View view(scenario.plant, scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
   settings.clear_trip = arguments.clear_trip;
+  settings.angle_faults_end = !arguments.ignore_bend_sensor;
   settings.allow_overruns = arguments.allow_overruns;
   settings.should_stop = [](std::int64_t) { return interrupted(); };
   settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
@@ -357,11 +354,13 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--twin", arguments->twin, "plant in YAML that runs alongside; says when the limb leaves it");
   command->add_option("--predict", arguments->predict, "weights.h5, or the folder of `train`: a predictor that runs alongside, open loop");
   command->add_flag("--clear-trip", arguments->clear_trip, "clear the trip that the device has latched, once its coils are cool");
+  command->add_flag("--ignore-bend-sensor", arguments->ignore_bend_sensor,
+                    "a bend sensor that is not believed (0 V, 5 V, stuck) does not end the session; its samples are missing then");
   command->add_flag("--allow-overruns", arguments->allow_overruns, "go on when a deadline is missed by a whole period");
   command->add_option("--fault", arguments->faults, "--emulate: what goes wrong, and when; `sinew-emulator --help` lists them");
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay that follows PD7");
+  command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay behind a charge pump on PD7");
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"

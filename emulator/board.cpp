@@ -10,6 +10,7 @@
 
 extern "C" {
 #include <avr_adc.h>
+#include <avr_eeprom.h>
 #include <avr_ioport.h>
 #include <avr_spi.h>
 #include <avr_uart.h>
@@ -20,10 +21,13 @@ extern "C" {
 namespace sinew::emulator {
 namespace {
 
-constexpr std::int64_t cycles_per_byte = 320;  // ten bits at 500000 Bd
+constexpr std::int64_t cycles_per_byte = 320;                        // ten bits at 500000 Bd
+constexpr std::int64_t charge_pump_cycles = 20'000 * cycles_per_us;  // that its capacitor holds the relay
+constexpr std::int64_t cycles_per_cell = 3400 * cycles_per_us;
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
-constexpr int ddrb = 0x24, portb = 0x25, portd = 0x2b, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, ocr1a = 0x88, ocr1b = 0x8a;
+constexpr int ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41, ocr1a = 0x88,
+              ocr1b = 0x8a;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {
@@ -40,7 +44,7 @@ avr_cycle_count_t wake(avr_t*, avr_cycle_count_t, void*) { return 0; }
 
 }  // namespace
 
-Board::Board(const std::string& elf, Surroundings& surroundings) : surroundings_(surroundings) {
+Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : surroundings_(surroundings) {
   avr_global_logger_set(log_errors);
   elf_firmware_t firmware{};
   if (std::FILE* file = std::fopen(elf.c_str(), "rb"))
@@ -52,11 +56,13 @@ Board::Board(const std::string& elf, Surroundings& surroundings) : surroundings_
   if (!avr_) throw std::runtime_error("simavr knows no atmega328p");
   avr_init(avr_);
   std::strcpy(firmware.mmcu, "atmega328p");
-  firmware.eesize = 0;  // a new board has erased cells
+  if (is_new) firmware.eesize = 0;
   firmware.frequency = frequency_Hz;
   avr_load_firmware(avr_, &firmware);
   for (std::uint32_t i = 0; i < firmware.symbolcount; ++i)
-    if (std::string(firmware.symbol[i]->symbol) == "time_ms") time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
+    // Link-time optimisation may add a suffix.
+    if (const std::string name = firmware.symbol[i]->symbol; name == "time_ms" || name.starts_with("time_ms."))
+      time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
   avr_->frequency = frequency_Hz;
   avr_->vcc = avr_->avcc = avr_->aref = 5000;
   avr_->sleep = do_not_sleep;
@@ -75,15 +81,21 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_uart, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT), on_spi, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER), on_adc, this);
+  avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 7), on_relay_pin, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select<0>, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
+  avr_irq_register_notify(avr_iomem_getirq(avr_, eecr, nullptr, AVR_IOMEM_IRQ_ALL), on_eeprom_control, this);
   for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
     avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register,
                             this);
 }
 
 std::int64_t Board::now_us() const { return static_cast<std::int64_t>(avr_->cycle) / cycles_per_us; }
-bool Board::relay() const { return (avr_->data[portd] >> 7) & 1; }
+bool Board::relay() const { return swung_cycle_ >= 0 && static_cast<std::int64_t>(avr_->cycle) < swung_cycle_ + charge_pump_cycles; }
+void Board::on_relay_pin(avr_irq_t*, std::uint32_t, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  board.swung_cycle_ = static_cast<std::int64_t>(board.avr_->cycle);
+}
 
 void Board::send(const std::vector<std::uint8_t>& bytes) {
   const auto now = static_cast<std::int64_t>(avr_->cycle);
@@ -116,6 +128,10 @@ void Board::run(std::int64_t until_us, bool stop_at_frame_end) {
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the emulated processor stopped");
     if (gates_written_) look_at_gates();
+    if (writing_ && static_cast<std::int64_t>(avr_->cycle) >= write_begun_cycle_ + cycles_per_cell) {
+      writing_ = false;
+      avr_->data[eecr] = static_cast<std::uint8_t>(avr_->data[eecr] & ~2);
+    }
   }
 }
 
@@ -153,11 +169,29 @@ void Board::look_at_gates() {
 }
 
 void Board::reset(Reset cause) {
+  if (writing_ && cause != Reset::external) *cell(written_cell_) = 0xff;
+  writing_ = false;
   avr_reset(avr_);
   avr_->data[mcusr] = cause == Reset::power_on ? 1 : cause == Reset::external ? 2 : 4;
   arriving_.clear();
   selected_ = 2;
   look_at_gates();
+}
+
+std::uint8_t* Board::cell(int address) {
+  avr_eeprom_desc_t one{.ee = nullptr, .offset = static_cast<std::uint16_t>(address), .size = 1};
+  avr_ioctl(avr_, AVR_IOCTL_EEPROM_GET, &one);
+  return one.ee;
+}
+
+// simavr writes a cell at once, and says so; the chip takes 3.4 ms (data sheet, table 8-2), and shows it in EEPE.
+void Board::on_eeprom_control(avr_irq_t*, std::uint32_t value, void* self) {
+  Board& board = *static_cast<Board*>(self);
+  if ((value & 6) != 6) return;  // EEMPE, then EEPE
+  board.write_begun_cycle_ = static_cast<std::int64_t>(board.avr_->cycle);
+  board.written_cell_ = board.avr_->data[eearl] + 256 * (board.avr_->data[eearl + 1] & 3);
+  board.writing_ = true;
+  board.avr_->data[eecr] = static_cast<std::uint8_t>(board.avr_->data[eecr] | 2);
 }
 
 void Board::hang(bool interrupts_served) {

@@ -41,7 +41,8 @@ enum class Reset { power_on, external, brown_out };
 class Board {
  public:
   // Throws std::runtime_error where the file is no firmware for an ATmega328P.
-  Board(const std::string& elf, Surroundings& surroundings);
+  // `is_new`: its EEPROM is erased; otherwise it holds what the file has for it.
+  Board(const std::string& elf, Surroundings& surroundings, bool is_new);
   ~Board();
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
@@ -54,13 +55,16 @@ class Board {
   std::vector<std::uint8_t> take_sent();
   bool something_sent() const { return !sent_.empty(); }
 
+  // A cell of the EEPROM takes 3.4 ms to write. Where power goes or sags meanwhile, it is erased and not programmed.
   void reset(Reset cause);
+  // When the EEPROM began to write a cell last; -1: never.
+  std::int64_t writing_since_us() const { return write_begun_cycle_ < 0 ? -1 : write_begun_cycle_ / cycles_per_us; }
   // The program counter on an instruction that jumps to itself: with interrupts served or not.
   void hang(bool interrupts_served);
   // Sets the firmware's millisecond count, so that a wrap need not be waited for.
   void set_time_ms(std::uint32_t time_ms);
   const PerCoil<double>& gates() const { return gates_; }
-  bool relay() const;  // PD7
+  bool relay() const;  // behind a charge pump that PD7 must keep swinging
 
  private:
   struct SentByte {
@@ -69,6 +73,7 @@ class Board {
   };
   void connect();
   void look_at_gates();
+  std::uint8_t* cell(int address);
   avr_t* avr_ = nullptr;
   Surroundings& surroundings_;
   std::deque<std::uint8_t> arriving_;
@@ -80,6 +85,12 @@ class Board {
   PerCoil<double> gates_{};
   std::optional<std::size_t> selected_;  // coil whose amplifier hears the clock
   std::uint32_t time_ms_address_ = 0;
+  std::int64_t write_begun_cycle_ = -1;  // of the EEPROM
+  int written_cell_ = 0;
+  bool writing_ = false;
+  std::int64_t swung_cycle_ = -1;  // PD7
+  static void on_relay_pin(::avr_irq_t*, std::uint32_t, void*);
+  static void on_eeprom_control(::avr_irq_t*, std::uint32_t, void*);
   static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
   static void on_uart(::avr_irq_t*, std::uint32_t, void*);
   static void on_spi(::avr_irq_t*, std::uint32_t, void*);

@@ -18,17 +18,22 @@ enum class FaultKind {
   sensor_garbled,  // a reserved bit set
   sensor_stuck,    // the same reading for ever
   sensor_drift,    // VALUE kelvin a second, the reading too cold by it
+  sensor_scale,    // it shows VALUE of its rise over the cold junction
   sensors_swapped,
+  bend_low,       // 0 V on the bend sensor's wire: unplugged, by its resistor to ground
+  bend_high,      // 5 V
+  bend_stuck,     // what it showed when that began
   junction_jump,  // cold junction VALUE kelvin off
   hang,           // the main loop never comes round, interrupts are served
   hang_masked,    // the same with interrupts off
   brown_out,
   reset,  // somebody pushes the button
   power_cycle,
-  coil_welded,  // the switch conducts whatever its gate says
-  coil_open,    // no current
-  supply_V,     // VALUE volts
-  time_ms,      // the device's millisecond count becomes VALUE
+  power_cut_in_storing,  // VALUE us after the EEPROM begins to write, the first time from then on
+  coil_welded,           // the switch conducts whatever its gate says
+  coil_open,             // no current
+  supply_V,              // VALUE volts
+  time_ms,               // the device's millisecond count becomes VALUE
   count
 };
 

@@ -144,6 +144,7 @@ std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
   const sim::SensorSettings& settings = scenario_.sensors[channel];
   double shown = integrator_.readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
   double junction = scenario_.plant.get(ambient_);
+  if (const Fault* scale = active(FaultKind::sensor_scale, coil, now_us)) shown = junction + scale->value * (shown - junction);
   if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
     shown -= drift->value * static_cast<double>(now_us - drift->from_us) / 1e6;
   // The chip adds its cold junction to what the thermocouple says: an error there is one here.
@@ -179,11 +180,14 @@ std::uint8_t Limb::clock_out(std::size_t coil) {
   return byte;
 }
 
-int Limb::bend_sensor_mV(std::int64_t) {
+int Limb::bend_sensor_mV(std::int64_t now_us) {
+  if (active(FaultKind::bend_low, 0, now_us)) return 0;
+  if (active(FaultKind::bend_high, 0, now_us)) return static_cast<int>(reference_mV);
+  if (active(FaultKind::bend_stuck, 0, now_us)) return bend_mV_;
   const sim::SensorSettings& settings = scenario_.sensors[angle_.index];
   const double noise_deg = settings.noise * std::sqrt(conversions_summed) * noise_[angle_.index].normal(angle_conversions_++);
   const double shown_deg = integrator_.readings()[angle_.index] / plant::radians_per_degree + settings.bias + noise_deg;
-  return static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
+  return bend_mV_ = static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
 }
 
 }  // namespace sinew::emulator

@@ -56,6 +56,7 @@ class Limb : public Surroundings {
   PerCoil<Amplifier> amplifiers_;
   std::vector<sim::RandomStream> noise_;  // one a channel
   std::uint64_t angle_conversions_ = 0;
+  int bend_mV_ = 2500;  // shown last
   std::int64_t moved_us_ = 0;
   std::string trace_csv_;
 };

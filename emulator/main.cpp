@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -33,14 +34,17 @@ struct Arguments {
   std::string scenario, firmware, trace, link;
   std::vector<std::string> faults;
   std::int64_t seed = -1;
-  bool lock_step = false, relay = false;
+  bool lock_step = false, relay = false, new_board = false;
 };
 
 // Board and limb in time together.
 class Emulation {
  public:
   Emulation(const Arguments& arguments, const sim::Scenario& scenario, const std::vector<Fault>& faults)
-      : limb_(scenario, faults, !arguments.trace.empty()), board_(arguments.firmware, limb_), faults_(faults), relay_(arguments.relay) {}
+      : limb_(scenario, faults, !arguments.trace.empty()),
+        board_(arguments.firmware, limb_, arguments.new_board),
+        faults_(faults),
+        relay_(arguments.relay) {}
 
   void run(std::int64_t until_us, bool stop_at_frame_end) {
     while (board_.now_us() < until_us) {
@@ -49,7 +53,15 @@ class Emulation {
       std::int64_t next_us = std::min(until_us, limb_.next_us());
       for (const Fault& fault : faults_)
         if (fault.from_us > board_.now_us()) next_us = std::min(next_us, fault.from_us);
+      if (cut_in_storing_) next_us = std::min(next_us, board_.now_us() + 50);
       board_.run(next_us, stop_at_frame_end);
+      if (cut_in_storing_ && board_.writing_since_us() >= cut_in_storing_->from_us) {
+        cut_in_storing_->begun_us = cut_in_storing_->begun_us.value_or(board_.writing_since_us());
+        if (board_.now_us() >= *cut_in_storing_->begun_us + cut_in_storing_->after_us) {
+          board_.reset(Reset::power_on);
+          cut_in_storing_.reset();
+        }
+      }
       if (relay_) limb_.relay(board_.now_us(), board_.relay());
       if (board_.now_us() >= limb_.next_us()) limb_.advance(board_.now_us());
       if (stop_at_frame_end && board_.something_sent()) break;
@@ -77,6 +89,9 @@ class Emulation {
       case FaultKind::power_cycle:
         board_.reset(Reset::power_on);
         break;
+      case FaultKind::power_cut_in_storing:
+        cut_in_storing_ = CutInStoring{fault.from_us, std::llround(fault.value), std::nullopt};
+        break;
       case FaultKind::time_ms:
         board_.set_time_ms(static_cast<std::uint32_t>(fault.value));
         break;
@@ -89,6 +104,11 @@ class Emulation {
   Board board_;
   std::vector<Fault> faults_;
   bool relay_;
+  struct CutInStoring {
+    std::int64_t from_us, after_us;
+    std::optional<std::int64_t> begun_us;  // the write that is cut, or the one after it
+  };
+  std::optional<CutInStoring> cut_in_storing_;
 };
 
 bool read_all(int descriptor, void* to, std::size_t count) {
@@ -195,7 +215,8 @@ int main(int argc, char** argv) {
   program.add_option("--trace", arguments.trace, "file for gates and coil temperatures");
   program.add_option("--link", arguments.link, "name for the pseudo-terminal: a symbolic link");
   program.add_flag("--lock-step", arguments.lock_step, "time goes on as asked over standard input and output");
-  program.add_flag("--relay", arguments.relay, "a relay that follows PD7 sits in the coils' supply");
+  program.add_flag("--new-board", arguments.new_board, "its EEPROM was never written");
+  program.add_flag("--relay", arguments.relay, "a relay behind a charge pump on PD7 sits in the coils' supply");
   program.footer("Example:\n  sinew-emulator scenarios/babble_bidirectional.yaml --firmware build/release/firmware.elf --link /tmp/limb");
   struct sigaction action {};
   action.sa_handler = note_signal;  // without SA_RESTART: a read ends

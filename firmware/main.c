@@ -3,7 +3,7 @@
  *
  *   PB1 (OC1A)  gate of coil A          PB4 MISO, PB5 SCK   both MAX31855
  *   PB2 (OC1B)  gate of coil B          PD5, PD6            their chip selects, A and B
- *   PC0 (ADC0)  bend sensor             PD7                 high while armed: for a cut-off relay
+ *   PC0 (ADC0)  bend sensor             PD7                 500 Hz while armed: for a cut-off relay behind a charge pump
  *   PD0, PD1    UART, 500000 Bd 8N1
  *
  * Three things take the duty away when the program does not come round: the millisecond interrupt after 20 ms, where
@@ -18,9 +18,11 @@
 #include <string.h>
 
 #include "firmware/board.h"
+#include "firmware/latch.h"
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
 #include "hil/frame.h"
+#include "hil/heat_bound.h"
 #include "hil/message.h"
 
 #if BOARD_COILS != 2 || BOARD_THERMOCOUPLES != BOARD_COILS || BOARD_ANGLES != 1
@@ -33,14 +35,20 @@
 #define RECEIVE_BYTES 128u /* powers of two */
 #define SEND_BYTES 128u
 
-/* Survive a reset. Power-on leaves chance in them, hence the marks. */
-#define ARMED_MARK 0x5a17u
-static uint16_t armed_mark __attribute__((section(".noinit")));
-static uint8_t hang_mark __attribute__((section(".noinit")));
-#define HANG_MARK 0xb7u
+/* Survive a reset. Power-on leaves chance in them, and a supply that sags turns bits: hence words of 32 bits. A word that is neither the
+ * mark nor zero was damaged, and counts as set. */
+#define ARMED_MARK 0x5a17c3e9ul
+#define HANG_MARK 0xb74e6d12ul
+static volatile uint32_t armed_mark __attribute__((section(".noinit")));
+static volatile uint32_t hang_mark __attribute__((section(".noinit")));
 
-/* The latch: the cause, and its complement so that a half-written one is seen. Erased cells are 0xff: no trip. */
-static uint8_t EEMEM latched_cause[2];
+/* The bounds of the coils' heat, each with its complement: a reset must not make hot coils cool. */
+static uint32_t kept_bound_uK[BOARD_COILS] __attribute__((section(".noinit")));
+static uint32_t kept_bound_check[BOARD_COILS] __attribute__((section(".noinit")));
+
+/* latch.h. What stands here goes into the file for the EEPROM, which is not flashed with the program: the cells of a new board are erased,
+ * and it is tripped until somebody clears it. */
+static uint8_t EEMEM latched_cause[LATCH_BYTES] = {LATCH_BYTE_0(TRIP_NONE), LATCH_BYTE_1(TRIP_NONE)};
 
 static uint8_t reset_flags __attribute__((section(".noinit")));
 void save_reset_flags(void) __attribute__((naked, used, section(".init3")));
@@ -52,6 +60,7 @@ void save_reset_flags(void) {
 
 static volatile uint32_t time_ms;
 static volatile uint8_t ms_since_round; /* of the main loop */
+static uint8_t relay_may_swing;         /* at the next tick: a pin that is stuck, high or low, opens the relay */
 static volatile uint8_t receive[RECEIVE_BYTES], receive_in, receive_out;
 static volatile uint8_t send[SEND_BYTES], send_in, send_out;
 static volatile uint16_t lost_bytes;
@@ -62,7 +71,7 @@ static struct frame_decoder decoder;
 static struct frame frame; /* received, then reused for what is sent */
 static uint16_t session, counters[DEVICE_COUNTERS - FRAME_FAULTS];
 static uint32_t last_sequence, last_command, sequence;
-static uint8_t telemetry_period_ms = 20, stored_cause, stored_bytes = 2, reset_cause;
+static uint8_t telemetry_period_ms = 20, stored_cause, stored_bytes = LATCH_BYTES, reset_cause;
 static uint16_t angle_raw;
 
 static void pins_off(void) {
@@ -162,9 +171,11 @@ static void send_telemetry(uint32_t time_us) {
     telemetry.duty[j] = supervisor.duty[j];
     telemetry.thermocouple_raw[j] = t->raw;
     telemetry.temperature_cdegC[j] = t->temperature_cdegC;
+    telemetry.bound_rise_cK[j] = heat_bound_cK(supervisor.bound_uK[j]);
   }
   telemetry.temperature_age_ms = (uint16_t)((time_us - supervisor.last_reading_us) / 1000u);
   telemetry.angle_raw[0] = angle_raw;
+  telemetry.angle_fault[0] = supervisor.angle[0].fault;
   /* 16 conversions of 1023 over 180 degrees, zero in the middle; each is cut off, not rounded: half a step, 8 in all. */
   telemetry.angle_cdeg[0] = (int16_t)(((int32_t)angle_raw + 8 - 8184) * 18000 / 16368);
   for (j = 0; j < FRAME_FAULTS; ++j) telemetry.counters[j] = decoder.refused[j];
@@ -176,11 +187,36 @@ static void send_telemetry(uint32_t time_us) {
   send_frame(time_us);
 }
 
+static void keep_bounds(void) {
+  uint8_t j;
+  for (j = 0; j < BOARD_COILS; ++j) {
+    kept_bound_uK[j] = supervisor.bound_uK[j];
+    kept_bound_check[j] = ~kept_bound_uK[j];
+  }
+}
+
+/* After power-on, or a reset in the middle of keeping them, the supervisor's own beginning holds. */
+static void take_kept_bounds(void) {
+  uint8_t j;
+  if (reset_flags & _BV(PORF)) return;
+  for (j = 0; j < BOARD_COILS; ++j)
+    if (kept_bound_uK[j] == ~kept_bound_check[j]) supervisor.bound_uK[j] = kept_bound_uK[j];
+}
+
 static void count(uint8_t counter) {
   if (counters[counter - FRAME_FAULTS] != 0xffffu) ++counters[counter - FRAME_FAULTS];
 }
 
-static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == 2 && eeprom_is_ready(); }
+static uint8_t latch_is_stored(void) { return supervisor.trip_cause == stored_cause && stored_bytes == LATCH_BYTES && eeprom_is_ready(); }
+
+/* Written anew at each tick: a register that a disturbance changed is right again a millisecond later. */
+static void set_directions_and_timer(void) {
+  DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
+  DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
+  PORTB &= (uint8_t) ~(_BV(PB1) | _BV(PB2));
+  ICR1 = PWM_TOP;
+  TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
+}
 
 static void set_pins(void) {
   uint16_t a, b;
@@ -191,15 +227,17 @@ static void set_pins(void) {
   if (a) connected |= _BV(COM1A1);
   if (b) connected |= _BV(COM1B1);
   cli();
-  if (hang_mark != HANG_MARK) {
+  set_directions_and_timer();
+  if (hang_mark == 0) {
     if (a) OCR1A = (uint16_t)(a * 2u - 1u);
     if (b) OCR1B = (uint16_t)(b * 2u - 1u);
-    if (TCCR1A != connected) TCCR1A = connected;
+    TCCR1A = connected;
   }
   sei();
   if (supervisor.state == DEVICE_ARMED) {
-    PORTD |= _BV(PD7);
+    relay_may_swing = 1;
   } else {
+    relay_may_swing = 0;
     PORTD &= (uint8_t)~_BV(PD7);
   }
   /* Until a trip is stored, a reset must still find that there was one: a cell reads as erased while it is written. */
@@ -265,6 +303,7 @@ static void obey(uint32_t time_us) {
     } else if (arm.limits_hash != limits_hash(BOARD_COILS)) {
       answer = ANSWER_WRONG_LIMITS;
     } else {
+      supervisor.angle_faults_trip = arm.flags & ARM_ANGLE_FAULTS_TRIP;
       answer = supervisor_arm(&supervisor, time_us);
     }
     send_answer(type, answer, heard, time_us);
@@ -313,23 +352,16 @@ static void store_latch(void) {
     stored_cause = supervisor.trip_cause;
     stored_bytes = 0;
   }
-  if (stored_bytes < 2 && eeprom_is_ready()) {
-    eeprom_update_byte(&latched_cause[stored_bytes], stored_bytes == 0 ? stored_cause : (uint8_t)~stored_cause);
+  if (stored_bytes < LATCH_BYTES && eeprom_is_ready()) {
+    eeprom_update_byte(&latched_cause[stored_bytes], latch_byte(stored_cause, stored_bytes));
     ++stored_bytes;
   }
 }
 
-static uint8_t read_latch(void) {
-  const uint8_t cause = eeprom_read_byte(&latched_cause[0]), check = eeprom_read_byte(&latched_cause[1]);
-  if (cause == 0xffu && check == 0xffu) return TRIP_NONE; /* a new board */
-  if ((uint8_t)(cause ^ check) != 0xffu || cause >= TRIP_CAUSES) return TRIP_LATCH_DAMAGED;
-  return cause;
-}
-
 static uint8_t cause_at_start(void) {
-  const uint8_t was_armed = armed_mark == ARMED_MARK && !(reset_flags & _BV(PORF));
-  const uint8_t hung = hang_mark == HANG_MARK && !(reset_flags & _BV(PORF));
-  const uint8_t latched = read_latch();
+  const uint8_t was_armed = armed_mark != 0 && !(reset_flags & _BV(PORF));
+  const uint8_t hung = hang_mark != 0 && !(reset_flags & _BV(PORF));
+  const uint8_t latched = latch_cause(eeprom_read_byte(&latched_cause[0]), eeprom_read_byte(&latched_cause[1]));
   if (reset_flags & _BV(PORF)) {
     reset_cause = RESET_POWER_ON;
   } else if (reset_flags & _BV(WDRF)) {
@@ -360,15 +392,12 @@ static uint8_t cause_at_start(void) {
 
 static void start_hardware(void) {
   PORTB = 0;
-  DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
   PORTD = _BV(PD5) | _BV(PD6);
-  DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
   SPCR = _BV(SPE) | _BV(MSTR) | _BV(SPR0); /* 1 MHz, mode 0 */
   ADMUX = _BV(REFS0);
   ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us a conversion */
-  ICR1 = PWM_TOP;
-  TCCR1A = _BV(WGM11); /* fast PWM up to ICR1, pins not connected */
-  TCCR1B = _BV(WGM13) | _BV(WGM12) | _BV(CS11);
+  TCCR1A = _BV(WGM11);                                      /* fast PWM up to ICR1, pins not connected */
+  set_directions_and_timer();
   OCR0A = 249; /* 1 ms */
   TCCR0A = _BV(WGM01);
   TCCR0B = _BV(CS01) | _BV(CS00);
@@ -386,6 +415,7 @@ int main(void) {
   start_hardware();
   frame_decoder_start(&decoder, &board);
   supervisor_start(&supervisor, cause_at_start(), 0);
+  take_kept_bounds();
   set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
   for (;;) {
@@ -401,14 +431,16 @@ int main(void) {
     if (ms != last_ms) {
       const uint8_t passed = (uint8_t)(ms - last_ms);
       last_ms = ms;
-      if (hang_mark == HANG_MARK) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
+      if (hang_mark != 0) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
       supervisor_tick(&supervisor, now_us());
+      keep_bounds();
       set_pins();
       if (reading_in_ms <= passed) {
         uint32_t raw[BOARD_COILS];
         raw[0] = read_amplifier(_BV(PD5));
         raw[1] = read_amplifier(_BV(PD6));
         supervisor_reading(&supervisor, raw, now_us());
+        supervisor_angles(&supervisor, &angle_raw);
         set_pins();
         reading_in_ms = LIMIT_READING_PERIOD_ms;
       } else {
@@ -421,6 +453,7 @@ int main(void) {
       } else {
         telemetry_in_ms = (uint8_t)(telemetry_in_ms - passed);
       }
+      if (relay_may_swing) PIND = _BV(PD7); /* toggles */
       store_latch();
       if (supervisor.state == DEVICE_TRIPPED && latch_is_stored()) hang_mark = 0;
       ms_since_round = 0;

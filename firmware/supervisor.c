@@ -3,13 +3,17 @@
 
 #include <string.h>
 
+#include "hil/heat_bound.h"
+
 static int32_t since_us(uint32_t now_us, uint32_t then_us) { return (int32_t)(now_us - then_us); }
 
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us) {
   uint8_t j;
   memset(s, 0, sizeof *s);
-  s->last_tick_us = s->last_reading_us = s->bucket_us = now_us;
+  s->last_tick_us = s->last_reading_us = s->bucket_us = s->bound_us = now_us;
   for (j = 0; j < BOARD_COILS; ++j) s->thermocouple[j].fault = TRIP_SENSOR_SILENT;
+  for (j = 0; j < BOARD_COILS; ++j) s->bound_uK[j] = (uint32_t)LIMIT_BOUND_START_cK * 10000u;
+  s->angle_faults_trip = 1;
   if (latched != TRIP_NONE) supervisor_trip(s, latched);
 }
 
@@ -31,6 +35,8 @@ static enum answer cool_and_believed(const struct supervisor* s) {
   uint8_t j;
   for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].fault != TRIP_NONE) return ANSWER_SENSOR;
+  for (j = 0; j < BOARD_ANGLES; ++j)
+    if (s->angle_faults_trip && s->angle[j].fault != TRIP_NONE) return ANSWER_SENSOR;
   for (j = 0; j < BOARD_COILS; ++j)
     if (s->thermocouple[j].temperature_cdegC >= LIMIT_COOL_cdegC) return ANSWER_HOT;
   return ANSWER_DONE;
@@ -80,6 +86,22 @@ static uint32_t on_time_ms(const struct supervisor* s, uint8_t j) {
   return sum;
 }
 
+/* What flowed while disarmed counts too, and what the sensors say does not. */
+static void bound_heat(struct supervisor* s, uint32_t now_us) {
+  const int32_t since_ms = since_us(now_us, s->bound_us) / 1000;
+  uint16_t step_ms;
+  uint8_t j;
+  if (since_ms < (int32_t)SUPERVISOR_BOUND_STEP_ms) return;
+  step_ms = since_ms < 500 ? (uint16_t)since_ms : 500u; /* of a longer one all heat counts, and this much loss */
+  s->bound_us += (uint32_t)since_ms * 1000u;
+  for (j = 0; j < BOARD_COILS; ++j) {
+    const uint32_t duty_ms = (s->bound_on[j] + 1000u / BOUND_STEP_us - 1u) / (1000u / BOUND_STEP_us);
+    s->bound_on[j] = 0;
+    s->bound_uK[j] = heat_bound_after(s->bound_uK[j], duty_ms, step_ms);
+    if (s->state == DEVICE_ARMED && s->bound_uK[j] > (uint32_t)LIMIT_BOUND_RISE_cK * 10000u) supervisor_trip(s, TRIP_HEAT_BOUND);
+  }
+}
+
 void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   const uint32_t step_us = now_us - s->last_tick_us;
   uint8_t j;
@@ -87,9 +109,10 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us) {
   for (j = 0; j < BOARD_COILS; ++j) {
     const uint32_t on = step_us / ON_STEP_us * s->duty[j];
     s->thermocouple[j].on += on;
-    s->thermocouple[j].unchanged_on += on;
     s->bucket_on[j] += on;
+    s->bound_on[j] += (step_us + BOUND_STEP_us - 1u) / BOUND_STEP_us * s->duty[j];
   }
+  bound_heat(s, now_us);
   if (since_us(now_us, s->bucket_us) >= 1000000) {
     s->bucket_us += 1000000u;
     for (j = 0; j < BOARD_COILS; ++j) {
@@ -123,7 +146,7 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
   const uint32_t changed = (raw ^ t->raw) >> 18;
   const int32_t was_cdegC = t->temperature_cdegC, junction_was_cdegC = t->junction_cdegC;
   const uint8_t believed_before = t->fault == TRIP_NONE;
-  int32_t expected_mK_s;
+  int32_t heat_mK_s, loss_mK_s, sure_mK_s, due_mK;
   uint8_t i;
   t->raw = raw;
   if (fault != TRIP_NONE) return fault;
@@ -135,8 +158,8 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
 
   if (!believed_before) { /* begins anew */
     t->readings = 0;
-    t->warmed_mK = t->expected_mK = 0;
-    t->on = t->unchanged_on = 0;
+    t->warmed_mK = t->expected_mK = t->lagged_mK = t->should_have_moved_mK = 0;
+    t->on = 0;
   }
   for (i = SUPERVISOR_READINGS - 1u; i > 0; --i) t->last_cdegC[i] = t->last_cdegC[i - 1u];
   t->last_cdegC[0] = t->temperature_cdegC;
@@ -147,15 +170,22 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
     return TRIP_JUNCTION;
   if (t->temperature_cdegC - was_cdegC > LIMIT_JUMP_cK || was_cdegC - t->temperature_cdegC > LIMIT_JUMP_cK) return TRIP_SENSOR_JUMP;
 
-  if (changed) t->unchanged_on = 0;
-  if (ON_us(t->unchanged_on) > LIMIT_STUCK_on_time_ms * 1000ul) return TRIP_SENSOR_STUCK;
-
-  expected_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms -
-                  (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
+  heat_mK_s = (int32_t)(ON_us(t->on) / 100u) * (LIMIT_HEATING_mK_s / 10) / period_ms;
+  loss_mK_s = (t->temperature_cdegC - t->junction_cdegC) * LIMIT_COOLING_1_ks / 100;
   t->on = 0;
-  t->expected_mK += expected_mK_s * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  /* By what must have come of the duty and not by the duty: a coil in equilibrium stays where it is, and a reading without noise with it.
+   */
+  sure_mK_s = heat_mK_s * LIMIT_STUCK_SURE_100 / 100 - (loss_mK_s > 0 ? loss_mK_s : 0);
+  if (changed) t->should_have_moved_mK = 0;
+  if (sure_mK_s > 0) t->should_have_moved_mK += sure_mK_s * period_ms / 1000;
+  if (t->should_have_moved_mK > LIMIT_STUCK_mK) return TRIP_SENSOR_STUCK;
+
+  t->expected_mK += (heat_mK_s - loss_mK_s) * period_ms / 1000 - t->expected_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
+  t->lagged_mK += (t->expected_mK - t->lagged_mK) * period_ms / LIMIT_FOLLOW_LAG_ms;
   t->warmed_mK += (t->temperature_cdegC - was_cdegC) * 10 - t->warmed_mK * period_ms / LIMIT_FOLLOW_WINDOW_ms;
-  if (t->expected_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < t->expected_mK / 4) return TRIP_NOT_FOLLOWING;
+  /* Of a thermocouple with the longest lag and of one without any, the lesser. */
+  due_mK = t->lagged_mK < t->expected_mK ? t->lagged_mK : t->expected_mK;
+  if (due_mK > LIMIT_FOLLOW_EXPECTED_mK && t->warmed_mK < due_mK / 4) return TRIP_NOT_FOLLOWING;
   return TRIP_NONE;
 }
 
@@ -166,7 +196,7 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
   s->last_reading_us = now_us;
   for (j = 0; j < BOARD_COILS; ++j) {
     struct thermocouple* const t = &s->thermocouple[j];
-    int32_t rise_cK;
+    int32_t rise_cK, expected_mK;
     t->fault = read_thermocouple(t, raw[j], period_ms);
     if (t->fault != TRIP_NONE) {
       if (s->state == DEVICE_ARMED) supervisor_trip(s, t->fault);
@@ -178,6 +208,44 @@ void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], u
     if (s->state == DEVICE_ARMED && t->readings == SUPERVISOR_READINGS &&
         rise_cK * 1000 / (period_ms * (int32_t)(SUPERVISOR_READINGS - 1u)) > LIMIT_RISE_cK_s)
       supervisor_trip(s, TRIP_RATE_OF_RISE);
-    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (t->expected_mK > 0 ? 2 * t->expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+    /* After the duty a thermocouple with a lag still warms. */
+    expected_mK = t->expected_mK > t->lagged_mK ? t->expected_mK : t->lagged_mK;
+    if (t->warmed_mK > LIMIT_UNEXPECTED_mK + (expected_mK > 0 ? 2 * expected_mK : 0)) supervisor_trip(s, TRIP_UNEXPECTED_HEATING);
+  }
+}
+
+static uint8_t read_angle(const struct supervisor* s, struct angle* a, uint16_t raw) {
+  uint8_t j, alone = 0, others = 0;
+  if (raw < LIMIT_ANGLE_LEAST_raw || raw > LIMIT_ANGLE_MOST_raw) {
+    a->begun = 0;
+    return TRIP_ANGLE_RANGE;
+  }
+  if (!a->begun || raw > a->raw + LIMIT_ANGLE_MOVED_raw || a->raw > raw + LIMIT_ANGLE_MOVED_raw) {
+    a->begun = 1;
+    a->raw = raw;
+    for (j = 0; j < BOARD_COILS; ++j) a->coldest_cdegC[j] = a->hottest_cdegC[j] = s->thermocouple[j].temperature_cdegC;
+    return TRIP_NONE;
+  }
+  for (j = 0; j < BOARD_COILS; ++j) {
+    const struct thermocouple* const t = &s->thermocouple[j];
+    int32_t range_cK;
+    if (t->fault != TRIP_NONE) continue; /* that is its own trip */
+    if (t->temperature_cdegC < a->coldest_cdegC[j]) a->coldest_cdegC[j] = t->temperature_cdegC;
+    if (t->temperature_cdegC > a->hottest_cdegC[j]) a->hottest_cdegC[j] = t->temperature_cdegC;
+    range_cK = a->hottest_cdegC[j] - a->coldest_cdegC[j];
+    if (range_cK > LIMIT_ANGLE_RANGE_cK) {
+      ++alone;
+    } else if (range_cK > LIMIT_ANGLE_OTHERS_cK) {
+      ++others; /* two coils may hold each other */
+    }
+  }
+  return alone == 1 && others == 0 ? TRIP_ANGLE_STUCK : TRIP_NONE;
+}
+
+void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]) {
+  uint8_t g;
+  for (g = 0; g < BOARD_ANGLES; ++g) {
+    s->angle[g].fault = read_angle(s, &s->angle[g], raw[g]);
+    if (s->angle[g].fault != TRIP_NONE && s->angle_faults_trip && s->state == DEVICE_ARMED) supervisor_trip(s, s->angle[g].fault);
   }
 }

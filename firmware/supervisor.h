@@ -22,6 +22,8 @@ extern "C" {
 
 /* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
 #define ON_STEP_us 8u
+#define SUPERVISOR_BOUND_STEP_ms 10u
+#define BOUND_STEP_us 4u /* that of the board's clock, so that no duty is lost in rounding */
 #define ON_us(sum) ((sum) / (DUTY_ONE / ON_STEP_us))
 
 struct thermocouple {
@@ -31,9 +33,17 @@ struct thermocouple {
   uint8_t fault;                           /* a trip_cause; TRIP_SENSOR_SILENT before the first reading */
   uint8_t readings;                        /* how many of `last_cdegC` are there */
   int32_t last_cdegC[SUPERVISOR_READINGS]; /* newest first */
-  uint32_t unchanged_on;                   /* duty times time since the reading changed last, in ON_us */
-  uint32_t on;                             /* the same since the last reading */
+  uint32_t on;                             /* duty times time since the last reading, in ON_us */
+  int32_t should_have_moved_mK;            /* since the reading changed last, at the least */
   int32_t warmed_mK, expected_mK;          /* both through the same high pass */
+  int32_t lagged_mK;                       /* what is expected of a thermocouple with the longest lag */
+};
+
+struct angle {
+  uint8_t fault; /* a trip_cause */
+  uint8_t begun;
+  uint16_t raw;                                                   /* where it was when it moved last */
+  int32_t coldest_cdegC[BOARD_COILS], hottest_cdegC[BOARD_COILS]; /* since then */
 };
 
 struct supervisor {
@@ -46,9 +56,14 @@ struct supervisor {
   uint32_t bucket_us;                                  /* when the current one began */
   uint32_t bucket_on[BOARD_COILS];
   uint8_t bucket;
+  struct angle angle[BOARD_ANGLES];
+  uint8_t angle_faults_trip;                /* as the arming asked */
+  uint32_t bound_uK[BOARD_COILS];           /* heat_bound.h: each coil's rise at the most, whatever its thermocouple says */
+  uint32_t bound_on[BOARD_COILS], bound_us; /* duty times time since it was brought up to date, and when that was */
 };
 
-/* `latched`: the cause that was stored; TRIP_NONE: none. */
+/* `latched`: the cause that was stored; TRIP_NONE: none. The bounds of the coils' heat begin at LIMIT_BOUND_START; a caller that kept
+ * those of before a reset puts them into bound_uK. */
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us);
 
 /* A session begins or ends: zero duty, disarmed. A trip stays. */
@@ -65,6 +80,8 @@ enum command_result supervisor_command(struct supervisor* s, const struct messag
 void supervisor_tick(struct supervisor* s, uint32_t now_us);
 /* Every LIMIT_READING_PERIOD_ms: the 32 bits of each amplifier. */
 void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], uint32_t now_us);
+/* After each reading: the sums of 16 ADC conversions. */
+void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]);
 
 #ifdef __cplusplus
 }

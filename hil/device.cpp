@@ -6,8 +6,9 @@
 namespace sinew::hil {
 namespace {
 
-constexpr std::int64_t answer_time_us = 300'000, us_per_byte = 20;
-constexpr int tries = 3, hello_tries = 8;  // opening the port resets many boards, whose bootloader takes two seconds
+// Asked again before a device that was armed, and whose answer was lost, takes the wait for silence.
+constexpr std::int64_t hello_time_us = 300'000, answer_time_us = 100'000, us_per_byte = 20;
+constexpr int tries = 9, hello_tries = 8;  // opening the port resets many boards, whose bootloader takes two seconds
 
 template <std::size_t n>
 std::string_view word_of(const std::array<std::string_view, n>& all, std::size_t i) {
@@ -36,14 +37,17 @@ constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
                                                                "watchdog",
                                                                "brown_out",
                                                                "reset_while_armed",
-                                                               "latch_damaged"};
+                                                               "latch_damaged",
+                                                               "heat_bound",
+                                                               "angle_range",
+                                                               "angle_stuck"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
 constexpr std::array<std::string_view, 7> answer_words{"done",
                                                        "the firmware is another",
                                                        "the limits are others",
                                                        "tripped",
                                                        "a coil is not cool yet",
-                                                       "a thermocouple is not believed",
+                                                       "a sensor is not believed",
                                                        "the trip is another"};
 
 }  // namespace
@@ -89,28 +93,32 @@ std::optional<message_hello> Device::hello(std::uint8_t telemetry_period_ms) {
     frame out{};
     put_hello_request(&out, &request);
     send(out);
-    listen_until(now_us_ + answer_time_us, FRAME_HELLO);
+    listen_until(now_us_ + hello_time_us, FRAME_HELLO);
   }
   return hello_;
 }
 
+// An answer to any of the tries is one: the question is the same.
 std::optional<answer> Device::ask(frame& question) {
+  answer_.reset();
+  std::uint32_t first = 0;
   for (int i = 0; i < tries; ++i) {
-    answer_.reset();
     frame out = question;
     const std::uint32_t sequence = send(out);
-    const std::int64_t until_us = now_us_ + answer_time_us / tries;
+    if (i == 0) first = sequence;
+    const std::int64_t until_us = now_us_ + answer_time_us;
     while (now_us_ < until_us) {
       listen_until(until_us, FRAME_ANSWER);
-      if (answer_ && answer_->sequence == sequence) return static_cast<answer>(answer_->answer);
+      if (answer_ && answer_->type == question.type && answer_->sequence - first <= sequence - first)
+        return static_cast<enum answer>(answer_->answer);
     }
   }
   return std::nullopt;
 }
 
-std::optional<answer> Device::arm(std::uint32_t firmware_hash, std::uint32_t limits_hash) {
+std::optional<answer> Device::arm(std::uint32_t firmware_hash, std::uint32_t limits_hash, std::uint8_t flags) {
   frame out{};
-  const message_arm message{firmware_hash, limits_hash};
+  const message_arm message{firmware_hash, limits_hash, flags};
   put_arm(&out, &message);
   return ask(out);
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "hil/clock.h"
+#include "hil/clock_map.h"
 #include "hil/link.h"
 #include "hil/message.h"
 
@@ -41,8 +41,9 @@ class Device {
 
   // Begins the session: the device is disarmed. Nothing within 2.4 s: nullopt. Telemetry is heard from a hello with parts that fit on.
   std::optional<message_hello> hello(std::uint8_t telemetry_period_ms);
-  // Nothing: no answer came.
-  std::optional<answer> arm(std::uint32_t firmware_hash, std::uint32_t limits_hash);
+  // Asked up to nine times, 0.9 s in all, and an answer to any of them is one: a bridge that holds a frame back for 80 ms each way is
+  // waited for. Nothing: no answer came.
+  std::optional<answer> arm(std::uint32_t firmware_hash, std::uint32_t limits_hash, std::uint8_t flags = ARM_ANGLE_FAULTS_TRIP);
   std::optional<answer> clear_trip(std::uint8_t cause);
   std::optional<answer> disarm();
 

@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define FRAME_VERSION 2u
+#define FRAME_VERSION 3u
 
 enum frame_type {
   /* to the device */
@@ -43,7 +43,7 @@ enum frame_fault {
 
 #define FRAME_HEADER_BYTES 12u
 #define FRAME_CHECK_BYTES 4u
-#define FRAME_PAYLOAD_MOST 154u /* telemetry of a board that has the most of all */
+#define FRAME_PAYLOAD_MOST 178u /* telemetry of a board that has the most of all */
 #define FRAME_PLAIN_MOST (FRAME_HEADER_BYTES + FRAME_PAYLOAD_MOST + FRAME_CHECK_BYTES)
 #define FRAME_WIRE_MOST (FRAME_PLAIN_MOST + 2u) /* one COBS length, for fewer than 254 bytes, and the 0x00 */
 

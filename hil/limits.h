@@ -33,20 +33,43 @@ extern "C" {
 #define LIMIT_JUNCTION_HOTTEST_cdegC 6000
 #define LIMIT_JUNCTION_JUMP_cK 300
 
-/* Duty times time over which a reading must have changed. */
-#define LIMIT_STUCK_on_time_ms 800u
+/* A reading that has not changed is stuck once heat must have moved it by this much: SURE hundredths of what the duty gives, less what the
+ * shown rise loses. A coil in equilibrium is expected to stay, though it lose half as much again as below, or its thermocouple show 0.65 of
+ * the rise. */
+#define LIMIT_STUCK_mK ((int32_t)6000)
+#define LIMIT_STUCK_SURE_100 ((int32_t)65)
 
 /* What a coil warms by, roughly: duty 1 heats at HEATING, and each kelvin above the cold junction cools at COOLING. */
 #define LIMIT_HEATING_mK_s ((int32_t)23000)
 #define LIMIT_COOLING_1_ks ((int32_t)47)
 /* Warming is compared with what is expected over about this long. */
 #define LIMIT_FOLLOW_WINDOW_ms ((int32_t)2000)
-#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)10000) /* expected this much, and less than a quarter of it came: not following */
-#define LIMIT_UNEXPECTED_mK ((int32_t)9000)       /* warmed this much more than twice what was expected */
+/* A thermocouple may lag by this much: what is expected of it is expected so much later. */
+#define LIMIT_FOLLOW_LAG_ms ((int32_t)2000)
+#define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)6000) /* expected this much, and less than a quarter of it came: not following */
+#define LIMIT_UNEXPECTED_mK ((int32_t)9000)      /* warmed this much more than twice what was expected */
+
+/* Of an angle, in the sum of 16 ADC conversions of 1023 at most: at the ends its wire is off, or there is no supply. */
+#define LIMIT_ANGLE_LEAST_raw 160u
+#define LIMIT_ANGLE_MOST_raw 16208u
+/* An angle that stays within MOVED (0.35 degrees) while one coil passes through RANGE and no other through OTHERS hangs. The limb of the
+ * paper, heated from 25 to 110 degC and left to cool, passes through 25 K at the most before it moves by as much. */
+#define LIMIT_ANGLE_MOVED_raw 32u
+#define LIMIT_ANGLE_RANGE_cK 6000
+#define LIMIT_ANGLE_OTHERS_cK 1500
 
 /* Duty times time in the window. */
 #define LIMIT_ON_TIME_ms 9000u
 #define LIMIT_ON_TIME_WINDOW_s 20u
+
+/* What a coil warms by at the very most, whatever the sensors say (heat_bound.h): duty 1 heats at BOUND_HEATING, the above at 8 V instead
+ * of 7 (1.306 times) and rounded up to a hundred; each kelvin cools at BOUND_COOLING, the above less a twentieth. */
+#define LIMIT_BOUND_HEATING_mK_s ((int32_t)30100)
+#define LIMIT_BOUND_COOLING_1_ks ((int32_t)45)
+/* The bound's rise over the room at which the device trips: that of the limit, in a room of 25 degC. */
+#define LIMIT_BOUND_RISE_cK ((int32_t)12500)
+/* The rise it begins with at power-on, when nothing is known: of a coil that reads COOL though its thermocouple shows 0.6 of its rise. */
+#define LIMIT_BOUND_START_cK ((int32_t)4200)
 
 /* The amplifiers convert in at most 100 ms, and reading stops a conversion: so they are read no more often than this. */
 #define LIMIT_READING_PERIOD_ms 105u

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <span>
 #include <stdexcept>
@@ -51,6 +52,30 @@ class TamperedLink : public Link {
   Tamper to_device_, from_device_;
   std::int64_t now_us_ = 0;
   Bytes coming_;
+};
+
+// A link that holds back what goes through it, each call's bytes for a time by chance between two; nothing overtakes.
+class LatentLink : public Link {
+ public:
+  struct Latency {
+    std::int64_t least_us, most_us;
+  };
+  LatentLink(Link& inner, Latency latency, std::uint64_t seed) : inner_(inner), latency_(latency), seed_(seed) {}
+  std::int64_t send(std::span<const std::uint8_t> bytes) override;
+  Received receive_until(std::int64_t deadline_us) override;
+
+ private:
+  struct Held {
+    std::int64_t due_us;
+    Bytes bytes;
+  };
+  void hold(std::deque<Held>& way, Bytes bytes);
+  void release();
+  Link& inner_;
+  Latency latency_;
+  std::uint64_t seed_, count_ = 0;
+  std::int64_t now_us_ = 0;
+  std::deque<Held> to_device_, from_device_;
 };
 
 // One bit of that share of the frames is turned, which and where by chance from the seed. `damaged` counts them.

@@ -34,12 +34,14 @@ void put_arm(struct frame* frame, const struct message_arm* message) {
   frame->type = FRAME_ARM;
   put_u32(frame->payload, &at, message->firmware_hash);
   put_u32(frame->payload, &at, message->limits_hash);
+  frame->payload[at++] = message->flags;
   frame->length = at;
 }
 void get_arm(const struct frame* frame, struct message_arm* message) {
   uint8_t at = 0;
   message->firmware_hash = get_u32(frame->payload, &at);
   message->limits_hash = get_u32(frame->payload, &at);
+  message->flags = frame->payload[at++];
 }
 
 void put_disarm(struct frame* frame) {
@@ -114,9 +116,11 @@ void put_telemetry(struct frame* frame, const struct board_parts* parts, const s
   frame->payload[at++] = message->state;
   frame->payload[at++] = message->trip_cause;
   for (i = 0; i < parts->thermocouples; ++i) frame->payload[at++] = message->sensor[i];
+  for (i = 0; i < parts->angles; ++i) frame->payload[at++] = message->angle_fault[i];
   for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->duty[i]);
   for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, message->thermocouple_raw[i]);
   for (i = 0; i < parts->thermocouples; ++i) put_u32(frame->payload, &at, (uint32_t)message->temperature_cdegC[i]);
+  for (i = 0; i < parts->coils; ++i) put_u16(frame->payload, &at, message->bound_rise_cK[i]);
   put_u16(frame->payload, &at, message->temperature_age_ms);
   for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, message->angle_raw[i]);
   for (i = 0; i < parts->angles; ++i) put_u16(frame->payload, &at, (uint16_t)message->angle_cdeg[i]);
@@ -129,9 +133,11 @@ void get_telemetry(const struct frame* frame, const struct board_parts* parts, s
   message->state = frame->payload[at++];
   message->trip_cause = frame->payload[at++];
   for (i = 0; i < parts->thermocouples; ++i) message->sensor[i] = frame->payload[at++];
+  for (i = 0; i < parts->angles; ++i) message->angle_fault[i] = frame->payload[at++];
   for (i = 0; i < parts->coils; ++i) message->duty[i] = get_u16(frame->payload, &at);
   for (i = 0; i < parts->thermocouples; ++i) message->thermocouple_raw[i] = get_u32(frame->payload, &at);
   for (i = 0; i < parts->thermocouples; ++i) message->temperature_cdegC[i] = (int32_t)get_u32(frame->payload, &at);
+  for (i = 0; i < parts->coils; ++i) message->bound_rise_cK[i] = get_u16(frame->payload, &at);
   message->temperature_age_ms = get_u16(frame->payload, &at);
   for (i = 0; i < parts->angles; ++i) message->angle_raw[i] = get_u16(frame->payload, &at);
   for (i = 0; i < parts->angles; ++i) message->angle_cdeg[i] = (int16_t)get_u16(frame->payload, &at);

@@ -40,6 +40,9 @@ enum trip_cause {
   TRIP_BROWN_OUT = 20,
   TRIP_RESET_WHILE_ARMED = 21,
   TRIP_LATCH_DAMAGED = 22, /* the stored cause cannot be read: taken for a trip */
+  TRIP_HEAT_BOUND = 23,    /* so much duty that a coil might be too hot, whatever its thermocouple says: heat_bound.h */
+  TRIP_ANGLE_RANGE = 24,   /* an angle at the end of its range: 0 V or 5 V, unplugged */
+  TRIP_ANGLE_STUCK = 25,   /* an angle that stays where heat must have moved it */
   TRIP_CAUSES
 };
 
@@ -73,7 +76,9 @@ struct message_hello_request {
 struct message_arm {
   uint32_t firmware_hash;
   uint32_t limits_hash;
+  uint8_t flags;
 };
+#define ARM_ANGLE_FAULTS_TRIP 1u /* in flags: an angle that is not believed ends the session, and refuses to arm; else it is said only */
 struct message_command {
   uint16_t duty[BOARD_PARTS_MOST]; /* of each coil */
   uint16_t time_to_live_ms;        /* from the frame's time_us on */
@@ -100,24 +105,26 @@ struct message_telemetry {
   uint8_t trip_cause;
   /* Of each thermocouple: a trip_cause, why it is not believed; TRIP_NONE: it is. */
   uint8_t sensor[BOARD_PARTS_MOST];
+  uint8_t angle_fault[BOARD_PARTS_MOST];       /* of each angle: the same */
   uint16_t duty[BOARD_PARTS_MOST];             /* of each coil, at the pins */
   uint32_t thermocouple_raw[BOARD_PARTS_MOST]; /* of each thermocouple, the 32 bits of the MAX31855 */
   int32_t temperature_cdegC[BOARD_PARTS_MOST];
-  uint16_t temperature_age_ms;          /* since they were read from the amplifiers */
-  uint16_t angle_raw[BOARD_PARTS_MOST]; /* of each angle, sum of ADC conversions */
+  uint16_t bound_rise_cK[BOARD_PARTS_MOST]; /* of each coil, its rise over the room at the most: heat_bound.h */
+  uint16_t temperature_age_ms;              /* since they were read from the amplifiers */
+  uint16_t angle_raw[BOARD_PARTS_MOST];     /* of each angle, sum of ADC conversions */
   int16_t angle_cdeg[BOARD_PARTS_MOST];
   uint16_t counters[DEVICE_COUNTERS];
 };
 
 #define MESSAGE_HELLO_REQUEST_BYTES 1u
-#define MESSAGE_ARM_BYTES 8u
+#define MESSAGE_ARM_BYTES 9u
 #define MESSAGE_COMMAND_BYTES(parts) ((uint8_t)(2u + 2u * (parts)->coils))
 #define MESSAGE_CLEAR_TRIP_BYTES 1u
 #define MESSAGE_HELLO_BYTES 14u
 #define MESSAGE_HELLO_COILS_AT 11u /* the byte of the payload at which `parts` begin */
 #define MESSAGE_ANSWER_BYTES 6u
 #define MESSAGE_TELEMETRY_BYTES(parts) \
-  ((uint8_t)(8u + 2u * (parts)->coils + 9u * (parts)->thermocouples + 4u * (parts)->angles + 2u * (unsigned)DEVICE_COUNTERS))
+  ((uint8_t)(8u + 4u * (parts)->coils + 9u * (parts)->thermocouples + 5u * (parts)->angles + 2u * (unsigned)DEVICE_COUNTERS))
 
 /* Each put_ fills type, length and payload of a frame; each get_ reads the payload of a frame of that type. `parts` must fit, and for
  * get_ be those that the decoder of the frame had. */

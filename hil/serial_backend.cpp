@@ -22,39 +22,42 @@ std::uint16_t on_wire(double duty_fraction) {
 }  // namespace
 
 std::uint8_t telemetry_period_ms(std::int64_t period_us) {
-  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 3, 100));
+  return static_cast<std::uint8_t>(std::clamp<std::int64_t>(period_us / 4000, 3, longest_silence_us / 2000));
 }
-std::uint16_t time_to_live_ms(std::int64_t period_us) {
-  return static_cast<std::uint16_t>(std::clamp<std::int64_t>(period_us * 22 / 10'000, 60, LIMIT_DEAD_MAN_ms));
-}
+
+std::int64_t SerialBackend::parts_of_period() const { return (period_us_ + longest_silence_us - 1) / longest_silence_us; }
 
 sim::Measurement SerialBackend::begin() {
   begin_us_ = device_.now_us();
-  return measure(0);
+  measure(0, part_arrival_us_, heard_in_part_);
+  return measure(0, tick_arrival_us_, heard_);
 }
 
-sim::Measurement SerialBackend::exchange(const sim::Command& command) {
-  std::vector<std::uint16_t> duty;
-  for (const Coil& coil : parts_.coils) duty.push_back(on_wire(command.inputs[coil.input.index]));
-  const std::int64_t end_us = deadline_us(command.tick + 1);
-  const std::int64_t parts = (period_us_ + longest_silence_us - 1) / longest_silence_us;
+sim::Measurement SerialBackend::exchange(const sim::Command& asked) {
+  sim::Command command = asked;
+  const std::int64_t parts = parts_of_period();
   for (std::int64_t part = 1; part <= parts; ++part) {
-    device_.command(duty, time_to_live_ms(period_us_));
-    device_.listen_until(part == parts ? end_us : deadline_us(command.tick) + period_us_ * part / parts);
+    std::vector<std::uint16_t> duty;
+    for (const Coil& coil : parts_.coils) duty.push_back(on_wire(command.inputs[coil.input.index]));
+    device_.command(duty, LIMIT_DEAD_MAN_ms);
+    device_.listen_until(part == parts ? deadline_us(command.tick + 1) : deadline_us(command.tick) + period_us_ * part / parts);
+    const sim::Measurement measured = measure(command.tick, part_arrival_us_, heard_in_part_);
+    if (part < parts && before_repetition && !before_repetition(measured, command)) break;
   }
-  return measure(command.tick + 1);
+  return measure(command.tick + 1, tick_arrival_us_, heard_);
 }
 
-sim::Measurement SerialBackend::measure(std::int64_t tick) {
+sim::Measurement SerialBackend::measure(std::int64_t tick, std::int64_t& last_arrival_us, bool& heard) {
   const auto& telemetry = device_.telemetry();
   sim::Measurement measured{tick, std::vector<double>(parts_.thermocouples.size() + parts_.angles.size(), nan)};
-  heard_ = telemetry && telemetry->arrived_us != measured_arrival_us_;
-  if (!heard_) return measured;
-  measured_arrival_us_ = telemetry->arrived_us;
+  heard = telemetry && telemetry->arrived_us != last_arrival_us;
+  if (!heard) return measured;
+  last_arrival_us = telemetry->arrived_us;
   const message_telemetry& said = telemetry->said;
   for (std::size_t k = 0; k < parts_.thermocouples.size(); ++k)
     if (said.sensor[k] == TRIP_NONE) measured.channels[parts_.thermocouples[k].index] = said.temperature_cdegC[k] / 100.0;
-  for (std::size_t k = 0; k < parts_.angles.size(); ++k) measured.channels[parts_.angles[k].index] = said.angle_cdeg[k] / 100.0;
+  for (std::size_t k = 0; k < parts_.angles.size(); ++k)
+    if (said.angle_fault[k] == TRIP_NONE) measured.channels[parts_.angles[k].index] = said.angle_cdeg[k] / 100.0;
   return measured;
 }
 

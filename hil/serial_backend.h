@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The physical limb behind the seam of sim/signals.h: a device, over a link.
 //
-// exchange(command of tick k) sends the command at tick k's deadline, repeats it every 50 ms, and returns at the
-// deadline of tick k + 1 what telemetry said last. Deadlines are absolute: begin + k * period.
+// exchange(command of tick k) sends the command at tick k's deadline, repeats it every 50 ms or more often, and returns at the
+// deadline of tick k + 1 what telemetry said last. Deadlines are absolute: begin + k * period. Before each repetition whoever supervises
+// is asked for the duty, so that neither a signal nor a coil that gets warm waits for a long period to end.
 #pragma once
+
+#include <functional>
 
 #include "hil/device.h"
 #include "hil/limb_parts.h"
@@ -20,6 +23,14 @@ class SerialBackend : public sim::Backend {
   // A tick without a new telemetry frame is NaN in all channels.
   sim::Measurement exchange(const sim::Command& command) override;
 
+  // In how many parts a period is sent, each at most 50 ms long.
+  std::int64_t parts_of_period() const;
+  // Asked before each repetition, with what was measured since the last (NaN: nothing new): puts the duty of the next part into the
+  // command. False: the exchange ends here and now.
+  std::function<bool(const sim::Measurement& measured, sim::Command& command)> before_repetition;
+
+  // Whether new telemetry came in the last part.
+  bool heard_in_part() const { return heard_in_part_; }
   // Whether the last measurement had a new telemetry frame.
   bool heard() const { return heard_; }
   // Of the last exchange: what the device says is at its pins, and the frame that said so.
@@ -27,16 +38,14 @@ class SerialBackend : public sim::Backend {
   std::int64_t deadline_us(std::int64_t tick) const { return begin_us_ + tick * period_us_; }
 
  private:
-  sim::Measurement measure(std::int64_t tick);
+  sim::Measurement measure(std::int64_t tick, std::int64_t& last_arrival_us, bool& heard);
   Device& device_;
   const LimbParts& parts_;
-  bool heard_ = false;
-  std::int64_t period_us_, begin_us_ = 0, measured_arrival_us_ = -1;
+  bool heard_ = false, heard_in_part_ = false;
+  std::int64_t period_us_, begin_us_ = 0, tick_arrival_us_ = -1, part_arrival_us_ = -1;
 };
 
 // The share of the period in milliseconds that a host asks the device to speak in.
 std::uint8_t telemetry_period_ms(std::int64_t period_us);
-// How long a command is good for: two periods and a little, within what the device allows.
-std::uint16_t time_to_live_ms(std::int64_t period_us);
 
 }  // namespace sinew::hil

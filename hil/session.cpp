@@ -66,6 +66,7 @@ class Session {
         device_(link, settings.session),
         backend_(device_, parts_, period_us_),
         driver_(scenario.plant.system(), scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
+    check_period(scenario);
     if (settings.twin && sim::columns_of(settings.twin->system()) != sim::columns_of(scenario.plant.system()))
       throw sim::InputError({.key = "twin", .advice = "its inputs and channels must be those of the scenario's plant"});
   }
@@ -78,7 +79,8 @@ class Session {
     bool begun = false;
     try {
       arm();
-      supervisor_.emplace(scenario_.plant, start_of(scenario_.plant, scenario_.start), scenario_.sample_period_s);
+      supervisor_.emplace(scenario_.plant, start_of(scenario_.plant, scenario_.start),
+                          scenario_.sample_period_s / static_cast<double>(backend_.parts_of_period()));
       if (settings_.twin) twin_.emplace(*settings_.twin, start_of(*settings_.twin, {}), scenario_.sensors, scenario_.sample_period_s);
       begun = true;
       loop();
@@ -166,11 +168,14 @@ class Session {
   }
 
   void arm() {
-    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils)), "arming");
-    // Telemetry that was on its way still tells of before.
-    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000 / 2;
-    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us)
-      device_.listen_until(wait_until_us, FRAME_TELEMETRY);
+    must(device_.arm(SINEW_FIRMWARE_HASH, limits_hash(hello_.parts.coils), settings_.angle_faults_end ? ARM_ANGLE_FAULTS_TRIP : 0),
+         "arming");
+    // Telemetry that was on its way still tells of before. Where the line is slow, the device must not take the wait for silence.
+    const std::int64_t wait_until_us = device_.now_us() + LIMIT_DEAD_MAN_ms * 1000;
+    while (device_.telemetry()->said.state != DEVICE_ARMED && device_.now_us() < wait_until_us) {
+      device_.command(std::vector<std::uint16_t>(parts_.coils.size(), 0), LIMIT_DEAD_MAN_ms);
+      device_.listen_until(std::min(wait_until_us, device_.now_us() + 40'000), FRAME_TELEMETRY);
+    }
     begun_device_us_ = device_.clock().device_us_since_begin();
   }
 
@@ -187,6 +192,8 @@ class Session {
       why += *got == ANSWER_HOT ? degrees(said.temperature_cdegC[coil.thermocouple] / 100.0)
                                 : std::string(words(static_cast<trip_cause>(said.sensor[coil.thermocouple])));
     }
+    for (std::size_t k = 0; k < parts_.angles.size() && *got == ANSWER_SENSOR; ++k)
+      why += ", bend sensor " + std::string(words(static_cast<trip_cause>(said.angle_fault[k])));
     if (*got == ANSWER_HOT) why += "; must be below " + degrees(LIMIT_COOL_cdegC / 100.0);
     throw Refused(why);
   }
@@ -206,6 +213,19 @@ class Session {
 
   void loop() {
     sim::Measurement measured = backend_.begin();
+    std::vector<std::vector<double>> pins;  // of each part of the period
+    std::vector<double> wanted, sent;       // by the scenario; after the supervisor
+    backend_.before_repetition = [&](const sim::Measurement& now, sim::Command& command) {
+      pins.push_back(duty_at_pins(sent));
+      supervisor_->applied(pins.back());
+      supervisor_->look(now, backend_.telemetry()->said.thermocouple_raw);
+      supervisor_->bound_said(backend_.telemetry()->said.bound_rise_cK);
+      if (settings_.angle_faults_end) supervisor_->look_at_angles(now, backend_.telemetry()->said.angle_raw);
+      if (settings_.should_stop && settings_.should_stop(command.tick)) end(SessionStatus::stopped, "stopped by request");
+      command.inputs = sent = supervisor_->lower(wanted, now);
+      object();
+      return result_.status == SessionStatus::finished;
+    };
     const std::int64_t last = scenario_.ticks() - 1;
     for (std::int64_t tick = 0; tick <= last; ++tick) {
       SessionView view;
@@ -214,6 +234,8 @@ class Session {
       const Telemetry before = *backend_.telemetry();
       if (!backend_.heard()) ++ticks_without_telemetry_;
       supervisor_->look(measured, before.said.thermocouple_raw);
+      supervisor_->bound_said(before.said.bound_rise_cK);
+      if (settings_.angle_faults_end) supervisor_->look_at_angles(measured, before.said.angle_raw);
       if (twin_) {
         const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
         view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
@@ -225,14 +247,14 @@ class Session {
       if (settings_.should_stop && settings_.should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
       sim::Command command = driver_.command(measured, view.time_s);
       const std::int64_t lowered = supervisor_->lowered();
-      command.inputs = supervisor_->lower(command.inputs, measured);
+      wanted = command.inputs;
+      command.inputs = supervisor_->lower(wanted, measured);
       command.tick = tick;
-      if (supervisor_->objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_->objection());
-      const bool ends = tick == last || result_.status != SessionStatus::finished;
+      object();
+      bool ends = tick == last || result_.status != SessionStatus::finished;
       if (ends) command.inputs.assign(command.inputs.size(), 0.0);
-      view.lowered = supervisor_->lowered() > lowered;
       view.predicted_degC = supervisor_->predicted_degC();
-      view.duty_fraction = command.inputs;
+      view.duty_fraction = sent = command.inputs;
       if (!ends) {
         try {
           measured = backend_.exchange(command);
@@ -241,11 +263,18 @@ class Session {
           throw;
         }
         const Telemetry& now = *backend_.telemetry();
-        // The pins' own word; where it did not come, what was sent.
-        if (backend_.heard())
-          for (std::size_t j = 0; j < parts_.coils.size(); ++j) view.duty_fraction[j] = now.said.duty[j] / static_cast<double>(DUTY_ONE);
-        supervisor_->applied(view.duty_fraction);
+        ends = result_.status != SessionStatus::finished;  // in the middle of the period
+        if (!ends) {
+          pins.push_back(duty_at_pins(sent));
+          supervisor_->applied(pins.back());
+        }
+        view.duty_fraction = mean_of(pins);
+        pins.clear();
         if (twin_) twin_->applied(view.duty_fraction);
+        if (ends) {
+          finish(view, lowered);
+          break;
+        }
         const std::int64_t late_us = device_.now_us() - backend_.deadline_us(tick + 1);
         lateness_us_.push_back(late_us);
         ages_us_.push_back(device_.now_us() - now.made_us);
@@ -258,11 +287,39 @@ class Session {
         if (device_.now_us() - device_.last_heard_us() > std::max<std::int64_t>(500'000, 3 * period_us_))
           end(SessionStatus::link_lost, "nothing heard for " + std::to_string((device_.now_us() - device_.last_heard_us()) / 1000) + " ms");
       }
-      view.state = backend_.telemetry()->said.state;
-      row(view);
-      if (settings_.show) settings_.show(view);
+      finish(view, lowered);
       if (ends) break;
     }
+  }
+
+  void finish(SessionView& view, std::int64_t lowered_before) {
+    view.lowered = supervisor_->lowered() > lowered_before;
+    ticks_lowered_ += view.lowered;
+    view.state = backend_.telemetry()->said.state;
+    row(view);
+    if (settings_.show) settings_.show(view);
+  }
+
+  void object() {
+    if (supervisor_->objection()) end(SessionStatus::objected, "the host's supervisor objects: " + *supervisor_->objection());
+  }
+
+  // The pins' own word on the part of the period that is over; where it did not come, what was sent.
+  std::vector<double> duty_at_pins(std::vector<double> sent) const {
+    if (backend_.heard_in_part())
+      for (std::size_t j = 0; j < parts_.coils.size(); ++j) sent[j] = backend_.telemetry()->said.duty[j] / static_cast<double>(DUTY_ONE);
+    return sent;
+  }
+
+  // Parts of one length; where the duty stayed the same, that number to the bit.
+  static std::vector<double> mean_of(const std::vector<std::vector<double>>& parts) {
+    std::vector<double> mean = parts.front();
+    for (std::size_t j = 0; j < mean.size(); ++j) {
+      double beyond_first = 0.0;
+      for (const std::vector<double>& part : parts) beyond_first += part[j] - parts.front()[j];
+      mean[j] += beyond_first / static_cast<double>(parts.size());
+    }
+    return mean;
   }
 
   void row(const SessionView& view) {
@@ -315,7 +372,7 @@ class Session {
     json["brought_to_rest"] = result_.brought_to_rest;
     json["ticks"] = result_.ticks;
     json["ticks_without_telemetry"] = ticks_without_telemetry_;
-    json["commands_lowered_by_host"] = supervisor_->lowered();
+    json["commands_lowered_by_host"] = ticks_lowered_;
     json["overruns"] = overruns_;
     json["device"] = {{"firmware_hash", hexadecimal(hello_.firmware_hash)},
                       {"limits_hash", hexadecimal(hello_.limits_hash)},
@@ -362,7 +419,7 @@ class Session {
   sim::Driver driver_;
   std::optional<Twin> twin_;
   message_hello hello_{};
-  std::int64_t begun_device_us_ = 0, ticks_without_telemetry_ = 0, overruns_ = 0;
+  std::int64_t begun_device_us_ = 0, ticks_lowered_ = 0, ticks_without_telemetry_ = 0, overruns_ = 0;
   std::vector<std::int64_t> lateness_us_, ages_us_;
   std::vector<Departure> departures_;
   std::optional<message_telemetry> counters_at_end_;
@@ -375,6 +432,17 @@ class Session {
 std::string_view words(SessionStatus status) {
   constexpr std::array<std::string_view, 6> all{"finished", "stopped", "tripped", "objected", "overrun", "link_lost"};
   return all[static_cast<std::size_t>(status)];
+}
+
+void check_period(const sim::Scenario& scenario, const std::string& file) {
+  if (scenario.sample_period_s >= shortest_period_s && scenario.sample_period_s <= longest_period_s) return;
+  throw sim::InputError(
+      {.file = file,
+       .key = "sample_period_s",
+       .value = sim::shortest(scenario.sample_period_s),
+       .advice = scenario.sample_period_s < shortest_period_s
+                     ? "must be " + sim::shortest(shortest_period_s) + " or more: the device speaks up to 200 times a second"
+                     : "must be " + sim::shortest(longest_period_s) + " or less beside a coil that can be too hot in seconds"});
 }
 
 SessionResult run_session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings) {
@@ -393,6 +461,7 @@ std::string session_json(const sim::Scenario& scenario, const SessionSettings& s
   json["clear_trip"] = settings.clear_trip;
   json["allow_overruns"] = settings.allow_overruns;
   json["real_time_priority"] = settings.real_time_priority;
+  json["angle_faults_end"] = settings.angle_faults_end;
   json["twin"] = settings.twin.has_value();
   json.update(Json::parse(result.report_json));
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);

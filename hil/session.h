@@ -26,7 +26,7 @@ class Refused : public std::runtime_error {
 struct SessionView {
   double time_s = 0.0;
   sim::Measurement measured;
-  std::vector<double> duty_fraction;   // at the pins, one a coil
+  std::vector<double> duty_fraction;   // at the pins, one a coil; the mean over the period where it was lowered within
   std::vector<double> predicted_degC;  // of each coil, by the host's supervisor, hottest over its horizon
   bool lowered = false;                // it lowered this command
   std::uint8_t state = DEVICE_DISARMED;
@@ -34,13 +34,19 @@ struct SessionView {
   std::vector<Departure> departures;            // said now
 };
 
+// The periods of a scenario that a session takes, in seconds: a board speaks up to 200 times a second, and beside a coil no duty is decided
+// for longer than 0.2 s. Throws sim::InputError.
+inline constexpr double shortest_period_s = 0.005, longest_period_s = 0.2;
+void check_period(const sim::Scenario& scenario, const std::string& file = "");
+
 struct SessionSettings {
   std::uint16_t session = 1;
   bool clear_trip = false;
   bool allow_overruns = false;
   bool real_time_priority = false;   // of the host's loop; for the report
+  bool angle_faults_end = true;      // a bend sensor that is not believed: false, its samples are missing, and the session goes on
   std::optional<plant::Plant> twin;  // with the inputs and channels of the scenario's plant
-  std::function<bool(std::int64_t tick)> should_stop;
+  std::function<bool(std::int64_t tick)> should_stop;  // asked before every repetition of a command: each 50 ms at least
   std::function<void(const SessionView&)> show;
   std::function<void(const std::string&)> say;  // a line that is worth keeping
 };
@@ -65,7 +71,7 @@ struct SessionResult {
 };
 
 // Throws Refused, and LinkLost where not even the hello came through; sim::InputError where the plant or the twin is none of a
-// board's (limb_parts.h).
+// board's (limb_parts.h), or the period too long or too short.
 SessionResult run_session(const sim::Scenario& scenario, Link& link, const SessionSettings& settings);
 
 // session.json: what happened, how the link and the clock did, and the hashes of the files beside it.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hil/heat_bound.h"
 #include "hil/limits.h"
 #include "hil/message.h"
+#include "sim/simulation.h"
 #include "sim/text.h"
 
 namespace sinew::hil {
@@ -18,7 +20,10 @@ constexpr double on_budget_s = LIMIT_ON_TIME_ms / 1000.0 - 0.4, on_window_s = LI
 constexpr double forget_s = 5.0;              // correction downwards
 constexpr double least_correction_K = -10.0;  // a sensor that drifts cold must not talk the prediction down without end
 constexpr double most_off_K = 30.0, most_off_s = 1.0;
+constexpr double most_angle_off_deg = 45.0;  // half of what the limb does: a plant that is not calibrated may be off by much
 constexpr double longest_missing_s = 0.5;
+// The bound that a command must keep if it is the last for as long as the device lets it live, in the period after which the next is due.
+constexpr std::uint32_t bound_most_uK = (LIMIT_BOUND_RISE_cK - 50) * 10'000u;
 constexpr plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
 
 }  // namespace
@@ -29,7 +34,21 @@ HostSupervisor::HostSupervisor(const plant::Plant& limb, const plant::Start& sta
       period_s_(period_s),
       observer_(limb, start, numerics),
       watch_(parts_.coils.size()),
-      predicted_degC_(parts_.coils.size(), 0.0) {}
+      angle_off_for_s_(parts_.angles.size(), 0.0),
+      predicted_degC_(parts_.coils.size(), 0.0) {
+  for (Watch& coil : watch_) coil.bound_uK = LIMIT_BOUND_START_cK * 10'000u;
+}
+
+void HostSupervisor::bound_said(std::span<const std::uint16_t> rise_cK) {
+  for (std::size_t j = 0; j < watch_.size(); ++j) watch_[j].bound_uK = std::max(watch_[j].bound_uK, rise_cK[j] * 10'000u);
+}
+
+double HostSupervisor::duty_within_bound(const Watch& coil) const {
+  const double held_ms = std::ceil(period_s_ * 1e3) + LIMIT_DEAD_MAN_ms;
+  const std::uint32_t without_uK = heat_bound_after(coil.bound_uK, 0, static_cast<std::uint16_t>(held_ms));
+  if (without_uK >= bound_most_uK) return 0.0;
+  return (bound_most_uK - without_uK) / (held_ms * LIMIT_BOUND_HEATING_mK_s);
+}
 
 std::vector<double> HostSupervisor::hottest_degC(const std::vector<double>& duty) const {
   const std::vector<double>& now = observer_.state();
@@ -69,7 +88,7 @@ std::vector<double> HostSupervisor::lower(const std::vector<double>& wanted, con
     if (std::isnan(wanted[j])) objection_ = "the command for coil " + parts_.coils[j].name + " is not a number";
     const double asked = std::isnan(wanted[j]) ? 0.0 : std::clamp(wanted[j], 0.0, highest_duty);
     const double left_s = std::max(0.0, on_budget_s - watch_[j].on_sum_s);
-    duty[j] = std::min(asked, left_s / period_s_);
+    duty[j] = std::min({asked, left_s / period_s_, duty_within_bound(watch_[j])});
     changed = changed || duty[j] != wanted[j];
   }
   if (objection_) duty.assign(duty.size(), 0.0);
@@ -99,6 +118,9 @@ void HostSupervisor::applied(const std::vector<double>& duty_fraction) {
     objection_ = "the plant that watches the limb failed: " + failure->reason;
   for (std::size_t j = 0; j < parts_.coils.size(); ++j) {
     Watch& coil = watch_[j];
+    const double step_ms = period_s_ * 1e3;
+    coil.bound_uK = heat_bound_after(coil.bound_uK, static_cast<std::uint32_t>(std::ceil(duty_fraction[j] * DUTY_ONE * step_ms)),
+                                     static_cast<std::uint16_t>(step_ms));
     coil.on_s.push_back(duty_fraction[j] * period_s_);
     coil.on_sum_s += coil.on_s.back();
     if (static_cast<double>(coil.on_s.size()) * period_s_ > on_window_s) {
@@ -133,6 +155,22 @@ void HostSupervisor::look(const sim::Measurement& measured, std::span<const std:
     watch.off_for_s = std::abs(shown_degC - observed[coil.shown.index]) > most_off_K ? watch.off_for_s + period_s_ : 0.0;
     if (watch.off_for_s > most_off_s)
       object(sim::shortest(shown_degC) + " degC, where the plant has " + sim::shortest(std::round(observed[coil.shown.index])));
+  }
+}
+
+void HostSupervisor::look_at_angles(const sim::Measurement& measured, std::span<const std::uint16_t> raw) {
+  const std::vector<double> observed = sim::in_file_units(limb_.system(), observer_.readings());
+  for (std::size_t k = 0; k < parts_.angles.size(); ++k) {
+    const std::size_t channel = parts_.angles[k].index;
+    const std::string& name = limb_.system().channels()[parts_.angles[k]].words;
+    const double shown_deg = measured.channels[channel];
+    if (std::isnan(shown_deg)) continue;
+    if (!objection_ && (raw[k] < LIMIT_ANGLE_LEAST_raw || raw[k] > LIMIT_ANGLE_MOST_raw))
+      objection_ = name + ": at the end of its range, a wire is off";
+    double& off_for_s = angle_off_for_s_[k];
+    off_for_s = std::abs(shown_deg - observed[channel]) > most_angle_off_deg ? off_for_s + period_s_ : 0.0;
+    if (!objection_ && off_for_s > most_off_s)
+      objection_ = name + ": " + sim::shortest(shown_deg) + " deg, where the plant has " + sim::shortest(std::round(observed[channel]));
   }
 }
 

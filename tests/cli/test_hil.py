@@ -93,13 +93,15 @@ def test_refusals():
     refused("hil at what is no port", ["hil", "step.yaml", "--port", "/dev/null", "--out", "o"], r"--port = /dev/null\n")
     write("fast.yaml", STEP.replace("duration_s: 8", "duration_s: 8\nsample_period_s: 0.001"))
     refused("hil at a kilohertz", ["hil", "fast.yaml", "--emulate", "--out", "o"], r"sample_period_s = 0\.001\n  must be 0\.005 or more")
+    write("lazy.yaml", STEP.replace("duration_s: 8", "duration_s: 600\nsample_period_s: 60"))
+    refused("hil at a sample a minute", ["hil", "lazy.yaml", "--emulate", "--out", "o"], r"sample_period_s = 60\n  must be 0\.2 or less")
     refused("replay of a folder that is none", ["replay", "nowhere"], r"session\.json: cannot read")
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_opn:A@3")
     check("a fault that there is not: said by the emulator, not armed, nothing written", result.returncode == 1
           and "there is no such fault" in result.stderr and files_in("o") is None, said(result))
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
     check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
-          and "a thermocouple is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
+          and "a sensor is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
     coils = ", ".join(f"{{name: c{j}, segment: s, direction_deg: {90 * (j % 4)}}}" for j in range(9))
     shown = ", ".join(f"{{column: temperature_c{j}_degC, thermocouple: c{j}}}" for j in range(9))
     nine = f"plant: {{ limb: {{ segments: [{{name: s}}], coils: [{coils}], channels: [{shown}] }} }}\n"
@@ -172,7 +174,7 @@ class Wire:
 
     @staticmethod
     def framed(kind, session, sequence, time_us, payload=b""):
-        plain = struct.pack("<BBHII", 2, kind, session, sequence, time_us % 2**32) + payload
+        plain = struct.pack("<BBHII", 3, kind, session, sequence, time_us % 2**32) + payload
         plain += struct.pack("<I", zlib.crc32(plain))
         blocks = plain.split(b"\0")
         return b"\0" + b"".join(bytes([len(block) + 1]) + block for block in blocks) + b"\0"
@@ -223,7 +225,7 @@ def running(process, seconds):
 def test_wire():
     write("mild.yaml", MILD)
     check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
-          == "00 06 02 03 02 01 05 01 01 01 01 01 06 01 7d c4 65 22 00")
+          == "00 06 03 03 02 01 05 01 01 01 01 01 06 01 12 88 c0 b9 00")
     hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
     with Limb("wire") as limb:
         wire = Wire(limb.port, 0x4711)
@@ -233,7 +235,7 @@ def test_wire():
                 break
         if not check("wire: the board says hello", heard is not None and len(heard[1]) == 14 and heard[1][11:] == bytes([2, 2, 1]), heard):
             return
-        hashes = heard[1][:8]
+        hashes = heard[1][:8] + b"\x01"
         stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]
         time_us, before = wire.latest(telemetry)
         wire.send(arm, time_us - 400_000, hashes)

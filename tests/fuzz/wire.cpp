@@ -169,6 +169,8 @@ int main(int argc, char** argv) {
         raw[j] = j > 0 && chance.below(2) ? cool[j] : static_cast<std::uint32_t>(chance.bits());
       }
       supervisor_reading(&device, chance.below(4) ? cool : raw, now_us);
+      const auto angle = static_cast<std::uint16_t>(chance.below(20000));
+      supervisor_angles(&device, &angle);
       if (chance.below(3) == 0) supervisor_clear_trip(&device, device.trip_cause);
       if (chance.below(3) == 0) supervisor_arm(&device, now_us);
       message_command command{};

@@ -93,7 +93,8 @@ struct BoardOfAnySize : sinew::hil::Link {
       telemetry.thermocouple_raw[k] = (static_cast<std::uint32_t>(quarters & 0x3fff) << 18) | (400u << 4);
       telemetry.temperature_cdegC[k] = quarters * 25;
     }
-    for (std::uint8_t k = 0; k < parts.angles; ++k) telemetry.angle_cdeg[k] = static_cast<std::int16_t>(1250 * (k + 1));
+    for (std::uint8_t k = 0; k < parts.angles; ++k)
+      telemetry.angle_raw[k] = 9000, telemetry.angle_cdeg[k] = static_cast<std::int16_t>(1000 * (k + 1));
     frame f{};
     put_telemetry(&f, &parts, &telemetry);
     say(f);

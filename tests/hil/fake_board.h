@@ -10,6 +10,7 @@
 
 #include "firmware/supervisor.h"
 #include "firmware_hash.h"
+#include "hil/heat_bound.h"
 #include "hil/link.h"
 #include "hil/message.h"
 
@@ -27,10 +28,12 @@ struct FakeBoard : sinew::hil::Link {
   board_parts parts{BOARD_COILS, BOARD_THERMOCOUPLES, BOARD_ANGLES};  // as its hello says
   double device_rate = 1.0;                                           // its crystal, against the host's
   std::int64_t lost_from_us = -1;
+  std::int64_t last_on_us = -1;             // the last millisecond with duty on any coil
   int swallow_answers_to = -1;              // a frame type
   std::uint8_t trip_on_disarm = TRIP_NONE;  // just before it
   bool echoes = false;                      // the line gives back what is sent
   std::vector<std::uint8_t> out, in;
+  int angle_raw = -1;  // what the supervisor is shown of the bend sensor; -1: one that moves with A's heat
   int until_reading = 105, until_telemetry = 20;
 
   FakeBoard() {
@@ -107,6 +110,9 @@ struct FakeBoard : sinew::hil::Link {
           break;
       }
     } else if (f.type == FRAME_ARM) {
+      message_arm arm;
+      get_arm(&f, &arm);
+      s.angle_faults_trip = arm.flags & ARM_ANGLE_FAULTS_TRIP;
       answer_to(f, static_cast<std::uint8_t>(supervisor_arm(&s, device_us())));
     } else if (f.type == FRAME_DISARM) {
       if (trip_on_disarm != TRIP_NONE) supervisor_trip(&s, trip_on_disarm);
@@ -122,6 +128,7 @@ struct FakeBoard : sinew::hil::Link {
     now_us += 1000;
     for (std::size_t j = 0; j < BOARD_COILS; ++j)
       temperature_degC[j] += 1e-3 * (s.duty[j] / 1e4 * 19.6 - 0.04 * (temperature_degC[j] - 25.0)) / 0.85;
+    if (std::any_of(s.duty, s.duty + BOARD_COILS, [](std::uint16_t duty) { return duty > 0; })) last_on_us = now_us;
     for (const std::uint8_t byte : std::exchange(in, {})) {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);
@@ -134,6 +141,8 @@ struct FakeBoard : sinew::hil::Link {
         raw[j] = (static_cast<std::uint32_t>(std::lround(temperature_degC[j] * 4.0) & 0x3fff) << 18) | (400u << 4);
       if (forced_raw != 0x12345) raw[0] = forced_raw;
       supervisor_reading(&s, raw, device_us());
+      const auto shown = static_cast<std::uint16_t>(angle_raw >= 0 ? angle_raw : 9000 + std::lround(20.0 * (temperature_degC[0] - 25.0)));
+      supervisor_angles(&s, &shown);
     }
     if (--until_telemetry == 0) {
       until_telemetry = telemetry_period_ms;
@@ -147,8 +156,11 @@ struct FakeBoard : sinew::hil::Link {
         t.duty[j] = s.duty[j];
         t.thermocouple_raw[j] = s.thermocouple[j].raw;
         t.temperature_cdegC[j] = s.thermocouple[j].temperature_cdegC;
+        t.bound_rise_cK[j] = heat_bound_cK(s.bound_uK[j]);
       }
       t.angle_cdeg[0] = 1250;
+      t.angle_raw[0] = static_cast<std::uint16_t>(angle_raw >= 0 ? angle_raw : 9321);
+      t.angle_fault[0] = s.angle[0].fault;
       std::copy(counters, counters + DEVICE_COUNTERS, t.counters);
       frame f{};
       put_telemetry(&f, &decoder.parts, &t);

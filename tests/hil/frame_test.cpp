@@ -105,13 +105,13 @@ TEST_CASE("frame: the CRC is the one that everybody calls CRC-32") {
 
 TEST_CASE("frame: a disarm frame is, byte for byte, the one of docs/protocol.md") {
   frame f{};
-  f.version = 2;
+  f.version = FRAME_VERSION;
   f.type = FRAME_DISARM;
   f.session = 0x0102;
   f.sequence = 5;
   f.time_us = 0x01000000;
   // By Python's zlib.crc32 and by hand.
-  CHECK(encoded(f) == Wire{0x06, 0x02, 0x03, 0x02, 0x01, 0x05, 0x01, 0x01, 0x01, 0x01, 0x01, 0x06, 0x01, 0x7d, 0xc4, 0x65, 0x22, 0x00});
+  CHECK(encoded(f) == Wire{0x06, 0x03, 0x03, 0x02, 0x01, 0x05, 0x01, 0x01, 0x01, 0x01, 0x01, 0x06, 0x01, 0x12, 0x88, 0xc0, 0xb9, 0x00});
 }
 
 TEST_CASE("frame: what is encoded is decoded, for every type and any number of parts, and has no zero but its last byte") {
@@ -183,7 +183,7 @@ TEST_CASE("frame: each way of refusing has a counter of its own") {
     const Decoded decoded(wire);
     return decoded.frames.empty() && decoded.refused() == 1 && decoded.decoder.refused[fault] == 1;
   };
-  const Wire header{2, FRAME_DISARM, 2, 1, 5, 0, 0, 0, 0, 0, 0, 1};
+  const Wire header{FRAME_VERSION, FRAME_DISARM, 2, 1, 5, 0, 0, 0, 0, 0, 0, 1};
   CHECK(Decoded(stuffed(header)).frames.size() == 1);  // valid as it stands
   Wire longest(FRAME_WIRE_MOST + 40, 1);
   longest.push_back(0);
@@ -191,7 +191,7 @@ TEST_CASE("frame: each way of refusing has a counter of its own") {
   CHECK(counted({9, 1, 1, 0}, FRAME_BAD_STUFFING));
   CHECK(counted({3, 1, 1, 0}, FRAME_TOO_SHORT));
   Wire other = stuffed(header);
-  other[1] = 3;
+  other[1] ^= 4;
   CHECK(counted(other, FRAME_BAD_CHECK));
   Wire version = header;
   version[0] = 1;
@@ -266,38 +266,39 @@ TEST_CASE("frame: the wire carries 1 to 8 coils, and at most 8 thermocouples and
 }
 
 TEST_CASE("message: commands, telemetry and hello of 1, 2, 4 and 8 coils are, byte for byte, what docs/protocol.md says") {
-  // By Python's struct and zlib from the page's tables, stuffed by hand: session 0x0102, sequence 5, time 0x01000000.
+  // By frame_vectors.py, from the page's tables: session 0x0102, sequence 5, time 0x01000000.
   struct {
     board_parts parts;
     const char *command, *telemetry, *hello;
   } const vectors[] = {
       {{1, 1, 1},
-       "060204020105010101010103016402dc059aa295e100",
-       "0602830201050101010101050170110102010102640790014006c40901022a05f01f85ee0102010202020302040205020602070208020902"
-       "0a020b020c05e170bbe500",
-       "0602810201050101010101140178563412f0debc9a0302010101015eba8fbe00"},
+       "060304020105010101010103016402dc050b33fd4f00",
+       "060383020105010101010105017011010201010318640790014006c409010468102a05f01f85ee0102010202020302040205020602070208"
+       "0209020a020b020c05e109569f00",
+       "0603810201050101010101140178563412f0debc9a030201010101c91c925900"},
       {{2, 2, 1},
-       "060204020105010101010103016402c802dc04e519590100",
-       "0602830201050101010101050170110102010103016402c80b9001400690014406c4090103dc0501022a05f01f85ee010201020202030204"
-       "02050206020702080209020a020b020c05c0a2f9eb00",
-       "0602810201050101010101140178563412f0debc9a030201020201c457e49700"},
+       "060304020105010101010103016402c802dc0504af0bef00",
+       "060383020105010101010105017011010201010401186402c80b9001400690014406c4090103dc050106681069102a05f01f85ee01020102"
+       "020203020402050206020702080209020a020b020c0584191dde00",
+       "0603810201050101010101140178563412f0debc9a03020102020153f1f97000"},
       {{4, 4, 2},
-       "060204020105010101010103016402c8062c019001dc05dd21960100",
-       "06028302010501010101010501701101020101050102036402c8172c01900190014006900144069001480690014c06c4090103dc050103f4"
-       "0101060cfeffff2a09f01ff11f85ee61f401020102020203020402050206020702080209020a020b020c05d68e9c4f00",
-       "0602810201050101010101140178563412f0debc9a0302010404024add3a5c00"},
+       "060304020105010101010103016402c8062c019001dc051d45be1600",
+       "060383020105010101010105017011010201010701020318196402c8172c01900190014006900144069001480690014c06c4090103dc0501"
+       "03f401010e0cfeffff681069106a106b102a09f01ff11f85ee61f401020102020203020402050206020702080209020a020b020c0563d37b"
+       "6200",
+       "0603810201050101010101140178563412f0debc9a030201040402dd7b27bb00"},
       {{8, 8, 8},
-       "060204020105010101010103016402c80e2c019001f4015802bc022003dc0545e733a500",
-       "0602830201050101010101050170110102010109010203040506076402c82f2c019001f4015802bc02200390014006900144069001480690"
-       "014c0690015006900154069001580690015c06c4090103dc050103f40101160cfeffff24faffff3cf6ffff54f2ffff6ceeffff2a18f01ff1"
-       "1ff21ff31ff41ff51ff61ff71f85ee61f43dfa1909f505d10bad11891701020102020203020402050206020702080209020a020b020c057f"
-       "49378400",
-       "0602810201050101010101140178563412f0debc9a0302010808083c82401900"},
+       "060304020105010101010103016402c80e2c019001f4015802bc022003dc054d04539900",
+       "06038302010501010101010501701101020101110102030405060718191a1b1c1d1e1f6402c82f2c019001f4015802bc0220039001400690"
+       "0144069001480690014c0690015006900154069001580690015c06c4090103dc050103f40101260cfeffff24faffff3cf6ffff54f2ffff6c"
+       "eeffff681069106a106b106c106d106e106f102a18f01ff11ff21ff31ff41ff51ff61ff71f85ee61f43dfa1909f505d10bad118917010201"
+       "02020203020402050206020702080209020a020b020c05fbcc168e00",
+       "0603810201050101010101140178563412f0debc9a030201080808ab245dfe00"},
       {{4, 0, 2},
-       "060204020105010101010103016402c8062c019001dc05dd21960100",
-       "060283020105010101010105017011010201026402c8062c0190012a09f01ff11f85ee61f401020102020203020402050206020702080209"
-       "020a020b020c05f6489d8200",
-       "06028102010501010101010e0178563412f0debc9a0302010406024e18563800"},
+       "060304020105010101010103016402c8062c019001dc051d45be1600",
+       "0603830201050101010101050170110102010418196402c80e2c019001681069106a106b102a09f01ff11f85ee61f4010201020202030204"
+       "02050206020702080209020a020b020c05594d388a00",
+       "06038102010501010101010e0178563412f0debc9a030201040602d9be4bdf00"},
   };
   for (const auto& [parts, command_hex, telemetry_hex, hello_hex] : vectors) {
     CAPTURE(static_cast<int>(parts.coils));
@@ -322,8 +323,10 @@ TEST_CASE("message: commands, telemetry and hello of 1, 2, 4 and 8 coils are, by
       telemetry.thermocouple_raw[k] = 0x06400190u + (std::uint32_t{k} << 18);
       telemetry.temperature_cdegC[k] = 2500 - 1000 * k;
     }
+    for (std::uint8_t j = 0; j < parts.coils; ++j) telemetry.bound_rise_cK[j] = static_cast<std::uint16_t>(4200 + j);
     telemetry.temperature_age_ms = 42;
     for (std::uint8_t k = 0; k < parts.angles; ++k) {
+      telemetry.angle_fault[k] = static_cast<std::uint8_t>(TRIP_ANGLE_RANGE + k);
       telemetry.angle_raw[k] = static_cast<std::uint16_t>(8176 + k);
       telemetry.angle_cdeg[k] = static_cast<std::int16_t>(-4475 + 1500 * k);
     }
@@ -374,12 +377,13 @@ TEST_CASE("limits: their hash is another for another number of coils") {
 
 TEST_CASE("message: every payload reads back as it was written") {
   frame f{};
-  const message_arm arm{0x12345678u, 0x9abcdef0u};
+  const message_arm arm{0x12345678u, 0x9abcdef0u, ARM_ANGLE_FAULTS_TRIP};
   put_arm(&f, &arm);
   message_arm arm_back{};
   get_arm(&f, &arm_back);
   CHECK(arm_back.firmware_hash == arm.firmware_hash);
   CHECK(arm_back.limits_hash == arm.limits_hash);
+  CHECK(arm_back.flags == arm.flags);
 
   const message_command command{.duty = {6000, 1}, .time_to_live_ms = 220};
   put_command(&f, &two_coils, &command);

@@ -85,7 +85,7 @@ TEST_CASE("session: boards of 1, 2, 4 and 8 coils run a scenario of a limb of as
       CHECK(driven.inputs[static_cast<std::size_t>(j)] == (j == coils - 1 ? 0.4 : 0.0));
       CHECK((recording.samples[20].channels[static_cast<std::size_t>(j)] > 30.0) == (j == coils - 1));
     }
-    for (int k = 0; k < bends; ++k) CHECK(driven.channels[static_cast<std::size_t>(coils + k)] == 12.5 * (k + 1));
+    for (int k = 0; k < bends; ++k) CHECK(driven.channels[static_cast<std::size_t>(coils + k)] == 10.0 * (k + 1));
     ReplayLink replay(logged.log(), "wire.bin");
     CHECK(run_session(scenario, replay, {}).recording_csv == result.recording_csv);
   }
@@ -150,13 +150,31 @@ TEST_CASE("session: a scenario runs to its end, and the limb is at rest then") {
   CHECK(recording.notes.summary().empty());
 }
 
-TEST_CASE("session: from 5 ms to half a second a sample, the deadlines are kept and the device stays armed") {
-  for (const double period_s : {0.005, 0.05, 0.5}) {
+TEST_CASE("session: from 5 ms to 0.2 s a sample, the deadlines are kept and the device stays armed") {
+  for (const double period_s : {0.005, 0.05, 0.2}) {
     FakeBoard board;
     const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", period_s), board, {});
     CAPTURE(period_s);
     CHECK(result.status == SessionStatus::finished);
     CHECK(result.ticks == std::llround(8.0 / period_s) + 1);
+  }
+}
+
+TEST_CASE(
+    "session: asked for more heat than its bound allows, the host lowers the duty, and the device does not trip; nearly all of it is "
+    "used") {
+  for (const double period_s : {0.005, 0.1, 0.2}) {
+    FakeBoard board;
+    sim::Scenario hot = scenario("{ duty_A: { constant: { value_fraction: 0.5 } } }", period_s);
+    hot.duration_s = 30.0;
+    SessionSettings settings;
+    std::uint32_t most_uK = 0;
+    settings.show = [&](const SessionView&) { most_uK = std::max(most_uK, board.s.bound_uK[0]); };
+    const SessionResult result = run_session(hot, board, settings);
+    CAPTURE(period_s);
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(most_uK < LIMIT_BOUND_RISE_cK * 10'000u);
+    CHECK(most_uK > (LIMIT_BOUND_RISE_cK - 300) * 10'000u);
   }
 }
 
@@ -238,6 +256,90 @@ TEST_CASE("session: who runs it can stop it, and the limb is at rest then") {
   CHECK(result.status == SessionStatus::stopped);
   CHECK(result.ticks == 34);
   CHECK(board.s.state == DEVICE_DISARMED);
+}
+
+TEST_CASE("session: a period longer than 0.2 s, or shorter than 5 ms, is an error, and the board hears nothing") {
+  for (const double period_s : {0.21, 1.0, 60.0, 0.004}) {
+    FakeBoard board;
+    CAPTURE(period_s);
+    CHECK_THROWS_WITH_AS(run_session(scenario("{ duty_A: { constant: { value_fraction: 0.2 } } }", period_s), board, {}),
+                         doctest::Contains("sample_period_s"), sim::InputError);
+    CHECK(board.session == 0);
+  }
+}
+
+TEST_CASE("session: who stops it in the middle of a period has zero duty at the next repetition, not at the end of the period") {
+  for (const int part : {1, 2, 3}) {  // of four in 0.2 s
+    FakeBoard board;
+    SessionSettings settings;
+    int asked = 0;
+    std::int64_t stopped_us = 0;
+    settings.should_stop = [&](std::int64_t tick) {
+      stopped_us = board.now_us;
+      return asked++ == 4 * 15 + part && tick == 15;
+    };
+    const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.3 } } }", 0.2), board, settings);
+    CHECK(result.status == SessionStatus::stopped);
+    CHECK(result.brought_to_rest);
+    CHECK(result.ticks == 16);
+    CHECK(board.last_on_us >= stopped_us);
+    CHECK(board.last_on_us <= stopped_us + 2000);
+    const sim::Recording recording =
+        sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
+    CHECK(recording.samples.back().inputs[0] == 0.3);  // of the part that was begun
+  }
+}
+
+TEST_CASE("session: the host's supervisor looks at every repetition: a word that cannot be ends the duty in the middle of a period") {
+  FakeBoard board;
+  // The device believes what it shows (its own fault is found by the next 105 ms); the wire shows the host other bits.
+  bool garbled = false;
+  std::int64_t since_us = 0;
+  TamperedLink link(board, nullptr, [&](Bytes wire, std::int64_t now_us) -> std::vector<Bytes> {
+    frame_decoder decoder;
+    frame_decoder_start(&decoder, &board.parts);
+    frame in;
+    for (const std::uint8_t byte : wire)
+      if (frame_decoder_take(&decoder, byte, &in) == FRAME_READY && in.type == FRAME_TELEMETRY && now_us > 3'010'000) {
+        message_telemetry said{};
+        get_telemetry(&in, &board.parts, &said);
+        said.thermocouple_raw[0] = 0xffffffffu;
+        put_telemetry(&in, &board.parts, &said);
+        wire.resize(FRAME_WIRE_MOST);
+        wire.resize(frame_encode(&in, wire.data()));
+        if (!std::exchange(garbled, true)) since_us = now_us;
+      }
+    return {wire};
+  });
+  const SessionResult result = run_session(scenario("{ duty_A: { constant: { value_fraction: 0.3 } } }", 0.2), link, {});
+  CHECK(result.status == SessionStatus::objected);
+  REQUIRE(since_us > 0);
+  CHECK(board.last_on_us < since_us + 52'000);
+}
+
+TEST_CASE("session: a bend sensor that is unplugged ends it, or, asked to go on without, is missing in the recording") {
+  for (const bool ends : {true, false}) {
+    FakeBoard board;
+    SessionSettings settings;
+    settings.angle_faults_end = ends;
+    settings.show = [&](const SessionView& view) {
+      if (view.time_s >= 4.0) board.angle_raw = 0;
+    };
+    const SessionResult result = run_session(scenario(), board, settings);
+    CAPTURE(ends);
+    // Whichever of the two supervisors is first.
+    CHECK((result.status == SessionStatus::finished) == !ends);
+    CHECK((result.why.find("angle_range") != std::string::npos || result.why.find("a wire is off") != std::string::npos) == ends);
+    CHECK(board.s.duty[0] == 0);
+    const sim::Recording recording =
+        sim::parse_recording(result.recording_csv, "recording.csv", sim::columns_of(scenario().plant.system()));
+    CHECK(recording.samples[39].channels[2] == 12.5);
+    if (!ends) CHECK(std::isnan(recording.samples[60].channels[2]));
+    if (!ends) CHECK(recording.samples[60].channels[0] > 55.0);
+    FakeBoard unplugged;
+    unplugged.angle_raw = 0;
+    if (ends) CHECK(refusal(unplugged, settings).find("bend sensor angle_range") != std::string::npos);
+  }
 }
 
 TEST_CASE("session: a sample that did not come is missing in the recording, and counted") {
@@ -350,6 +452,48 @@ TEST_CASE("clock map: a device whose crystal is 100 ppm off is followed to half 
   CHECK(most_step_us <= 60);  // of 20 ms: bent by 1000 ppm and a skew, no more
 }
 
+TEST_CASE(
+    "clock map: clocks that differ by up to 1 % are followed from the first seconds on, whatever the jitter, over a minute and over five") {
+  // The share of a period by which a stamp may be off: the device takes none that is 20 ms ahead, and none that is 220 ms old.
+  for (const double skew : {-0.01, -0.005, -0.002, 0.002, 0.005, 0.01})
+    for (const double jitter_us : {0.0, 2000.0, 16'000.0})
+      for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        ClockMap map;
+        const sim::RandomStream chance(seed, "latency");
+        double most_ahead_us = 0.0, most_behind_us = 0.0;
+        map.begin(0, 3000);
+        for (std::uint64_t n = 1; n < 15'000; ++n) {
+          const double device_us = 20'000.0 * static_cast<double>(n);
+          const double arrived_us = device_us * (1.0 + skew) + chance.uniform(n) * jitter_us;
+          map.take(static_cast<std::uint32_t>(device_us), static_cast<std::int64_t>(arrived_us));
+          // Half a frame later, when a command is stamped.
+          const double host_us = arrived_us + 10'000.0, there_us = host_us / (1.0 + skew);
+          const double ahead_us = map.device_us(static_cast<std::int64_t>(host_us)) - there_us;
+          most_ahead_us = std::max(most_ahead_us, ahead_us);
+          most_behind_us = std::max(most_behind_us, -ahead_us);
+        }
+        CAPTURE(skew);
+        CAPTURE(jitter_us);
+        CAPTURE(seed);
+        CHECK(most_ahead_us < 15'000.0);
+        CHECK(most_behind_us < 25'000.0);
+        CHECK(std::abs(map.skew() - skew) < 5e-4);
+      }
+}
+
+TEST_CASE("session: a board whose clock is off by up to 1 % is driven for two minutes, and its stamps are neither stale nor ahead") {
+  for (const double rate : {0.99, 0.995, 0.998, 1.002, 1.005, 1.01}) {
+    FakeBoard board;
+    board.device_rate = rate;
+    sim::Scenario minutes = scenario("{ duty_A: { constant: { value_fraction: 0.0 } } }");
+    minutes.duration_s = 120.0;
+    const SessionResult result = run_session(minutes, board, {});
+    CAPTURE(rate);
+    CHECK(result.status == SessionStatus::finished);
+    CHECK(board.counters[COUNT_STALE] == 0);
+  }
+}
+
 TEST_CASE("clock map: neither a first frame that came late nor a line that holds frames back puts stamps ahead of the device") {
   constexpr double rate = 1.00005;  // the device's crystal against the host's
   for (const double first_late_us : {0.0, 5000.0, 16'000.0, 200'000.0})
@@ -377,6 +521,22 @@ TEST_CASE("session: an arming whose answer is lost leaves the device disarmed") 
   board.swallow_answers_to = FRAME_ARM;
   CHECK_THROWS_AS(run_session(scenario(), board, {}), Refused);
   CHECK(board.s.state == DEVICE_DISARMED);
+}
+
+TEST_CASE(
+    "session: a bridge that holds frames back for 50 to 80 ms each way is armed over and driven over, and tells nothing of it in time to "
+    "live") {
+  for (const auto& latency : {LatentLink::Latency{0, 80'000}, LatentLink::Latency{50'000, 80'000}})
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      FakeBoard board;
+      LatentLink link(board, latency, seed);
+      const SessionResult result = run_session(scenario(), link, {});
+      CAPTURE(latency.least_us);
+      CAPTURE(seed);
+      CHECK(result.status == SessionStatus::finished);
+      CHECK(result.brought_to_rest);
+      CHECK(board.s.state == DEVICE_DISARMED);
+    }
 }
 
 TEST_CASE("session: a trip that comes with the last command is how the session ended") {
