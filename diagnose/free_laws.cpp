@@ -63,9 +63,8 @@ Eigen::VectorXd less_slow_part(const Eigen::VectorXd& variable, const std::vecto
   return result;
 }
 
-std::vector<plant::Law> cells_of(const Explanation& at) {
+std::vector<plant::Law> cells_of(const Explanation& at, const std::vector<Eigen::VectorXd>& variables) {
   const plant::System& system = at.system();
-  const std::vector<Eigen::VectorXd> variables = variables_of(at);
   std::vector<plant::Law> laws;
   if (variables.empty()) return laws;
   const plant::Plant model = at.model();
@@ -116,29 +115,133 @@ std::vector<plant::Law> cells_of(const Explanation& at) {
   return laws;
 }
 
+// A variable, or a part of an equation, at a sample: between those at the first samples of the blocks around it.
+class AtSamples {
+ public:
+  AtSamples(const Explanation& at, std::size_t recording) : samples_(at.problem->data()[recording].recording->samples) {
+    const auto& blocks = at.blocks->blocks();
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      if (blocks[b].recording == recording) of_block_.push_back(b);
+    for (std::size_t k = 0, i = 0; k < at.problem->data()[recording].sample_count; ++k) {
+      while (i + 1 < of_block_.size() && blocks[of_block_[i + 1]].first_sample <= k) ++i;
+      const std::size_t next = std::min(i + 1, of_block_.size() - 1);
+      const double from_s = samples_[blocks[of_block_[i]].first_sample].time_s,
+                   to_s = samples_[blocks[of_block_[next]].first_sample].time_s;
+      where_.push_back({of_block_[i], of_block_[next], to_s > from_s ? (samples_[k].time_s - from_s) / (to_s - from_s) : 0.0});
+    }
+  }
+  double value(const Eigen::VectorXd& series, std::size_t sample) const {
+    const auto& [low, high, share] = where_[sample];
+    return (1.0 - share) * series(static_cast<Eigen::Index>(low)) + share * series(static_cast<Eigen::Index>(high));
+  }
+
+ private:
+  struct Where {
+    std::size_t low, high;
+    double share;
+  };
+  const std::vector<sim::Sample>& samples_;
+  std::vector<std::size_t> of_block_;
+  std::vector<Where> where_;
+};
+
+// Adds `scale` times the law's shapes at x.
+void add_shapes(const plant::Law& law, double x, double scale, Eigen::Ref<Eigen::RowVectorXd, 0, Eigen::InnerStride<>> to) {
+  const std::vector<double>& knots = law.knots;
+  if (!(x > knots.front())) {
+    to += scale * law.curve.row(0);
+    return;
+  }
+  if (!(x < knots.back())) {
+    to += scale * law.curve.row(law.curve.rows() - 1);
+    return;
+  }
+  const auto above = static_cast<Eigen::Index>(std::upper_bound(knots.begin(), knots.end(), x) - knots.begin());
+  const double low = knots[static_cast<std::size_t>(above - 1)], share = (x - low) / (knots[static_cast<std::size_t>(above)] - low);
+  to += scale * ((1.0 - share) * law.curve.row(above - 1) + share * law.curve.row(above));
+}
+
+// What the weights of these laws do to the rows, [rows x weights], row-major: the linear response of the plant along its path. Laws that
+// are off change nothing of the path, so one path serves them all.
+std::vector<double> responses(const Explanation& at, const Path& path, const std::vector<Eigen::VectorXd>& variables,
+                              const std::vector<plant::Law>& laws, std::size_t first, std::size_t end) {
+  const plant::System& system = at.system();
+  const plant::Plant model = at.model();
+  const auto n = static_cast<Eigen::Index>(model.states().size()), channels = static_cast<Eigen::Index>(system.channels().size());
+  std::vector<Eigen::Index> at_column;
+  Eigen::Index weights = 0;
+  for (std::size_t l = first; l < end; ++l) {
+    at_column.push_back(weights);
+    weights += laws[l].curve.cols();
+  }
+  struct Acts {
+    const plant::Law* law;
+    Eigen::Index column;
+    const plant::Entry* entry;
+    Eigen::VectorXd argument;
+    const Eigen::VectorXd* factor;
+    double divided_by;
+  };
+  std::vector<Acts> acts;
+  for (std::size_t l = first; l < end; ++l) {
+    std::size_t part = 0;
+    for (const plant::Entry& entry : system.entries()) {
+      if (entry.group != laws[l].entry) continue;
+      const Eigen::VectorXd& variable = variables[laws[l].argument[part].index];
+      acts.push_back({&laws[l], at_column[l - first], &entry,
+                      laws[l].fading_memory_s > 0.0 ? less_slow_part(variable, at.blocks->blocks(), laws[l].fading_memory_s) : variable,
+                      laws[l].factor.empty() ? nullptr : &variables[laws[l].factor[part].index],
+                      entry.divided_by ? model.get(*entry.divided_by) : 1.0});
+      ++part;
+    }
+  }
+  std::vector<double> rows(at.problem->rows().size() * static_cast<std::size_t>(weights));
+  std::size_t row = 0;
+  Eigen::MatrixXd state(n, weights), push(n, weights), shown(channels, weights);
+  for (std::size_t r = 0; r < at.problem->data().size(); ++r) {
+    const FitData& data = at.problem->data()[r];
+    const AtSamples series(at, r);
+    state.setZero();
+    for (std::size_t k = 0; k < data.sample_count; ++k) {
+      const PathPoint& point = path.points[r][k];
+      shown.noalias() = point.reading * state;
+      push.setZero();
+      for (const Acts& act : acts) {
+        const double x = series.value(act.argument, k), times = act.factor ? series.value(*act.factor, k) : 1.0;
+        const Eigen::Index columns = act.law->curve.cols();
+        if (act.entry->channel)
+          add_shapes(*act.law, x, times, shown.row(static_cast<Eigen::Index>(act.entry->channel->index)).segment(act.column, columns));
+        if (act.entry->state)
+          add_shapes(*act.law, x, times / act.divided_by,
+                     push.row(static_cast<Eigen::Index>(act.entry->state->index)).segment(act.column, columns));
+      }
+      for (const plant::ChannelId c : system.channels().ids()) {
+        if (std::isnan(measured(data.recording->samples[k], c))) continue;
+        Eigen::Map<Eigen::RowVectorXd>(rows.data() + row * static_cast<std::size_t>(weights), weights) =
+            shown.row(static_cast<Eigen::Index>(c.index)) / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
+        ++row;
+      }
+      if (point.transition.size() == 0) continue;
+      const Eigen::MatrixXd pushed = point.integral * push;
+      state = point.transition * state + pushed;
+    }
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::vector<LawCandidate> screen_laws(const Explanation& at, int threads) {
-  std::vector<plant::Law> laws = cells_of(at);
+  const std::vector<Eigen::VectorXd> variables = variables_of(at);
+  std::vector<plant::Law> laws = cells_of(at, variables);
   std::vector<LawCandidate> candidates(laws.size());
   if (laws.empty()) return candidates;
-  const plant::Plant without = plant::carried_into(at.model(), plant::with_laws(at.model().shared_system(), laws));
   const Projection rest(at);
-  // Two laws of eight weights fill one pass of derivatives.
-  constexpr std::size_t together = 2;
+  constexpr std::size_t together = 8;
   sim::in_parallel((laws.size() + together - 1) / together, threads, [&](std::size_t job) {
     const std::size_t first = job * together, end = std::min(laws.size(), first + together);
-    plant::Plant with = without;
-    std::vector<plant::ParameterId> weights;
-    const std::size_t first_effect = at.system().effects().size();
-    for (std::size_t l = first; l < end; ++l) {
-      const plant::EffectInfo& effect = with.system().effects()[plant::EffectId{first_effect + l}];
-      with = with_effect(with, plant::EffectId{first_effect + l});
-      weights.insert(weights.end(), effect.parameters.begin() + 1, effect.parameters.end());
-    }
-    std::vector<double> rows;
-    if (!sensitivity_to(*at.problem, at.z.data(), with, weights, rows)) return;
-    Eigen::MatrixXd columns = at.blocks->means(rows.data(), weights.size());
+    const std::vector<double> rows = responses(at, rest.path(), variables, laws, first, end);
+    Eigen::MatrixXd columns = at.blocks->means(rows.data(), rows.size() / at.problem->rows().size());
     if (!columns.allFinite()) return;
     rest.whiten(columns);
     Eigen::Index at_column = 0;

@@ -4,11 +4,10 @@
 namespace sinew::diagnose {
 
 Projection::Projection(const Explanation& at) : z_(at.z) {
-  Path path;
-  follow(*at.problem, at.z.data(), Want::everything, path);
-  noise_ = std::make_unique<StateNoise>(*at.problem, *at.blocks, at.z.data(), path);
-  noise_->set(at.forcing);
-  absorbed_ = at.blocks->means(path.jacobian.data(), at.problem->unknowns().size());
+  follow(*at.problem, at.z.data(), Want::everything, path_);
+  noise_ = std::make_unique<StateNoise>(*at.problem, *at.blocks, at.z.data(), path_, nullptr, with_a_size(at.forcing));
+  noise_->set({at.forcing, at.white});
+  absorbed_ = at.blocks->means(path_.jacobian.data(), at.problem->unknowns().size());
   noise_->whiten(absorbed_);
   Eigen::MatrixXd residual = at.residual;
   noise_->whiten(residual);

@@ -27,7 +27,11 @@ class Projection {
   };
   Left of(const Eigen::MatrixXd& whitened) const;
 
+  // The plant's linear equations along the path.
+  const Path& path() const { return path_; }
+
  private:
+  Path path_;
   std::unique_ptr<StateNoise> noise_;
   Eigen::MatrixXd absorbed_;
   Eigen::VectorXd residual_, z_;

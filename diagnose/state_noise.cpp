@@ -9,7 +9,8 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr int unrolled_forcings = 12;  // nine of the first System and one strength that varies, with room
+// Of the first System: the surroundings and the readings alone, and all nine entries and one strength that varies, with room.
+constexpr int few_forcings = 4, unrolled_forcings = 12;
 
 }  // namespace
 
@@ -39,6 +40,12 @@ double nuisance_of(const plant::System& system, const ForcingSize& size) {
   for (const plant::EntryGroupId g : size.ids())
     if (system.entry_groups()[g].is_nuisance) return size[g];
   return 0.0;
+}
+
+FreeForcings with_a_size(const ForcingSize& size) {
+  FreeForcings some;
+  for (const double one : size) some.push_back(one > 0.0);
+  return some;
 }
 
 FreeForcings all_free(const plant::System& system) { return FreeForcings(system.entry_groups().size(), true); }
@@ -97,26 +104,31 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
   return sum;
 }
 
-StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path, const VaryingPush* varying)
-    : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr) {
+StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path, const VaryingPush* varying,
+                       const FreeForcings& groups)
+    : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr), white_(per_channel(problem.system(), 1.0)) {
   const plant::Plant plant = problem.plant_at(z);
   const std::vector<plant::Entry>& entries = system_.entries();
   states_ = plant.states().size();
   padded_states_ = padded(states_);
-  const std::size_t forcings = entries.size() + (varying ? 1 : 0);
-  padded_forcings_ = entries.size() + 1 <= unrolled_forcings ? unrolled_forcings : static_cast<Eigen::Index>(entries.size() + 1);
+  for (std::size_t e = 0; e < entries.size(); ++e)
+    if (groups.empty() || groups[entries[e].group]) used_.push_back(e);
+  const std::size_t forcings = this->forcings();
+  padded_forcings_ = forcings <= few_forcings        ? few_forcings
+                     : forcings <= unrolled_forcings ? unrolled_forcings
+                                                     : static_cast<Eigen::Index>(forcings);
   size_ = no_forcing(system_);
   const auto n = static_cast<Eigen::Index>(states_), q = static_cast<Eigen::Index>(forcings),
              channels = static_cast<Eigen::Index>(system_.channels().size());
   const Eigen::Index all = padded_states_ + padded_forcings_, last = q - 1;
   Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(channels, q);
   std::vector<Eigen::Index> along_the_path;  // entries that push by what the path itself says
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const auto j = static_cast<Eigen::Index>(e);
-    if (entries[e].state)
-      push(static_cast<Eigen::Index>(entries[e].state->index), j) = entries[e].divided_by ? 1.0 / plant.get(*entries[e].divided_by) : 1.0;
-    if (entries[e].channel) direct(static_cast<Eigen::Index>(entries[e].channel->index), j) = 1.0;
-    if (entries[e].parameter) along_the_path.push_back(j);
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    const auto j = static_cast<Eigen::Index>(k);
+    const plant::Entry& entry = entries[used_[k]];
+    if (entry.state) push(static_cast<Eigen::Index>(entry.state->index), j) = entry.divided_by ? 1.0 / plant.get(*entry.divided_by) : 1.0;
+    if (entry.channel) direct(static_cast<Eigen::Index>(entry.channel->index), j) = 1.0;
+    if (entry.parameter) along_the_path.push_back(j);
   }
   // A block's state is that of its first sample; what its mean shows is what each of its samples makes of that state.
   Eigen::MatrixXd since(all, all), last_transition = Eigen::MatrixXd::Identity(all, all), moved = Eigen::MatrixXd::Zero(all, all);
@@ -142,9 +154,10 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
       const Eigen::MatrixXd pushed = point.integral * push;
       moved.topRows(n).noalias() = point.transition * since.topRows(n);
       moved.topRows(n).noalias() += pushed * since.middleRows(padded_states_, q);
-      for (std::size_t e = 0; e < static_cast<std::size_t>(q); ++e) {
+      for (std::size_t e = 0; e < forcings; ++e) {
         const Eigen::Index j = forcing_state(e);
-        const double tau_s = e < entries.size() ? system_.entry_groups()[entries[e].group].correlation_time_s : varying->correlation_time_s;
+        const double tau_s =
+            e < used_.size() ? system_.entry_groups()[entries[used_[e]].group].correlation_time_s : varying->correlation_time_s;
         moved.row(j) = since.row(j) * std::exp(-(samples[k + 1].time_s - samples[k].time_s) / tau_s);
       }
       since = moved;
@@ -161,10 +174,12 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
 template <class Work>
 decltype(auto) StateNoise::with_sizes(Work&& work) const {
   using Any = std::integral_constant<int, Eigen::Dynamic>;
-  if (padded_forcings_ != unrolled_forcings) return work(Any{}, Any{});
+  if (padded_forcings_ != unrolled_forcings && padded_forcings_ != few_forcings) return work(Any{}, Any{});
   return with_padded_size(states_, [&](auto size) {
     if constexpr (size.value == Eigen::Dynamic)
       return work(Any{}, Any{});
+    else if (padded_forcings_ == few_forcings)
+      return work(size, std::integral_constant<int, few_forcings>{});
     else
       return work(size, std::integral_constant<int, unrolled_forcings>{});
   });
@@ -187,8 +202,8 @@ SINEW_FLATTEN void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predi
   using Column = Eigen::Vector<double, all>;
   const std::vector<plant::Entry>& entries = system_.entries();
   Eigen::Vector<double, Forcings> variance_of = Eigen::Vector<double, Forcings>::Zero(q);
-  for (std::size_t e = 0; e < entries.size(); ++e) variance_of(static_cast<Eigen::Index>(e)) = std::pow(size_[entries[e].group], 2);
-  if (varies_) variance_of(static_cast<Eigen::Index>(entries.size())) = std::pow(varying_size_, 2);
+  for (std::size_t k = 0; k < used_.size(); ++k) variance_of(static_cast<Eigen::Index>(k)) = std::pow(size_[entries[used_[k]].group], 2);
+  if (varies_) variance_of(static_cast<Eigen::Index>(used_.size())) = std::pow(varying_size_, 2);
   gains_.resize(steps_.size());
   if (predicted) predicted->clear();
   log_determinant_ = 0.0;
@@ -229,7 +244,7 @@ SINEW_FLATTEN void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predi
       const auto column = static_cast<Eigen::Index>(c.index);
       const Eigen::Map<const Column> h(step.reading.col(column).data(), m);
       const Column seen = product<Size>(covariance, h);
-      const double variance = h.dot(seen) + 1.0 / blocks_.rows()[row].count;
+      const double variance = h.dot(seen) + white_[c] * white_[c] / blocks_.rows()[row].count;
       const Column by = seen / variance;
       covariance -= by.lazyProduct(seen.transpose());
       gain.gain.col(column) = by;
@@ -247,8 +262,28 @@ void StateNoise::set(const ForcingSize& size, double varying) {
   filter(nullptr);
 }
 
+void StateNoise::set(const NoiseModel& noise) {
+  white_ = noise.white;
+  set(noise.forcing);
+}
+
 void StateNoise::whiten(Eigen::Ref<Eigen::MatrixXd> columns) const {
   with_sizes([&](auto size, auto forcings) { whiten_padded<size.value, forcings.value>(columns); });
+}
+
+double StateNoise::whiten_part(Eigen::Ref<Eigen::MatrixXd> columns, const std::function<bool(const Blocks::Row&)>& wanted) const {
+  whiten(columns);
+  double log_determinant = 0.0;
+  for (std::size_t b = 0; b < gains_.size(); ++b)
+    for (const plant::ChannelId c : system_.channels().ids()) {
+      const std::size_t row = blocks_.blocks()[b].row[c];
+      if (row == Blocks::no_row) continue;
+      if (wanted(blocks_.rows()[row]))
+        log_determinant += std::log(gains_[b].variance[c] * blocks_.rows()[row].count);
+      else
+        columns.row(static_cast<Eigen::Index>(row)).setZero();
+    }
+  return log_determinant;
 }
 
 template <int Size, int Forcings>
@@ -287,60 +322,91 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
   return -0.5 * (whitened.squaredNorm() + log_determinant_);
 }
 
-ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
-                                 double finest_factor) {
-  // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
-  // the strength that varies.
-  constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
-  using Sizes = std::vector<double>;
-  const std::size_t groups = system_.entry_groups().size(), all = groups + 1;
-  Sizes best, typical, most;
-  std::vector<bool> is_free;
-  for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
-    const plant::EntryGroup& group = system_.entry_groups()[g];
-    best.push_back(begin[g]);
-    typical.push_back(group.typical);
-    most.push_back(group.most > 0.0 ? group.most : group.typical * most_share);
-    is_free.push_back(free[g]);
-  }
-  best.push_back(varying_size_);
-  typical.push_back(1.0);
-  most.push_back(most_share);
-  is_free.push_back(varies_);
-  const auto likelihood_of = [&](const Sizes& size) {
-    set(ForcingSize(Sizes(size.begin(), size.end() - 1)), size.back());
-    return log_likelihood(residual);
-  };
-  for (std::size_t q = 0; q < all; ++q)
-    if (is_free[q] && best[q] <= typical[q] * floor_share) best[q] = typical[q] * floor_share * 2.0;
-  double best_likelihood = likelihood_of(best);
-  double factor = 4.0;
+namespace {
+
+// Coordinate ascent in the logarithm: steps of a factor, whose exponent is halved when none helps.
+struct Coordinate {
+  double at, lowest, highest;
+  bool falls_to_nothing;  // what ends at its lowest is 0
+};
+void ascend(std::vector<Coordinate>& all, double finest_factor, const std::function<double(const std::vector<Coordinate>&)>& height) {
+  double best = height(all), factor = 4.0;
   for (int sweep = 0; sweep < 12 && factor > finest_factor; ++sweep) {
     bool moved = false;
-    for (std::size_t q = 0; q < all; ++q) {
-      if (!is_free[q]) continue;
-      const double lowest = typical[q] * floor_share, highest = most[q];
+    for (std::size_t q = 0; q < all.size(); ++q)
       for (const double by : {factor, 1.0 / factor}) {
         bool helped = false;
         for (int step = 0; step < 6; ++step) {
-          auto tried = best;
-          tried[q] = std::clamp(best[q] > 0.0 ? best[q] * by : lowest * by, lowest, highest);
-          if (tried[q] <= lowest) tried[q] = 0.0;
-          if (tried[q] == best[q]) break;
-          const double likelihood = likelihood_of(tried);
-          if (likelihood <= best_likelihood + 1e-3) break;
-          best_likelihood = likelihood;
-          best = tried;
+          const double was = all[q].at, lowest = all[q].lowest;
+          double tried = std::clamp(was > 0.0 ? was * by : lowest * by, lowest, all[q].highest);
+          if (tried <= lowest && all[q].falls_to_nothing) tried = 0.0;
+          if (tried == was) break;
+          all[q].at = tried;
+          const double reached = height(all);
+          if (reached <= best + 1e-3) {
+            all[q].at = was;
+            break;
+          }
+          best = reached;
           helped = moved = true;
-          if (best[q] == 0.0) break;
+          if (tried == 0.0) break;
         }
         if (helped) break;
       }
-    }
     if (!moved) factor = std::sqrt(factor);
   }
-  likelihood_of(best);
+}
+
+constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;  // of what is typical of a forcing
+
+Coordinate size_of(const plant::EntryGroup& group, double begin) {
+  const double lowest = group.typical * floor_share;
+  return {begin <= lowest ? 2.0 * lowest : begin, lowest, group.most > 0.0 ? group.most : group.typical * most_share, true};
+}
+
+}  // namespace
+
+ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
+                                 double finest_factor) {
+  std::vector<Coordinate> all;
+  ForcingSize size = begin;
+  for (const plant::EntryGroupId g : size.ids())
+    if (free[g]) all.push_back(size_of(system_.entry_groups()[g], begin[g]));
+  if (varies_) all.push_back({std::max(varying_size_, 2.0 * floor_share), floor_share, most_share, true});
+  const auto put = [&](const std::vector<Coordinate>& at) {
+    std::size_t next = 0;
+    for (const plant::EntryGroupId g : size.ids())
+      if (free[g]) size[g] = at[next++].at;
+    set(size, varies_ ? at[next].at : 0.0);
+  };
+  ascend(all, finest_factor, [&](const std::vector<Coordinate>& at) {
+    put(at);
+    return log_likelihood(residual);
+  });
+  put(all);
   return size_;
+}
+
+NoiseModel StateNoise::maximise_with_white(const Eigen::VectorXd& residual, const NoiseModel& begin, const FreeForcings& free,
+                                           double finest_factor) {
+  std::vector<Coordinate> all;
+  NoiseModel noise = begin;
+  for (const plant::EntryGroupId g : noise.forcing.ids())
+    if (free[g]) all.push_back(size_of(system_.entry_groups()[g], begin.forcing[g]));
+  for (const double factor : begin.white) all.push_back({std::max(1.0, factor), 1.0, 1e4, false});
+  const auto put = [&](const std::vector<Coordinate>& at) {
+    std::size_t next = 0;
+    for (const plant::EntryGroupId g : noise.forcing.ids())
+      if (free[g]) noise.forcing[g] = at[next++].at;
+    for (double& factor : noise.white) factor = at[next++].at;
+    set(noise);
+  };
+  ascend(all, finest_factor, [&](const std::vector<Coordinate>& at) {
+    put(at);
+    return log_likelihood(residual);
+  });
+  put(all);
+  return noise;
 }
 
 Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
@@ -383,11 +449,12 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
       information = h * h.transpose() / gain.variance[c] + through.transpose() * information * through;
     }
     const Eigen::VectorXd smoothed = predicted[b] + covariance[b] * adjoint;
-    for (std::size_t q = 0; q < entries + (varies_ ? 1 : 0); ++q) {
+    for (std::size_t q = 0; q < forcings(); ++q) {
       const Eigen::Index i = forcing_state(q);
       const Eigen::RowVectorXd row = covariance[b].row(i);
-      (q < entries ? result.forcing[q] : result.varying)(static_cast<Eigen::Index>(b)) = smoothed(i);
-      (q < entries ? result.deviation[q] : result.varying_deviation)(static_cast<Eigen::Index>(b)) =
+      const bool of_entry = q < used_.size();
+      (of_entry ? result.forcing[used_[q]] : result.varying)(static_cast<Eigen::Index>(b)) = smoothed(i);
+      (of_entry ? result.deviation[used_[q]] : result.varying_deviation)(static_cast<Eigen::Index>(b)) =
           std::sqrt(std::max(0.0, covariance[b](i, i) - (row * information).dot(row)));
     }
     if (steps_[b].first_of_recording) {
@@ -409,8 +476,8 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
         driven.setZero();
       else
         driven.head(padded_states_) = (steps_[b].transition.topRows(padded_states_) * driven).eval();
-      for (std::size_t e = 0; e < entries; ++e)
-        driven(forcing_state(e)) = system_.entries()[e].group == g ? result.forcing[e](static_cast<Eigen::Index>(b)) : 0.0;
+      for (std::size_t k = 0; k < used_.size(); ++k)
+        driven(forcing_state(k)) = system_.entries()[used_[k]].group == g ? result.forcing[used_[k]](static_cast<Eigen::Index>(b)) : 0.0;
       for (const plant::ChannelId c : system_.channels().ids())
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
           result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(g.index)) =
