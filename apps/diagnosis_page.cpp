@@ -226,18 +226,17 @@ report::Table proposal_table(const Diagnosis& d) {
   table.align = {report::Align::left, report::Align::left};
   const auto& all = d.proposals.all;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (i >= most_rows && !all[i].terms.empty()) continue;
+    if (i >= most_rows && !all[i].effects.empty() && i != d.proposals.answer) continue;
     std::vector<std::string> names;
-    for (const plant::EffectId e : all[i].terms) names.push_back(effect_name(d, e));
+    for (const plant::EffectId e : all[i].effects) names.push_back(effect_name(d, e));
     report::Row row;
     row.cells = {names.empty() ? "none" : listed(names), i == 0 ? "the best" : odds_words(all.front().log_odds - all[i].log_odds)};
-    row.emphasis = i == 0;
+    row.emphasis = i == d.proposals.answer;
     table.rows.push_back(row);
   }
   table.caption =
-      "Each with all parameters fitted under one noise model: the sensors' noise, moving air, and an error of each reading that is "
-      "correlated "
-      "in time and as large as the best leaves it. Bold: the answer.";
+      "Each with all parameters fitted, begun from several values. Bold: the answer, without effects that do not help to predict what was "
+      "left out of the fit.";
   return table;
 }
 

@@ -356,6 +356,18 @@ std::string wandering_words(const Diagnosis& d) {
   return text;
 }
 
+// Effects of the most probable plant that were not kept, since they do not help to predict.
+std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
+  std::vector<std::string> names;
+  if (!d.by_paths) return names;
+  const auto& kept = d.proposals.all[d.proposals.answer].effects;
+  for (const plant::EffectId e : d.proposals.all.front().effects)
+    if (std::find(kept.begin(), kept.end(), e) == kept.end())
+      names.push_back(effects_of(d)[e].law ? std::string(effects_of(d)[e].words)
+                                           : "that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
+  return names;
+}
+
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
@@ -380,9 +392,14 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
     text.push_back(
         "No effects of the catalogue explain the recording to within noise. What follows was found by open-loop simulation from " +
         input_words(system_of(d)) + " alone: " + std::to_string(d.proposals.all.size()) +
-        " plants with effects or laws added, the best of all that were tried, were compared by their evidence under one noise model, and "
-        "what predicts the last part of the training data worse from a fit to the rest was left out. Together they take away " +
+        " plants with effects or laws added, the best of all that were tried, were compared under one measure of error, and each was kept "
+        "where seconds that were left out of the fit, a tenth at a time, are predicted better with it, beyond chance. "
+        "Together they take away " +
         percent(d.explained_share) + " of the squared error beyond noise.");
+    if (const auto more = fitted_but_idle(d); !more.empty())
+      text.push_back("Also tried: " + listed(more) + ". The plant with this is " +
+                     odds_words(d.proposals.all[d.proposals.answer].log_odds - d.proposals.all.front().log_odds) +
+                     " than the answer by its fit, but predicts no better what was left out of it.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "

@@ -147,17 +147,17 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, c
                            const DiagnosisSettings& settings) {
   FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
   result.rivals.clear();
-  const Proposal& best = proposals.best();
+  const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
-    if (contains(one.terms, effect)) continue;
+    if (contains(one.effects, effect)) continue;
     if (result.gain == 0.0) result.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
     // What does in its place, the others kept.
     const double loss = best.log_odds - one.log_odds;
-    if (one.terms.size() != best.terms.size() ||
-        std::any_of(best.terms.begin(), best.terms.end(), [&](plant::EffectId e) { return e != effect && !contains(one.terms, e); }))
+    if (one.effects.size() != best.effects.size() ||
+        std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
       continue;
-    for (const plant::EffectId other : one.terms)
-      if (!contains(best.terms, other) && !one.fit.system().effects()[other].law &&
+    for (const plant::EffectId other : one.effects)
+      if (!contains(best.effects, other) && !one.fit.system().effects()[other].law &&
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }
@@ -175,14 +175,14 @@ std::string place_of(const plant::Law& law, const plant::System& system) {
 }
 
 FoundLaw found_law(plant::EffectId effect, const Proposals& proposals) {
-  const Proposal& answer = proposals.best();
+  const Proposal& answer = proposals.all[proposals.answer];
   const plant::System& system = answer.fit.system();
   FoundLaw result;
   result.effect = effect;
   result.law = system.laws()[*system.effects()[effect].law];
   result.place = place_of(result.law, system);
   for (const Proposal& one : proposals.all)
-    if (!contains(one.terms, effect)) {
+    if (!contains(one.effects, effect)) {
       result.log_odds = answer.log_odds - one.log_odds;
       break;
     }
@@ -420,8 +420,8 @@ class Diagnoser {
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
   }
 
-  // Where forcings leave no name that explains: the plant that explains the recordings best from their inputs alone (proposals.h), if it
-  // predicts the held-out data no worse.
+  // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
+  // beyond chance, what was left out of the fit, and the held-out data no worse.
   void propose_whole_paths() {
     const ProposalSettings ask{.without = search_.without,
                                .seed = search_.seed,
@@ -429,9 +429,9 @@ class Diagnoser {
                                .progress = search_.progress
                                                ? [this](double share, const std::string& doing) { tell(0.9 + 0.08 * share, doing); }
                                                : std::function<void(double, const std::string&)>{}};
-    Proposals proposals = propose(given_, data_, ask, search_.fit);
-    if (proposals.best().terms.empty()) return;
-    const Proposal& best = proposals.best();
+    Proposals proposals = propose(before_, data_, ask, search_.fit);
+    if (proposals.all.empty() || proposals.all[proposals.answer].effects.empty()) return;
+    const Proposal& best = proposals.all[proposals.answer];
     const Fitted path = fitted(best.fit);
     std::vector<Prediction> predictions = result_.predictions;
     set_after(predictions, predicted_by(path));
@@ -450,7 +450,7 @@ class Diagnoser {
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);
     const auto is_law = [&](plant::EffectId e) { return system().effects()[e].law.has_value(); };
-    effects_ = best.terms;
+    effects_ = best.effects;
     std::erase_if(effects_, is_law);
     result_.predictions = std::move(predictions);
     result_.held_out = held_out;
@@ -460,7 +460,7 @@ class Diagnoser {
     result_.agreement_before = was;
     result_.agreement_after = is;
     for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_, settings_));
-    for (const plant::EffectId e : best.terms)
+    for (const plant::EffectId e : best.effects)
       if (is_law(e)) result_.laws.push_back(found_law(e, proposals));
     result_.proposals = std::move(proposals);
   }

@@ -235,15 +235,12 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
   if (!fit.begin(fit.clamped(z, 1e-3))) return result;
 
   result.log_posterior = -1e300;
-  result.white = settings.noise ? settings.noise->white : per_channel(result.system(), 1.0);
   Eigen::MatrixXd sensitivity;
   std::shared_ptr<StateNoise> noise, best;
-  FreeForcings free = settings.free.empty() ? all_free(result.system()) : settings.free;
-  ForcingSize size = settings.noise          ? settings.noise->forcing
-                     : guess.forcing.empty() ? forcing_to_begin_with(result.system())
-                                             : guess.forcing;
-  if (settings.noise) free = with_a_size(size);
-  if (settings.least_squares) free = nuisance_free(result.system());
+  const FreeForcings free = settings.least_squares  ? nuisance_free(result.system())
+                            : settings.free.empty() ? all_free(result.system())
+                                                    : settings.free;
+  ForcingSize size = guess.forcing.empty() ? forcing_to_begin_with(result.system()) : guess.forcing;
   for (const plant::EntryGroupId g : size.ids())
     if (!free[g]) size[g] = 0.0;
   for (int round = 0; round <= settings.most_rounds; ++round) {
@@ -254,8 +251,6 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
     const Eigen::VectorXd residual = fit.residual();
     if (settings.least_squares)
       noise->set(size = no_forcing(result.system()));
-    else if (settings.noise)
-      noise->set(*settings.noise);
     else
       size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6);
     const double likelihood = noise->log_likelihood(residual);
@@ -276,10 +271,8 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
     fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
   if (!best) return result;
-  if (!settings.noise) {
-    static_cast<void>(best->maximise(result.residual, nuisance_to_begin_with(result), nuisance_free(result.system()), 1.3));
-    result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
-  }
+  static_cast<void>(best->maximise(result.residual, nuisance_to_begin_with(result), nuisance_free(result.system()), 1.3));
+  result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
   Eigen::MatrixXd whitened = result.residual;
   best->whiten(whitened);
   result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());

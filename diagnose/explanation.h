@@ -32,9 +32,8 @@ struct ExplanationSettings {
   bool only_start = false;     // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
-  FreeForcings free{};                // forcings whose size is estimated, the others are none; empty: all
-  std::optional<NoiseModel> noise{};  // held: one noise model for all that are compared
-  std::optional<Varying> varying;     // one more forcing
+  FreeForcings free{};             // forcings whose size is estimated, the others are none; empty: all
+  std::optional<Varying> varying;  // one more forcing
   int most_rounds = 4;
   int iterations_per_round = 6;
   double enough = 0.3;                // an improvement of the log posterior below this ends the fit
@@ -48,7 +47,6 @@ struct Explanation {
   Eigen::MatrixXd covariance;  // of z
   Eigen::VectorXd residual;    // block rows, model - measured, in standard deviations of the sensors
   ForcingSize forcing;
-  PerChannel white;             // factors on the sensors' noise
   double varying_size = 0.0;    // deviation of the strength that varies
   double log_likelihood = 0.0;  // of the data at z and forcing
   double log_posterior = 0.0;   // with the prior of z

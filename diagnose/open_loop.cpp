@@ -90,4 +90,103 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
   return best;
 }
 
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  PerChannel longest = per_channel(path.model.system());
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const Series model = predict(path.model, path.starts[r], *data[r].recording, numerics);
+    for (const plant::ChannelId c : longest.ids()) {
+      std::vector<double> residual(data[r].sample_count);
+      for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
+      longest[c] = std::max(longest[c], correlation_samples(residual));
+    }
+  }
+  return longest;
+}
+
+namespace {
+
+bool has_reading(const sim::Sample& sample) {
+  return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
+}
+
+}  // namespace
+
+std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  const PerChannel correlation = correlation_of(path, data, numerics);
+  const Spread spread = spread_of(path, data, numerics);
+  std::vector<FitData> weighted = data;
+  for (std::size_t r = 0; r < data.size(); ++r)
+    for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+  return weighted;
+}
+
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings) {
+  constexpr std::size_t folds = 10;
+  constexpr double beginning_s = 10.0;  // is always fitted: it tells how the recording begins
+  ExplanationSettings least_squares = settings;
+  least_squares.least_squares = true;
+  least_squares.most_rounds = 1;
+  const std::vector<FitData> weighted = weighted_by(path, data, settings.numerics);
+
+  FoldErrors errors;
+  errors.squares.assign(folds, per_channel(path.model.system()));
+  errors.noise = errors.squares;
+  sim::in_parallel(folds, threads, [&](std::size_t fold) {
+    std::vector<sim::Recording> masked;
+    std::vector<std::pair<std::size_t, std::size_t>> left_out;  // of each recording: first sample, one past the last
+    for (const FitData& one : data) {
+      const auto& samples = one.recording->samples;
+      std::vector<std::size_t> shown;  // samples with a reading, after the beginning
+      for (std::size_t k = 0; k < one.sample_count; ++k)
+        if (samples[k].time_s >= samples[0].time_s + beginning_s && has_reading(samples[k])) shown.push_back(k);
+      const std::size_t first = shown.size() * fold / folds, end = shown.size() * (fold + 1) / folds;
+      left_out.emplace_back(first < end ? shown[first] : 0, first < end ? shown[end - 1] + 1 : 0);
+      masked.push_back(*one.recording);
+      if (first == end) continue;
+      for (sim::Sample& sample : masked.back().samples) {
+        if (sample.time_s < samples[shown[first]].time_s - guard_s || sample.time_s > samples[shown[end - 1]].time_s + guard_s) continue;
+        mask(sample);
+      }
+    }
+    std::vector<FitData> rest = weighted;
+    for (std::size_t r = 0; r < rest.size(); ++r) rest[r].recording = &masked[r];
+    const Explanation refitted = explain(path.of.problem->centres(), rest, path.of.as_guess(), least_squares);
+    const Fitted without = refitted.usable ? fitted(refitted) : path;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      const Series model = predict(without.model, without.starts[r], *data[r].recording, settings.numerics);
+      for (std::size_t k = left_out[r].first; k < left_out[r].second; ++k) {
+        for (const plant::ChannelId c : path.model.system().channels().ids()) {
+          const double target = measured(data[r].recording->samples[k], c);
+          if (std::isnan(target)) continue;
+          errors.squares[fold][c] += refitted.usable ? square_of_error(model[c][k], target) : lost;
+          errors.noise[fold][c] += std::pow(data[r].deviation[c], 2);
+        }
+      }
+    }
+  });
+  return errors;
+}
+
+FoldGain gain_of(const FoldErrors& before, const FoldErrors& after) {
+  const std::size_t folds = before.squares.size();
+  const auto gain_without = [&](std::size_t left_out) {
+    double gain = 0.0;
+    for (const plant::ChannelId c : before.squares.front().ids()) {
+      double was = 0.0, is = 0.0, noise = 0.0;
+      for (std::size_t f = 0; f < folds; ++f) {
+        if (f == left_out) continue;
+        was += before.squares[f][c], is += after.squares[f][c], noise += before.noise[f][c];
+      }
+      if (noise > 0.0) gain += 0.5 * std::log(std::max(was, noise) / std::max(is, noise));
+    }
+    return gain;
+  };
+  std::vector<double> gains;
+  for (std::size_t f = 0; f < folds; ++f) gains.push_back(gain_without(f));
+  const double n = static_cast<double>(folds), mean = std::accumulate(gains.begin(), gains.end(), 0.0) / n;
+  double variance = 0.0;
+  for (const double gain : gains) variance += (gain - mean) * (gain - mean) * (n - 1.0) / n;
+  return {gain_without(folds), std::sqrt(variance)};
+}
+
 }  // namespace sinew::diagnose

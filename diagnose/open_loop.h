@@ -46,4 +46,29 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
+// Samples over which each channel's error is correlated, the longest of all recordings.
+PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+
+// The data, each channel weighted as a path fits it: by how far off it is, never less than its noise, and for how long.
+std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+
+// Ten-fold cross-validation of a path: of each fold and channel, how far off the prediction is where the path was
+// fitted to everything else, its unknowns begun where they are. A fold is a tenth of every recording's fitted samples,
+// in one piece, without the seconds that tell how the recording begins; its neighbourhood is in neither part.
+//
+// Source: Hastie, Tibshirani, Friedman 2009, The Elements of Statistical Learning, 2nd edition, section 7.10.
+struct FoldErrors {
+  std::vector<PerChannel> squares;  // [fold]: sums over its samples, units of files squared
+  std::vector<PerChannel> noise;    // [fold]: what the sensors alone would make of these
+};
+FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings);
+
+// By how much the error that cross-validation finds falls: the logarithm of the root mean squares, summed over channels, and its
+// standard deviation, which is the jackknife's over folds. What is below the sensors' noise counts as noise.
+struct FoldGain {
+  double value, deviation;
+  bool beyond_chance() const { return value > 2.0 * deviation; }
+};
+FoldGain gain_of(const FoldErrors& before, const FoldErrors& after);
+
 }  // namespace sinew::diagnose

@@ -6,7 +6,7 @@ namespace sinew::diagnose {
 Projection::Projection(const Explanation& at) : z_(at.z) {
   follow(*at.problem, at.z.data(), Want::everything, path_);
   noise_ = std::make_unique<StateNoise>(*at.problem, *at.blocks, at.z.data(), path_, nullptr, with_a_size(at.forcing));
-  noise_->set({at.forcing, at.white});
+  noise_->set(at.forcing);
   absorbed_ = at.blocks->means(path_.jacobian.data(), at.problem->unknowns().size());
   noise_->whiten(absorbed_);
   Eigen::MatrixXd residual = at.residual;

@@ -106,7 +106,7 @@ Eigen::MatrixXd Blocks::means(const double* problem_rows, std::size_t columns) c
 
 StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const double* z, const Path& path, const VaryingPush* varying,
                        const FreeForcings& groups)
-    : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr), white_(per_channel(problem.system(), 1.0)) {
+    : system_(problem.system()), blocks_(blocks), varies_(varying != nullptr) {
   const plant::Plant plant = problem.plant_at(z);
   const std::vector<plant::Entry>& entries = system_.entries();
   states_ = plant.states().size();
@@ -244,7 +244,7 @@ SINEW_FLATTEN void StateNoise::filter_padded(std::vector<Eigen::MatrixXd>* predi
       const auto column = static_cast<Eigen::Index>(c.index);
       const Eigen::Map<const Column> h(step.reading.col(column).data(), m);
       const Column seen = product<Size>(covariance, h);
-      const double variance = h.dot(seen) + white_[c] * white_[c] / blocks_.rows()[row].count;
+      const double variance = h.dot(seen) + 1.0 / blocks_.rows()[row].count;
       const Column by = seen / variance;
       covariance -= by.lazyProduct(seen.transpose());
       gain.gain.col(column) = by;
@@ -262,28 +262,8 @@ void StateNoise::set(const ForcingSize& size, double varying) {
   filter(nullptr);
 }
 
-void StateNoise::set(const NoiseModel& noise) {
-  white_ = noise.white;
-  set(noise.forcing);
-}
-
 void StateNoise::whiten(Eigen::Ref<Eigen::MatrixXd> columns) const {
   with_sizes([&](auto size, auto forcings) { whiten_padded<size.value, forcings.value>(columns); });
-}
-
-double StateNoise::whiten_part(Eigen::Ref<Eigen::MatrixXd> columns, const std::function<bool(const Blocks::Row&)>& wanted) const {
-  whiten(columns);
-  double log_determinant = 0.0;
-  for (std::size_t b = 0; b < gains_.size(); ++b)
-    for (const plant::ChannelId c : system_.channels().ids()) {
-      const std::size_t row = blocks_.blocks()[b].row[c];
-      if (row == Blocks::no_row) continue;
-      if (wanted(blocks_.rows()[row]))
-        log_determinant += std::log(gains_[b].variance[c] * blocks_.rows()[row].count);
-      else
-        columns.row(static_cast<Eigen::Index>(row)).setZero();
-    }
-  return log_determinant;
 }
 
 template <int Size, int Forcings>
@@ -322,91 +302,60 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
   return -0.5 * (whitened.squaredNorm() + log_determinant_);
 }
 
-namespace {
-
-// Coordinate ascent in the logarithm: steps of a factor, whose exponent is halved when none helps.
-struct Coordinate {
-  double at, lowest, highest;
-  bool falls_to_nothing;  // what ends at its lowest is 0
-};
-void ascend(std::vector<Coordinate>& all, double finest_factor, const std::function<double(const std::vector<Coordinate>&)>& height) {
-  double best = height(all), factor = 4.0;
+ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
+                                 double finest_factor) {
+  // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
+  // the strength that varies.
+  constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
+  using Sizes = std::vector<double>;
+  const std::size_t groups = system_.entry_groups().size(), all = groups + 1;
+  Sizes best, typical, most;
+  std::vector<bool> is_free;
+  for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
+    const plant::EntryGroup& group = system_.entry_groups()[g];
+    best.push_back(begin[g]);
+    typical.push_back(group.typical);
+    most.push_back(group.most > 0.0 ? group.most : group.typical * most_share);
+    is_free.push_back(free[g]);
+  }
+  best.push_back(varying_size_);
+  typical.push_back(1.0);
+  most.push_back(most_share);
+  is_free.push_back(varies_);
+  const auto likelihood_of = [&](const Sizes& size) {
+    set(ForcingSize(Sizes(size.begin(), size.end() - 1)), size.back());
+    return log_likelihood(residual);
+  };
+  for (std::size_t q = 0; q < all; ++q)
+    if (is_free[q] && best[q] <= typical[q] * floor_share) best[q] = typical[q] * floor_share * 2.0;
+  double best_likelihood = likelihood_of(best);
+  double factor = 4.0;
   for (int sweep = 0; sweep < 12 && factor > finest_factor; ++sweep) {
     bool moved = false;
-    for (std::size_t q = 0; q < all.size(); ++q)
+    for (std::size_t q = 0; q < all; ++q) {
+      if (!is_free[q]) continue;
+      const double lowest = typical[q] * floor_share, highest = most[q];
       for (const double by : {factor, 1.0 / factor}) {
         bool helped = false;
         for (int step = 0; step < 6; ++step) {
-          const double was = all[q].at, lowest = all[q].lowest;
-          double tried = std::clamp(was > 0.0 ? was * by : lowest * by, lowest, all[q].highest);
-          if (tried <= lowest && all[q].falls_to_nothing) tried = 0.0;
-          if (tried == was) break;
-          all[q].at = tried;
-          const double reached = height(all);
-          if (reached <= best + 1e-3) {
-            all[q].at = was;
-            break;
-          }
-          best = reached;
+          auto tried = best;
+          tried[q] = std::clamp(best[q] > 0.0 ? best[q] * by : lowest * by, lowest, highest);
+          if (tried[q] <= lowest) tried[q] = 0.0;
+          if (tried[q] == best[q]) break;
+          const double likelihood = likelihood_of(tried);
+          if (likelihood <= best_likelihood + 1e-3) break;
+          best_likelihood = likelihood;
+          best = tried;
           helped = moved = true;
-          if (tried == 0.0) break;
+          if (best[q] == 0.0) break;
         }
         if (helped) break;
       }
+    }
     if (!moved) factor = std::sqrt(factor);
   }
-}
-
-constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;  // of what is typical of a forcing
-
-Coordinate size_of(const plant::EntryGroup& group, double begin) {
-  const double lowest = group.typical * floor_share;
-  return {begin <= lowest ? 2.0 * lowest : begin, lowest, group.most > 0.0 ? group.most : group.typical * most_share, true};
-}
-
-}  // namespace
-
-ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
-                                 double finest_factor) {
-  std::vector<Coordinate> all;
-  ForcingSize size = begin;
-  for (const plant::EntryGroupId g : size.ids())
-    if (free[g]) all.push_back(size_of(system_.entry_groups()[g], begin[g]));
-  if (varies_) all.push_back({std::max(varying_size_, 2.0 * floor_share), floor_share, most_share, true});
-  const auto put = [&](const std::vector<Coordinate>& at) {
-    std::size_t next = 0;
-    for (const plant::EntryGroupId g : size.ids())
-      if (free[g]) size[g] = at[next++].at;
-    set(size, varies_ ? at[next].at : 0.0);
-  };
-  ascend(all, finest_factor, [&](const std::vector<Coordinate>& at) {
-    put(at);
-    return log_likelihood(residual);
-  });
-  put(all);
+  likelihood_of(best);
   return size_;
-}
-
-NoiseModel StateNoise::maximise_with_white(const Eigen::VectorXd& residual, const NoiseModel& begin, const FreeForcings& free,
-                                           double finest_factor) {
-  std::vector<Coordinate> all;
-  NoiseModel noise = begin;
-  for (const plant::EntryGroupId g : noise.forcing.ids())
-    if (free[g]) all.push_back(size_of(system_.entry_groups()[g], begin.forcing[g]));
-  for (const double factor : begin.white) all.push_back({std::max(1.0, factor), 1.0, 1e4, false});
-  const auto put = [&](const std::vector<Coordinate>& at) {
-    std::size_t next = 0;
-    for (const plant::EntryGroupId g : noise.forcing.ids())
-      if (free[g]) noise.forcing[g] = at[next++].at;
-    for (double& factor : noise.white) factor = at[next++].at;
-    set(noise);
-  };
-  ascend(all, finest_factor, [&](const std::vector<Coordinate>& at) {
-    put(at);
-    return log_likelihood(residual);
-  });
-  put(all);
-  return noise;
 }
 
 Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {

@@ -17,7 +17,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <vector>
 
 #include "diagnose/path.h"
@@ -44,12 +43,6 @@ ForcingSize small_forcing(const plant::System& system);
 ForcingSize only_nuisance(const plant::System& system, double size);
 // The size of the surroundings' forcing, 0 where a system has none.
 double nuisance_of(const plant::System& system, const ForcingSize& size);
-// All that may be in a residual of the right plant, apart from what the sensors' usual noise is.
-struct NoiseModel {
-  ForcingSize forcing;
-  PerChannel white;  // factors on the sensors' noise: what is off from one sample to the next, as a logger's uncertain clock
-};
-
 FreeForcings with_a_size(const ForcingSize& size);  // those that are not 0
 FreeForcings all_free(const plant::System& system);
 FreeForcings nuisance_free(const plant::System& system);
@@ -107,18 +100,12 @@ class StateNoise {
 
   // W times columns of block rows, in place.
   void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  // The same, with nothing left of rows that are not `wanted`; the log determinant of those that are, given all before them.
-  double whiten_part(Eigen::Ref<Eigen::MatrixXd> columns, const std::function<bool(const Blocks::Row&)>& wanted) const;
   double log_determinant() const { return log_determinant_; }
 
   // log N(residual; 0, V) but for the constant.
   double log_likelihood(const Eigen::VectorXd& residual) const;
 
   Smoothed smooth(const Eigen::VectorXd& residual) const;
-
-  // The same, and the factors on the sensors' noise, from 1 on.
-  NoiseModel maximise_with_white(const Eigen::VectorXd& residual, const NoiseModel& begin, const FreeForcings& free, double finest_factor);
-  void set(const NoiseModel& noise);
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
   // help end at 0; no size passes EntryGroup::most, where that is given. The strength that varies, where there is one, is free, too, and
@@ -160,7 +147,6 @@ class StateNoise {
   ForcingSize size_;
   bool varies_ = false;
   double varying_size_ = 0.0;
-  PerChannel white_;
   std::vector<Gain> gains_;
   double log_determinant_ = 0.0;
 };

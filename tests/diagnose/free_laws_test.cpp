@@ -78,22 +78,23 @@ TEST_CASE("free laws: the screening puts the cell that is there first, and time 
 TEST_CASE("free laws: physics without a name is modelled, and its curve is the one that is there" * long_when_sanitized) {
   const testing::FittedCore limb(bowed());
   diagnose::ProposalSettings settings;
-  settings.most_terms = 1;
+  settings.most_effects = 1;
   settings.starts = 1;
   settings.most_laws = 1;
   for (const plant::EffectId e : testing::limb_system().effects().ids())
     if (testing::limb_system().effects()[e].name != "thermocouple_lag") settings.without.push_back(e);
-  const diagnose::Proposals found = diagnose::propose(plant::default_plant(), limb.data, settings, limb.settings);
-  const diagnose::Proposal& answer = found.best();
-  REQUIRE(answer.terms.size() == 1);
-  const auto& effect = found.system->effects()[answer.terms[0]];
+  const diagnose::Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  const diagnose::Proposals found = diagnose::propose(core, limb.data, settings, limb.settings);
+  const diagnose::Proposal& answer = found.all.at(found.answer);
+  REQUIRE(answer.effects.size() == 1);
+  const auto& effect = found.system->effects()[answer.effects[0]];
   REQUIRE(effect.law);
   const plant::Law& law = found.system->laws()[*effect.law];
   CHECK(law.entry == group("temperature_reading"));
   CHECK(law.argument == bow().argument);
   CHECK(found.cells > 50);
   // A straight part is what the heat capacities absorb; what is curved is not: against the chord, the bow.
-  const Eigen::VectorXd values = plant::values_of(answer.fit.model(), answer.terms[0]);
+  const Eigen::VectorXd values = plant::values_of(answer.fit.model(), answer.effects[0]);
   const auto at = [](const std::vector<double>& x, const Eigen::VectorXd& y, double where) {
     std::size_t k = 1;
     while (k + 1 < x.size() && x[k] < where) ++k;

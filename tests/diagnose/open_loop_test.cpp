@@ -3,12 +3,16 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "diagnose/score.h"
 #include "tests/diagnose/one_limb.h"
+#include "tests/long_when_sanitized.h"
 
 namespace diagnose_open_loop_test {
 
 using namespace sinew;
+using diagnose::Explanation;
 using diagnose::Fitted;
 
 namespace {
@@ -18,6 +22,16 @@ sim::Scenario lagging_thermocouples() {
   scenario.plant = diagnose::with_effect(plant::default_plant(), testing::effect("thermocouple_lag"));
   scenario.plant.set(testing::parameter("thermocouple_lag.time_constant_s"), 2.5);
   return scenario;
+}
+
+// Folds whose error, in units of noise, is as given.
+diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
+  diagnose::FoldErrors folds;
+  for (const double error : errors) {
+    folds.squares.push_back(diagnose::PerChannel({100.0, 100.0, 100.0 * error * error}));
+    folds.noise.push_back(diagnose::per_channel(testing::limb_system(), 100.0));
+  }
+  return folds;
 }
 
 }  // namespace
@@ -32,6 +46,37 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
   // What is missing is far more than noise, whatever the core's parameters.
   CHECK(diagnose::spread_of(polished, limb.data, numerics).rmse[0][testing::temperature_A] >
         5.0 * testing::paper_noise[testing::temperature_A]);
+}
+
+TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
+  const testing::FittedCore limb(lagging_thermocouples());
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  auto least_squares = limb.settings;
+  least_squares.least_squares = true;
+  const Explanation right = diagnose::explain(diagnose::with_effect(limb.core.problem->centres(), testing::effect("thermocouple_lag")),
+                                              limb.data, {{{"thermocouple_lag.time_constant_s", 2.0}}, {}}, least_squares);
+  REQUIRE(right.usable);
+  const auto without = diagnose::cross_validated(core, limb.data, 2, limb.settings),
+             with = diagnose::cross_validated(diagnose::fitted(right), limb.data, 1, limb.settings);
+  CHECK(diagnose::gain_of(without, with).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(with, without).beyond_chance());
+  double squares = 0.0, noise = 0.0, samples = 0.0;
+  for (std::size_t f = 0; f < with.squares.size(); ++f)
+    squares += with.squares[f][testing::temperature_A], noise += with.noise[f][testing::temperature_A],
+        samples += with.noise[f][testing::temperature_A] / std::pow(testing::paper_noise[testing::temperature_A], 2);
+  CHECK(squares < 0.01 * noise);                           // the recording has none
+  CHECK(samples == doctest::Approx(500.0).epsilon(0.01));  // all but the first ten seconds, once
+}
+
+TEST_CASE("open loop: better in one fold is chance, better in most is not, and less than noise is noise") {
+  const auto before = folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 5});
+  CHECK(diagnose::gain_of(before, folds_of({3, 4, 3, 4, 3, 4, 3, 4, 3, 4})).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(before, before).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(folds_of({5, 5, 5, 5, 5, 5, 5, 5, 5, 50}), before).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(before, folds_of({2, 9, 1, 8, 2, 7, 3, 4, 3, 1})).beyond_chance());
+  CHECK_FALSE(diagnose::gain_of(folds_of(std::vector<double>(10, 1.0)), folds_of(std::vector<double>(10, 0.1))).beyond_chance());
+  // Where the plant could not follow once, nothing is known.
+  CHECK_FALSE(diagnose::gain_of(before, folds_of({1, 1, 1, 1, 1, 1, 1, 1, 1, 1e148})).beyond_chance());
 }
 
 TEST_CASE("joint score: of two columns it is what least squares on both explains, and forbids what physics does") {

@@ -11,20 +11,21 @@
 namespace diagnose_proposals_test {
 
 using namespace sinew;
+using diagnose::Fitted;
 using diagnose::Proposals;
 
 namespace {
 
 std::vector<std::string> names_of(const diagnose::Proposal& proposal) {
   std::vector<std::string> names;
-  for (const plant::EffectId e : proposal.terms) names.emplace_back(testing::limb_system().effects()[e].name);
+  for (const plant::EffectId e : proposal.effects) names.emplace_back(testing::limb_system().effects()[e].name);
   return names;
 }
 
 // Two of the catalogue and two of its rivals, so that a test is short.
 diagnose::ProposalSettings among(const std::vector<std::string>& names) {
   diagnose::ProposalSettings settings;
-  settings.most_terms = 2;
+  settings.most_effects = 2;
   settings.starts = 2;
   settings.most_laws = 0;
   for (const plant::EffectId e : testing::limb_system().effects().ids())
@@ -58,49 +59,38 @@ TEST_CASE("proposals: what needs another effect can be added only where that is 
 
 TEST_CASE("proposals: a junction is found among its look-alikes, and nothing is added once it is there" * long_when_sanitized) {
   const testing::FittedCore limb(with_junctions());
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   const auto settings = among({"junction", "thermocouple_lag", "sheath_heat_storage"});
-  const Proposals found = diagnose::propose(plant::default_plant(), limb.data, settings, limb.settings);
+  const Proposals found = diagnose::propose(core, limb.data, settings, limb.settings);
   REQUIRE_FALSE(found.all.empty());
-  CHECK(names_of(found.best()) == std::vector<std::string>{"junction"});
+  CHECK(names_of(found.all[found.answer]) == std::vector<std::string>{"junction"});
   CHECK(found.probability_of(testing::effect("junction")) > 0.99);
-  const plant::Plant repaired = found.best().fit.model();
+  const plant::Plant repaired = found.all[found.answer].fit.model();
   CHECK(repaired.get(testing::parameter("junction.heat_capacity_J_K")) == doctest::Approx(0.4).epsilon(0.05));
   double sum = 0.0;
   for (const diagnose::Proposal& one : found.all) sum += one.probability;
   CHECK(sum == doctest::Approx(1.0));
   for (std::size_t i = 1; i < found.all.size(); ++i) CHECK(found.all[i].log_odds <= found.all[i - 1].log_odds);
 
-  const Proposals again = diagnose::propose(found.best().fit.model(), limb.data, settings, limb.settings);
-  CHECK(again.best().terms.empty());  // beside what is on
+  const Fitted with = diagnose::fitted(found.all[found.answer].fit);
+  const Proposals again = diagnose::propose(with, limb.data, settings, limb.settings);
+  CHECK(again.all[again.answer].effects.empty());  // beside what is on
 }
 
 TEST_CASE("proposals: the same whatever the number of threads" * long_when_sanitized) {
   const testing::FittedCore limb(with_junctions());
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
   auto settings = among({"junction", "cubic_stiffening"});
-  settings.most_terms = 1;
+  settings.most_effects = 1;
   settings.threads = 1;
-  const Proposals one = diagnose::propose(plant::default_plant(), limb.data, settings, limb.settings);
+  const Proposals one = diagnose::propose(core, limb.data, settings, limb.settings);
   settings.threads = 3;
-  const Proposals three = diagnose::propose(plant::default_plant(), limb.data, settings, limb.settings);
+  const Proposals three = diagnose::propose(core, limb.data, settings, limb.settings);
   REQUIRE(one.all.size() == three.all.size());
   for (std::size_t i = 0; i < one.all.size(); ++i) {
     CHECK(names_of(one.all[i]) == names_of(three.all[i]));
     CHECK(one.all[i].log_odds == three.all[i].log_odds);
   }
-}
-
-TEST_CASE("proposals: what comes is likelier of the plant that made it, and the noise is that of the best" * long_when_sanitized) {
-  const testing::FittedCore limb(with_junctions());
-  const Proposals found = diagnose::propose(plant::default_plant(), limb.data, among({"junction", "thermocouple_lag"}), limb.settings);
-  const diagnose::Proposal* given = found.find({});
-  REQUIRE(given != nullptr);
-  const double right = diagnose::log_density_of_what_comes(found.best().fit, limb.settings);
-  CHECK(right > diagnose::log_density_of_what_comes(given->fit, limb.settings) + 100.0);
-  // The best explains all but the sensors' noise, so that no correlated error of a reading is left, and all are compared under that.
-  for (const plant::Entry& entry : testing::limb_system().entries())
-    if (entry.channel) CHECK(found.noise.forcing[entry.group] < 0.3 * testing::limb_system().entry_groups()[entry.group].typical);
-  for (const double factor : found.noise.white) CHECK(factor < 1.3);
-  for (const diagnose::Proposal& one : found.all) CHECK(one.fit.forcing == found.noise.forcing);
 }
 
 }  // namespace diagnose_proposals_test

@@ -78,43 +78,6 @@ TEST_CASE("state noise: groups that have no size may be left out, and nothing ch
   CHECK(few.log_determinant() == doctest::Approx(all.log_determinant()).epsilon(1e-9));
 }
 
-TEST_CASE("state noise: a factor on the sensors' noise, and what is found of it") {
-  const Setting setting(120.0);
-  StateNoise noise = setting.noise();
-  const plant::System& system = testing::limb_system();
-  NoiseModel model{no_forcing(system), per_channel(system, 1.0)};
-  model.white[testing::temperature_A] = 3.0;
-  noise.set(model);
-  const auto& rows = setting.blocks.rows();
-  Eigen::MatrixXd ones = Eigen::MatrixXd::Ones(static_cast<Eigen::Index>(rows.size()), 1);
-  noise.whiten(ones);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    CHECK(ones(static_cast<Eigen::Index>(i), 0) ==
-          doctest::Approx(std::sqrt(rows[i].count) / (rows[i].channel == testing::temperature_A ? 3.0 : 1.0)).epsilon(1e-12));
-  // A residual that is drawn so gives the factor back, within what a few hundred values say, and no less than 1.
-  const sim::RandomStream chance(7, "white");
-  Eigen::VectorXd residual(static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    residual(static_cast<Eigen::Index>(i)) =
-        chance.normal(i) / std::sqrt(rows[i].count) * (rows[i].channel == testing::temperature_A ? 3.0 : 0.8);
-  const NoiseModel found = noise.maximise_with_white(residual, {no_forcing(system), per_channel(system, 1.0)}, nuisance_free(system), 1.05);
-  CHECK(found.white[testing::temperature_A] == doctest::Approx(3.0).epsilon(0.15));
-  CHECK(found.white[testing::temperature_B] == 1.0);
-}
-
-TEST_CASE("state noise: of a part of the rows, given those before, log determinants add up to the whole") {
-  const Setting setting(60.0);
-  StateNoise noise = setting.noise();
-  noise.set(forcing(0.3, 0.2));
-  Eigen::MatrixXd early = setting.column("heat_loss_A_W_K"), late = early, all = early;
-  const auto is_early = [](const Blocks::Row& row) { return row.block < 40; };
-  const double first = noise.whiten_part(early, is_early);
-  const double second = noise.whiten_part(late, [&](const Blocks::Row& row) { return !is_early(row); });
-  noise.whiten(all);
-  CHECK(first + second == doctest::Approx(noise.log_determinant()).epsilon(1e-9));
-  CHECK((early + late - all).norm() < 1e-9 * all.norm());
-}
-
 TEST_CASE("state noise: moving air hides a change of ambient but for what its own mean does not wander") {
   const Setting setting(120.0);
   StateNoise noise = setting.noise();
