@@ -85,7 +85,7 @@ std::string too_little_words(const Diagnosis& d) {
                           (seen == 1 ? "it is not there." : "none of these is there."));
 }
 
-std::string verdict_sentence(const Diagnosis& d) {
+std::string verdict_words(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
       if (d.by_chance)
@@ -137,6 +137,16 @@ std::string verdict_sentence(const Diagnosis& d) {
     }
   }
   return "";
+}
+
+// A channel that does not answer the inputs says nothing of the plant: that stands before what the others show.
+std::string verdict_sentence(const Diagnosis& d) {
+  std::vector<std::string> silent;
+  for (const auto& notes : d.gate)
+    for (const auto& channel : notes.unresponsive)
+      silent.push_back(channel.words + (d.gate.size() > 1 ? " (" + notes.recording + ")" : ""));
+  if (silent.empty()) return verdict_words(d);
+  return "Look at the recording first: " + listed(silent) + ". Apart from that: " + verdict_words(d);
 }
 
 std::optional<plant::EntryGroupId> group_of_place(const plant::System& system, std::string_view place) {

@@ -415,6 +415,13 @@ def test_diagnose():
     check("diagnose: the plant can be compared, and fits", result.returncode == 0
           and abs(rmse(json.loads(result.stdout), "temperature_A_degC") - 0.123) < 0.02, said(result))
 
+    # A bend sensor that shows 5 degrees all along says nothing of the limb, and that stands first.
+    lines = content("made/recording.csv").decode().splitlines()
+    write("stuck.csv", "\n".join(re.sub(r",[^,]*$", ",5", line) if re.match(r"[0-9]", line) else line for line in lines) + "\n")
+    result = sinew("diagnose", "--train", "stuck.csv", "--plant", PAPER_LIMB, "--out", "diagnosis/stuck")
+    check("diagnose: a sensor that does not answer is in the headline", result.returncode == 0 and re.match(
+        r"Look at the recording first: angle stays at 5° all along while it is driven", " ".join(result.stdout.split())), said(result))
+
     # SHORT conceals a delay of the commands and a lag of the thermocouples.
     result = sinew("diagnose", "--train", "run/one/recording.csv", "--heldout", "run/seed/recording.csv", "--plant", PAPER_LIMB,
                    "--at-rest", "--out", "diagnosis/lag")
