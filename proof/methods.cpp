@@ -79,24 +79,24 @@ Methods by_naming(Of&& of) {
   return {{std::string(sinew_method), of(by_sinew)}, {"BIC", of(by_bic)}, {"SINDy", {}}, {"Gaussian process", {}}};
 }
 
-MethodRow first_right(const Cases& cases, const std::string& what, CaseFamily family) {
+MethodRow first_right_row(const Cases& cases, const std::string& what, CaseFamily family) {
   return {what, by_naming([&](By by) { return share_of(cases, {family}, [by](const Case& one) { return is_first_right(by, one); }); })};
 }
 
-MethodRow false_alarms(const Cases& cases) {
+MethodRow alarms_row(const Cases& cases) {
   MethodRow row{"nothing concealed: false alarms",
                 by_naming([&](By by) { return share_of(cases, {clean}, [by](const Case& one) { return !by(one).names.empty(); }); })};
   row.by_method["SINDy"] = share_of(cases, {clean}, [](const Case& one) { return one.reported.baselines->sindy_terms > 0; });
   return row;
 }
 
-MethodRow misnamed(const Cases& cases) {
+MethodRow misnamed_row(const Cases& cases) {
   return {"outside or taken out of the catalogue: misnamed", by_naming([&](By by) {
             return share_of(cases, {outside, removed}, [by](const Case& one) { return is_misnamed(by, one); });
           })};
 }
 
-MethodRow all_named(const Cases& cases) {
+MethodRow all_named_row(const Cases& cases) {
   return {"two effects: both named", by_naming([&](By by) {
             Share share;  // whatever d' is
             for (const Case& one : cases)
@@ -105,7 +105,7 @@ MethodRow all_named(const Cases& cases) {
           })};
 }
 
-MethodRow reductions(const Cases& cases) {
+MethodRow reductions_row(const Cases& cases) {
   const auto of = [&](auto&& after) { return median_reduction(cases, after); };
   return {"held-out error: median share of the reduction of one who knows",
           {{std::string(sinew_method), of([](const Case& one) { return *by_sinew(one).after; })},
@@ -115,7 +115,7 @@ MethodRow reductions(const Cases& cases) {
 }
 
 // Of cases that have BIC weights.
-MethodRow brier(const Cases& weighted) {
+MethodRow brier_row(const Cases& weighted) {
   MethodRow row{"Brier score of a case (all names)", by_naming([](By) { return std::optional<double>(); }), false};
   row.by_method[std::string(sinew_method)] = brier_score_of_cases(weighted);
   row.by_method["BIC"] = brier_score_of_cases_bic(weighted);
@@ -129,13 +129,13 @@ std::vector<MethodRow> methods_of(const Cases& cases) {
   for (const Case& one : cases)
     if (one.reported.baselines) put_to_all.push_back(one);
   if (put_to_all.empty()) return {};
-  std::vector<MethodRow> rows{first_right(put_to_all, "one concealed effect: right name first", catalogue),
-                              first_right(put_to_all, "same physics in another form: right name first", other_form),
-                              false_alarms(put_to_all),
-                              misnamed(put_to_all),
-                              all_named(put_to_all),
-                              reductions(put_to_all)};
-  if (const Cases weighted = with_bic_weights(put_to_all); !weighted.empty()) rows.push_back(brier(weighted));
+  std::vector<MethodRow> rows{first_right_row(put_to_all, "one concealed effect: right name first", catalogue),
+                              first_right_row(put_to_all, "same physics in another form: right name first", other_form),
+                              alarms_row(put_to_all),
+                              misnamed_row(put_to_all),
+                              all_named_row(put_to_all),
+                              reductions_row(put_to_all)};
+  if (const Cases weighted = with_bic_weights(put_to_all); !weighted.empty()) rows.push_back(brier_row(weighted));
   return rows;
 }
 

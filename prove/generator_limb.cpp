@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
+#include "prove/generator_math.h"
+
 namespace sinew::prove {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 // Places in the state. What an effect that is off would need stays as it began.
 constexpr std::size_t temperature = 0, martensite = 2, angle = 4, velocity = 5;
@@ -43,8 +43,6 @@ constexpr double contact_s = 0.01;
 // How deep inside the loop, in martensite fraction, minor loops are fully there. The equation has a jump at its edge.
 constexpr double loop_edge = 2.0e-4;
 
-double falling(double z) { return 1.0 / (1.0 + std::exp(z)); }
-double positive(double x) { return x > 0.0 ? x : 0.0; }
 double mean(const std::array<double, 2>& both) { return 0.5 * (both[0] + both[1]); }
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);

@@ -9,13 +9,13 @@
 
 #include "prove/generator_effects.h"
 #include "prove/generator_limb.h"
+#include "prove/generator_math.h"
 #include "prove/generator_random.h"
 #include "prove/generator_recording.h"
 
 namespace sinew::prove {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t coil_count = series_coils.size(), segment_count = series_segments.size();
 constexpr double longest_step_s = 1.0e-3;
 
@@ -87,9 +87,6 @@ SeriesPhysics series_physics_of(const std::map<std::string, double>& core_parame
   }
   return physics;
 }
-
-double falling(double z) { return 1.0 / (1.0 + std::exp(z)); }
-double positive(double x) { return x > 0.0 ? x : 0.0; }
 
 struct Envelopes {
   double heating, cooling;
