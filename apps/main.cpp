@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <glog/logging.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -16,10 +18,17 @@
 
 namespace {
 
-// What was printed must have arrived: a full disk behind `> file` is told of when the last of it is written.
+// Whether standard output is a pipe from which nobody reads any more, as of `sinew effects | head`.
+bool nobody_reads() {
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  return poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
+
+// What was printed must have arrived: a full disk behind `> file` is told of when the last of it is written. That whoever read along has
+// gone away is no failure.
 int written(int exit_code) {
   std::cout.flush();
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) return exit_code;
+  if ((std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good()) || nobody_reads()) return exit_code;
   std::fprintf(stderr, "standard output: %s\n", errno != 0 ? std::strerror(errno) : "could not be written");
   return 2;
 }

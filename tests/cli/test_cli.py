@@ -494,7 +494,7 @@ def test_diagnose():
 
 
 def test_prove():
-    made = ["prove", "--plant", PAPER_LIMB, "--kinds", "core", "--set", "development", "--seeds", "1", "--training", "60", "--held-out", "60", "--out", "proof"]
+    made = ["prove", "--plant", PAPER_LIMB, "--families", "clean", "--kinds", "core", "--set", "development", "--seeds", "1", "--training", "60", "--held-out", "60", "--out", "proof"]
     result = sinew(*made)
     answers = json.loads(content("proof/answers.json")) if result.returncode == 0 else {}
     check("prove: seals the answers and prints their hash before anything is diagnosed",
