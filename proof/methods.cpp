@@ -107,7 +107,7 @@ MethodRow all_named_row(const Cases& cases) {
 
 MethodRow reductions_row(const Cases& cases) {
   const auto of = [&](auto&& after) { return median_reduction(cases, after); };
-  return {"held-out error: median share of the reduction of one who knows",
+  return {"held-out error: median share of the reduction that an oracle reaches",
           {{std::string(sinew_method), of([](const Case& one) { return *by_sinew(one).after; })},
            {"BIC", of([](const Case& one) { return *by_bic(one).after; })},
            {"SINDy", of([](const Case& one) { return one.reported.baselines->sindy_after; })},

@@ -64,10 +64,10 @@ struct Score {
   std::vector<MethodRow> methods;
   std::vector<Miss> misses;
   std::vector<Misplaced> misplaced;
-  std::map<std::string, int> programs;  // that made the cases
-  Share place_said_first;               // of the equations
-  int worse_for_all = 0;                // held-out error worse than before, and worse, too, for one who knows the effect
-  int clean = 0;                        // cases
+  std::map<std::string, int> programs;                         // that made the cases
+  Share place_said_first;                                      // of the equations
+  int worse_for_all = 0;                                       // held-out error worse than before, and worse for an oracle, too
+  int clean = 0;                                               // cases
   double largest_clean_gain = 0.0, largest_clean_noise = 0.0;  // of an effect; process noise of the core
 };
 

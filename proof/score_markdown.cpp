@@ -61,7 +61,8 @@ std::string notes(const Score& score) {
   text += "Made by";
   for (const auto& [program, count] : score.programs) text += " " + program + " (" + std::to_string(count) + " cases)";
   return text + ". Of the cases in which the held-out error is worse than before, " + std::to_string(score.worse_for_all) +
-         " are worse, too, for one who knows the effect: air moved otherwise there. The equation that the answer says first was right in " +
+         " are worse for an oracle (true effect, fitted strength), too: air moved otherwise there. The equation that the answer says first "
+         "was right in " +
          of_all(score.place_said_first) + "; the others count where it says that they cannot be told apart.\n";
 }
 
