@@ -117,7 +117,17 @@ inline Errors errors_of(const Replay& run, const Replay& reference) {
 }
 
 inline const char* name_of(plant::Method method) {
-  return method == plant::Method::cvode ? "CVODE" : method == plant::Method::arkode ? "ARKODE" : "automatic";
+  switch (method) {
+    case plant::Method::cvode:
+      return "CVODE";
+    case plant::Method::arkode:
+      return "ARKODE";
+    case plant::Method::rosenbrock:
+      return "Rosenbrock";
+    case plant::Method::automatic:
+      return "automatic";
+  }
+  return "";
 }
 
 // So many columns: all parameters of the core, then the first values of its states, then the same again. They need

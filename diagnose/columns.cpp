@@ -60,7 +60,7 @@ std::optional<MistakenColumn> mistaken_column(const plant::Plant& nominal, const
         channels[c].unit.text == plant::units::degC.text && !range.none() && range.lowest > hottest_room_degC)
       return mistaken(c, "never falls below 200 degC: it seems to be in kelvin; subtract 273.15");
 
-  const Series model = predict(nominal, {}, recording, {plant::Method::automatic, 1e-5});
+  const Series model = predict(nominal, {}, recording, {plant::Method::rosenbrock, 1e-5});
   for (const plant::ChannelId c : channels.ids()) {
     if (channels[c].unit.text != plant::units::deg.text) continue;
     const Range range = range_of(target[c]);

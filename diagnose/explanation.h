@@ -31,7 +31,7 @@ struct ExplanationSettings {
   StartPolicy start = StartPolicy::estimated;
   bool only_start = false;     // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
-  plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
+  plant::NumericalSettings numerics{plant::Method::rosenbrock, 1e-5};
   FreeForcings free{};             // forcings whose size is estimated, the others are none; empty: all
   std::optional<Varying> varying;  // one more forcing
   int most_rounds = 4;

@@ -267,16 +267,20 @@ struct Follower {
           given.time_s = stop_s;
           differentiator.at(given, y_end, &at_end, &seen, &rate_end);
           jumped = false;
-          // In between the states follow the cubic through both ends and their rates.
-          const int parts = has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s) ? corner_parts : 1;
-          for (int part = 0; part < parts; ++part) {
-            const double x = (part + 0.5) / parts;
-            for (std::size_t i = 0; i < y.size(); ++i)
-              y[i] = y_start[i] + x * x * (3.0 - 2.0 * x) * (y_end[i] - y_start[i]) +
-                     step_s * x * (1.0 - x) * ((1.0 - x) * rate_start[i] - x * rate_end[i]);
-            given.time_s = time_s + x * step_s;
-            differentiator.at(given, y, &in_middle, nullptr);
-            cross(in_middle, step_s / parts);
+          if (!has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s)) {
+            in_middle = 0.5 * (at_start + at_end);
+            cross(in_middle, step_s);
+          } else {
+            // In between the states follow the cubic through both ends and their rates.
+            for (int part = 0; part < corner_parts; ++part) {
+              const double x = (part + 0.5) / corner_parts;
+              for (std::size_t i = 0; i < y.size(); ++i)
+                y[i] = y_start[i] + x * x * (3.0 - 2.0 * x) * (y_end[i] - y_start[i]) +
+                       step_s * x * (1.0 - x) * ((1.0 - x) * rate_start[i] - x * rate_end[i]);
+              given.time_s = time_s + x * step_s;
+              differentiator.at(given, y, &in_middle, nullptr);
+              cross(in_middle, step_s / corner_parts);
+            }
           }
         }
         if (event != events.end()) {
@@ -313,6 +317,8 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   path.residuals.assign(problem.rows().size(), 0.0);
   path.jacobian.assign(want == Want::everything ? problem.rows().size() * unknowns : 0, 0.0);
   path.points.assign(want == Want::residuals ? 0 : problem.data().size(), {});
+  std::vector<double> slopes;
+  for (std::size_t u = 0; u < unknowns; ++u) slopes.push_back(problem.unknowns()[u].slope_at(z[u]));
   std::size_t row = 0;
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
@@ -330,10 +336,10 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
                            const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
                            const auto channel = static_cast<Eigen::Index>(c.index);
                            for (std::size_t u = 0; u < parameters; ++u)
-                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * problem.unknowns()[u].slope_at(z[u]);
+                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * slopes[u];
                            for (std::size_t i = 0; i < states; ++i)
-                             out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
-                                                    problem.unknowns()[first_start + i].slope_at(z[first_start + i]);
+                             out[first_start + i] =
+                                 sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight * slopes[first_start + i];
                          }
                          ++row;
                        }
