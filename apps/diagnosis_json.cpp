@@ -38,7 +38,10 @@ ordered_json windows_json(const diagnose::WorstTime& worst) {
 
 ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found) {
   const auto& info = effects_of(d)[found.effect];
-  ordered_json json{{"name", info.name}, {"place", info.place}, {"confidence", found.confidence}};
+  ordered_json json{{"name", info.name},
+                    {"place", info.place},
+                    {"confidence", found.confidence},
+                    {"form", found.bent ? "bent" : "catalogue"}};
   json["parameters"] = ordered_json::object();
   for (const auto& parameter : found.parameters) {
     const auto& declared = parameters_of(d)[parameter.parameter].declaration;

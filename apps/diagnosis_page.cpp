@@ -212,8 +212,7 @@ report::ScatterPlot law_plot(const Diagnosis& d, const diagnose::FoundLaw& found
   add("95 % band", 1.959964, report::ScatterSeries::Style::dashed, colors::orange);
   add("", -1.959964, report::ScatterSeries::Style::dashed, colors::orange);
   plot.caption =
-      "Drawn over the range that the recordings have; beyond it the value at the end is held. Straight between eight knots, which lie "
-      "closer "
+      "Drawn over the range that the recordings have; beyond it the value at the end is held. Straight between its knots, which lie closer "
       "together where there is more data.";
   return plot;
 }
@@ -240,11 +239,39 @@ report::Table proposal_table(const Diagnosis& d) {
   return table;
 }
 
+report::Table bent_table(const Diagnosis& d) {
+  constexpr std::size_t most_rows = 12;
+  report::Table table;
+  table.title = "Names and curves that were compared";
+  table.header = {"names", "curves", "against the best"};
+  table.align = {report::Align::left, report::Align::left, report::Align::left};
+  for (std::size_t i = 0; i < std::min(most_rows, d.search.bent.size()); ++i) {
+    const diagnose::Bent& one = d.search.bent[i];
+    const plant::System& system = one.explanation.system();
+    std::vector<std::string> names, curves;
+    for (const plant::EffectId e : one.names) names.push_back(effect_name(d, e));
+    for (const plant::EffectId e : one.explanation.effects())
+      if (system.effects()[e].law) curves.push_back(plant::law_words(system, system.laws()[*system.effects()[e].law]));
+    report::Row row;
+    row.cells = {names.empty() ? "none" : listed(names), listed(curves),
+                 i == 0 ? "the best" : odds_words(d.search.bent.front().log_odds - one.log_odds)};
+    row.emphasis = i == 0 && !d.laws.empty();
+    table.rows.push_back(row);
+  }
+  table.caption = d.laws.empty() ? "Where the catalogue's own forms leave something, a curve is tried beside them. None of these was kept: "
+                                   "they leave too much, or predict held-out data no better."
+                                 : "Where the catalogue's own forms leave something, a curve is tried beside them. Bold: the answer.";
+  return table;
+}
+
 void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(d.verdict == Verdict::consistent ? "What was looked for" : "What is missing"));
   add_paragraphs(blocks, words.what);
   for (const diagnose::FoundLaw& law : d.laws) blocks.push_back(law_plot(d, law));
-  if (d.by_paths) blocks.push_back(proposal_table(d));
+  if (d.by_paths)
+    blocks.push_back(proposal_table(d));
+  else if (!d.search.bent.empty())
+    blocks.push_back(bent_table(d));
   for (std::size_t r = 0; r < d.search.rounds.size(); ++r)
     if (!d.search.rounds[r].candidates.empty() && (r == 0 || d.search.rounds[r].accepted))
       blocks.push_back(candidate_table(d, d.search.rounds[r], r));

@@ -20,16 +20,26 @@ constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
 // What was found, as clauses.
+std::string found_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
+  return std::string(effects_of(d)[found.effect].words) + (found.bent ? ", in a form of its own" : "");
+}
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.effects) words.push_back(std::string(effects_of(d)[found.effect].words));
+  for (const auto& found : d.effects) words.push_back(found_words(d, found));
   return words;
+}
+
+// Whether a law is the form that a name has here.
+bool is_form_of_a_name(const Diagnosis& d, const diagnose::FoundLaw& law) {
+  return std::any_of(d.effects.begin(), d.effects.end(),
+                     [&](const auto& found) { return diagnose::is_own(system_of(d), {found.effect}, law.law); });
 }
 
 // Laws without a name, as clauses.
 std::vector<std::string> law_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.laws) words.push_back(std::string(effects_of(d)[found.effect].words));
+  for (const auto& found : d.laws)
+    if (!is_form_of_a_name(d, found)) words.push_back(std::string(effects_of(d)[found.effect].words));
   return words;
 }
 
@@ -100,17 +110,17 @@ std::string verdict_words(const Diagnosis& d) {
       const bool doubtful =
           std::all_of(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.confidence < doubtful_below; });
       std::string text = (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
+      if (const auto laws = law_clauses(d); !laws.empty()) text += "; and, without a name, " + listed(laws);
       if (!d.ambiguous_with.empty()) return text + rivals_in_headline(d);
       return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
     }
     case Verdict::named_in_part: {
       std::vector<std::string> named;
-      for (const auto& found : d.effects)
-        named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
+      for (const auto& found : d.effects) named.push_back("that " + found_words(d, found) + ", " + probability_words(found.confidence));
       return "More is missing than the catalogue explains, but part of it has a name: " + listed(named) +
-             (d.laws.empty() ? "" : "; and without a name, " + listed(law_clauses(d))) + ". " +
+             (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) + ". " +
              (d.effects.size() + d.laws.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
-             " of the squared error beyond noise.";
+             (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
     }
     case Verdict::unexplained: {
       if (d.wandering) {
@@ -132,7 +142,8 @@ std::string verdict_words(const Diagnosis& d) {
       }
       if (!d.laws.empty())
         return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
-               ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of the squared error beyond noise goes.";
+               ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of " +
+               (d.by_paths ? "the squared error beyond noise" : "what " + left_open_words(d)) + " goes.";
       return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + ".";
     }
   }
@@ -332,13 +343,12 @@ std::string curve_words(const Diagnosis& d, const diagnose::FoundLaw& found) {
 }
 
 std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
-  std::string text =
-      "Left out, without a name: " + std::string(effects_of(d)[found.effect].words) +
-      (found.law.argument.size() > 1 ? ", the same curve in each part, of that part's own. It is " : ". It is ") + curve_words(d, found) +
-      ". Of " + std::to_string(d.proposals.cells) +
-      " places and quantities that a law was sought for, each in its best curve, this one lets the plant follow best; the best "
-      "plant without it is " +
-      odds_words(found.log_odds) + ".";
+  std::string text = is_form_of_a_name(d, found) ? "How its form differs from the catalogue's: " : "Left out, without a name: ";
+  text += std::string(effects_of(d)[found.effect].words) +
+          (found.law.argument.size() > 1 ? ", the same curve in each part, of that part's own. It is " : ". It is ") +
+          curve_words(d, found) + ". Of " + std::to_string(d.by_paths ? d.proposals.cells : d.search.cells) +
+          " places and quantities that a law was sought for, each in its best curve, this one lets the plant follow best; " +
+          (d.by_paths ? "the best plant without it is " : "without it the answer is ") + odds_words(found.log_odds) + ".";
   std::vector<std::string> forms;
   for (const auto& form : found.forms) forms.push_back(form.words);
   if (forms.empty())
@@ -410,6 +420,10 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
       text.push_back("Also tried: " + listed(more) + ". The plant with this is " +
                      odds_words(d.proposals.all[d.proposals.answer].log_odds - d.proposals.all.front().log_odds) +
                      " than the answer by its fit, but predicts no better what was left out of it.");
+  } else if (!d.laws.empty()) {
+    text.push_back("The catalogue's own forms leave more than noise. With " + std::string(d.laws.size() == 1 ? "a curve" : "curves") +
+                   (d.effects.empty() ? ", and no name," : " beside what has a name,") + " the plant explains " +
+                   percent(d.explained_share) + " of what " + left_open_words(d) + ", and predicts held-out data better than without.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "

@@ -105,6 +105,15 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   result["located"] = {{"place", diagnosis.located.place},
                        {"or", diagnosis.located.cannot_be_told_from},
                        {"channel", system.channels()[diagnosis.located.channel].column}};
+  result["bent"] = Json::array();
+  for (const diagnose::Bent& one : diagnosis.search.bent) {
+    const plant::System& with_laws = one.explanation.system();
+    Json terms = Json::array();
+    for (const plant::EffectId e : one.names) terms.push_back(system.effects()[e].name);
+    for (const plant::EffectId e : one.explanation.effects())
+      if (with_laws.effects()[e].law) terms.push_back(plant::law_words(with_laws, with_laws.laws()[*with_laws.effects()[e].law]));
+    result["bent"].push_back({{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"unrest", one.explanation.unrest}});
+  }
   result["laws"] = Json::array();
   for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));
   result["visibility"] = diagnosis.visibility;

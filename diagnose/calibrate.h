@@ -30,7 +30,7 @@ struct CalibrationSettings {
   int most_passes = 8;
   int iterations_per_pass = 40;
   // Accurate to a few thousandths of a degree, far below the sensors' noise (bench/methods).
-  plant::NumericalSettings numerics{plant::Method::rosenbrock, 1e-5};
+  plant::NumericalSettings numerics{plant::Method::automatic, 1e-5};
   std::function<bool()> should_stop;                // asked between iterations; a stopped calibration throws Stopped
   std::function<void(double done_share)> progress;  // called from one thread at a time
 };

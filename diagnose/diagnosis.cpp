@@ -34,6 +34,13 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   return result;
 }
 
+// Laws that an explanation has and the core has not.
+std::vector<plant::EffectId> laws_of(const Explanation& explanation, const Explanation& core) {
+  std::vector<plant::EffectId> laws;
+  for (std::size_t e = core.system().effects().size(); e < explanation.system().effects().size(); ++e) laws.push_back(plant::EffectId{e});
+  return laws;
+}
+
 // A shape that ends at the bound of what is allowed is no value that a plant has. A bound that stands for nothing (no
 // heat loss, friction without smoothing) is one.
 bool sensible(plant::EffectId effect, const Explanation& by) {
@@ -52,6 +59,7 @@ bool sensible(plant::EffectId effect, const Explanation& by) {
 // leave nothing; without the last where that has a value that no plant has, or is a third and the two explain nearly
 // all. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
+  if (!laws_of(search.best, search.core).empty()) return search.best;
   if (nothing_left(search, settings.search)) {
     const Round* last = nullptr;
     for (const Round& round : search.rounds)
@@ -91,10 +99,11 @@ Objections objections_to(const Explanation& answer, const std::vector<plant::Eff
   return result;
 }
 
+// Names that it adds; not its laws.
 std::vector<plant::EffectId> added(const Explanation& explanation, const plant::Plant& nominal) {
   std::vector<plant::EffectId> effects;
   for (const plant::EffectId e : explanation.effects())
-    if (!nominal.is_on(e)) effects.push_back(e);
+    if (!explanation.system().effects()[e].law && !nominal.is_on(e)) effects.push_back(e);
   return effects;
 }
 
@@ -134,7 +143,17 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
       result.chance = round.chance;
     }
   double others = 1.0;
-  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
+  if (laws_of(diagnosis.answer, diagnosis.search.core).empty()) {
+    for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
+  } else {  // of all that were tried with laws, those without this name, a law alone among them
+    double with = 0.0, all = 0.0;
+    for (const Bent& one : diagnosis.search.bent) {
+      const double odds = std::exp(one.log_odds - diagnosis.search.bent.front().log_odds);
+      all += odds;
+      if (contains(one.names, effect)) with += odds;
+    }
+    others = all / with;
+  }
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
   if (something_left)
     result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
@@ -174,25 +193,27 @@ std::string place_of(const plant::Law& law, const plant::System& system) {
   return std::string(places[places.size() > 1 && (of_inputs(law.argument) || of_inputs(law.factor)) ? 1 : 0]);
 }
 
-FoundLaw found_law(plant::EffectId effect, const Proposals& proposals) {
-  const Proposal& answer = proposals.all[proposals.answer];
-  const plant::System& system = answer.fit.system();
+// Log odds of the answer against the best that has no such law.
+double odds_of_law(plant::EffectId law, const Proposals& proposals) {
+  for (const Proposal& one : proposals.all)
+    if (!contains(one.effects, law)) return proposals.all[proposals.answer].log_odds - one.log_odds;
+  return 0.0;
+}
+
+FoundLaw found_law(plant::EffectId effect, const Explanation& fit, double log_odds) {
+  const plant::System& system = fit.system();
   FoundLaw result;
   result.effect = effect;
   result.law = system.laws()[*system.effects()[effect].law];
   result.place = place_of(result.law, system);
-  for (const Proposal& one : proposals.all)
-    if (!contains(one.effects, effect)) {
-      result.log_odds = answer.log_odds - one.log_odds;
-      break;
-    }
-  const Eigen::VectorXd values = plant::values_of(answer.fit.model(), effect);
+  result.log_odds = log_odds;
+  const Eigen::VectorXd values = plant::values_of(fit.model(), effect);
   result.values.assign(values.begin(), values.end());
   // The weights are unknowns of one deviation each.
-  const auto& parameters = answer.fit.problem->parameters();
+  const auto& parameters = fit.problem->parameters();
   const auto first = std::find(parameters.begin(), parameters.end(), system.effects()[effect].parameters[1]) - parameters.begin();
   const Eigen::Index n = result.law.curve.cols();
-  const Eigen::MatrixXd covariance = result.law.curve * answer.fit.covariance.block(first, first, n, n) * result.law.curve.transpose();
+  const Eigen::MatrixXd covariance = result.law.curve * fit.covariance.block(first, first, n, n) * result.law.curve.transpose();
   for (Eigen::Index k = 0; k < covariance.rows(); ++k) result.deviation.push_back(std::sqrt(covariance(k, k)));
   result.forms = forms_within(result.law.knots, result.values, result.deviation);
   return result;
@@ -271,6 +292,14 @@ class Diagnoser {
     search_.fit.start = settings.start;
     gate();
     given_ = with_signs_of(nominal, data_, settings.start, search_.fit.numerics, result_.flipped_signs);
+    search_.is_borne_out = [this](const Explanation& with, const Explanation& without) {
+      std::vector<Prediction> predictions = measured_predictions();
+      const std::vector<Series> before = predicted_by(path_of(without)), after = predicted_by(path_of(with));
+      for (std::size_t p = 0; p < predictions.size(); ++p) predictions[p].nominal = predictions[p].before = before[p];
+      set_after(predictions, after);
+      const HeldOutError error = error_of(predictions, search_.seed);
+      return error.highest_total_gain >= 0.0;
+    };
   }
 
   Diagnosis run() {
@@ -281,9 +310,11 @@ class Diagnoser {
     before_ = path_of(core());
     after_ = result_.answer.effects() == core().effects() ? before_ : path_of(result_.answer);
     effects_ = added(result_.answer, given_);
+    laws_ = laws_of(result_.answer, core());
+    given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
     predict_all();
     judge();
-    if (result_.verdict == Verdict::unexplained && result_.effects.empty()) propose_whole_paths();
+    if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     result_.correlation = correlation_of(result_.predictions);
     doubt();
@@ -338,10 +369,11 @@ class Diagnoser {
     return models;
   }
 
-  void predict_all() {
-    const std::vector<Series> before = predicted_by(before_);
-    const auto add = [&](const sim::Recording& original, const sim::Recording& clean, const plant::Start& nominal_start) {
-      const std::size_t r = result_.predictions.size();
+  // Of every recording what was measured, and what of it is held out; no model yet.
+  std::vector<Prediction> measured_predictions() const {
+    std::vector<Prediction> predictions;
+    const auto add = [&](const sim::Recording& original, const sim::Recording& clean) {
+      const std::size_t r = predictions.size();
       Prediction prediction;
       prediction.recording = &original;
       prediction.training = r < training_.size();
@@ -354,14 +386,25 @@ class Diagnoser {
         prediction.held_out.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
       if (prediction.training) prediction.held_out = (*splits_)[r].held_out;
-      prediction.nominal = predict(given_, nominal_start, clean, numerics());
-      prediction.before = before[r];
-      result_.predictions.push_back(std::move(prediction));
+      predictions.push_back(std::move(prediction));
     };
-    // The nominal plant begins as the calibrated one does, but for states that it shares with it.
-    for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r], before_.starts[r]);
-    for (std::size_t r = 0; r < held_out_.size(); ++r) add(held_out_[r], gated_held_out_[r], start_there(given_, r));
-    set_after(result_.predictions, effects_.empty() ? before : predicted_by(after_));
+    for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r]);
+    for (std::size_t r = 0; r < held_out_.size(); ++r) add(held_out_[r], gated_held_out_[r]);
+    return predictions;
+  }
+
+  void predict_all() {
+    const std::vector<Series> before = predicted_by(before_);
+    result_.predictions = measured_predictions();
+    for (std::size_t p = 0; p < result_.predictions.size(); ++p) {
+      // The nominal plant begins as the calibrated one does, but for states that it shares with it.
+      const bool training = p < training_.size();
+      const std::size_t r = training ? p : p - training_.size();
+      result_.predictions[p].nominal = predict(given_, training ? before_.starts[r] : start_there(given_, r),
+                                               training ? gated_training_[r] : gated_held_out_[r], numerics());
+      result_.predictions[p].before = before[p];
+    }
+    set_after(result_.predictions, effects_.empty() && laws_.empty() ? before : predicted_by(after_));
     score_held_out();
   }
 
@@ -375,6 +418,7 @@ class Diagnoser {
     result_.answer = core();
     after_ = before_;
     effects_.clear();
+    laws_.clear();
     result_.by_chance.reset();
     result_.unrest_after_refit.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
@@ -397,16 +441,35 @@ class Diagnoser {
     result_.agreement_after = agreement_of(result_.answer, after_, data_, numerics());
     // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
     // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
-    if (!effects_.empty() && result_.held_out.highest_total_gain < 0.0) {
+    if (!(effects_.empty() && laws_.empty()) && result_.held_out.highest_total_gain < 0.0) {
       drop();
       result_.objections.worse_on_held_out = true;
     }
-    if (effects_.empty()) {
+    if (effects_.empty() && laws_.empty()) {
       result_.verdict = leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
       return;
     }
     const bool explains = result_.explained_share >= settings_.least_explained_share;
     something_left_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
+    if (!laws_.empty()) {
+      // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
+      result_.objections = {};
+      result_.objections.leaves_too_much = something_left_;
+      result_.verdict = effects_.empty() ? Verdict::unexplained : something_left_ ? Verdict::named_in_part : Verdict::missing_physics;
+      for (const plant::EffectId e : effects_) {
+        FoundEffect& found = result_.effects.emplace_back(found_by_evidence(e, something_left_, result_, settings_));
+        for (const plant::EffectId l : laws_) {
+          const plant::Law& law = system().laws()[*system().effects()[l].law];
+          if (!is_own(system(), {e}, law)) continue;
+          found.bent = true;
+          // Names that have the one form between them: whose it is, the data do not say.
+          found.confidence /= static_cast<double>(
+              std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
+        }
+      }
+      for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
+      return;
+    }
     result_.objections = objections_to(result_.answer, effects_, result_, something_left_, settings_, sensors());
     result_.verdict = result_.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
@@ -461,7 +524,7 @@ class Diagnoser {
     result_.agreement_after = is;
     for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_, settings_));
     for (const plant::EffectId e : best.effects)
-      if (is_law(e)) result_.laws.push_back(found_law(e, proposals));
+      if (is_law(e)) result_.laws.push_back(found_law(e, proposals.all[proposals.answer].fit, odds_of_law(e, proposals)));
     result_.proposals = std::move(proposals);
   }
 
@@ -591,6 +654,7 @@ class Diagnoser {
   std::vector<FitData> data_;
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
+  std::vector<plant::EffectId> laws_;     // beside them
   bool something_left_ = true;            // by what was found
   Diagnosis result_;
 };

@@ -94,6 +94,7 @@ struct FoundEffect {
   };
   std::vector<Parameter> parameters;
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
+  bool bent = false;  // a law in its own equation or reading beside it: the same physics in a form of its own
 };
 
 // Physics without a name that was found: a law of the answer's plant (plant/laws.h), and its curve. Internal units of its entry.
@@ -127,7 +128,7 @@ struct Diagnosis {
   Search search;
   Located located;
   std::vector<FoundEffect> effects;  // accepted, strongest first
-  std::vector<FoundLaw> laws;        // found by open-loop simulation
+  std::vector<FoundLaw> laws;        // curves, in place of names or beside them
   std::vector<plant::EffectId> ambiguous_with;
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What varies has a
   // share of its own.

@@ -2,6 +2,7 @@
 #include "diagnose/free_laws.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +15,9 @@
 namespace sinew::diagnose {
 namespace {
 
-constexpr std::size_t knot_count = 8;
-constexpr double smooth_over = 0.3;  // of the range: the length over which a curve's values are alike
+constexpr std::size_t knot_count = 24;  // linear between them, a smooth curve is off by less than a hundredth of its bend
+constexpr double smooth_over = 0.12;    // of the knots: the length over which a curve's values are alike
+constexpr Eigen::Index shapes = 16;     // of which a curve is made: what such a prior leaves besides is below a thousandth of its size
 constexpr std::array sizes{0.3, 1.0, 3.0, 10.0, 30.0};
 constexpr std::array fading_memories_s{0.0, 15.0};
 constexpr double typical_share = 0.2;  // of a factor
@@ -34,18 +36,25 @@ std::vector<double> knots_of(std::vector<double> values) {
   return knots;
 }
 
-// Cholesky factor of the prior's covariance, for a law of size 1.
+// The shapes that a smooth law of size 1 is made of, each with the weight that the prior gives it: principal components of its covariance.
+// Lengths are counted in knots, so that a curve can bend more where the data are.
 Eigen::MatrixXd smooth_curve(const std::vector<double>& knots) {
   const auto n = static_cast<Eigen::Index>(knots.size());
-  const double length = smooth_over * (knots.back() - knots.front());
+  const double length = smooth_over * static_cast<double>(knots.size() - 1);
   Eigen::MatrixXd covariance(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {
-      const double apart = (knots[static_cast<std::size_t>(i)] - knots[static_cast<std::size_t>(j)]) / length;
+      const double apart = static_cast<double>(i - j) / length;
       covariance(i, j) = std::exp(-0.5 * apart * apart);
     }
-  covariance.diagonal().array() += 1e-6;
-  return Eigen::LLT<Eigen::MatrixXd>(covariance).matrixL();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(covariance);
+  Eigen::MatrixXd curve(n, shapes);
+  for (Eigen::Index j = 0; j < shapes; ++j) {
+    const Eigen::Index k = n - 1 - j;  // by falling variance
+    curve.col(j) = components.eigenvectors().col(k) * std::sqrt(std::max(0.0, components.eigenvalues()(k)));
+    if (curve.col(j).sum() < 0.0) curve.col(j) *= -1.0;
+  }
+  return curve;
 }
 
 // The variable at the blocks, less its own low-pass, which begins anew with every recording.
@@ -61,6 +70,26 @@ Eigen::VectorXd less_slow_part(const Eigen::VectorXd& variable, const std::vecto
     result(i) = variable(i) - slow;
   }
   return result;
+}
+
+// What a law is of, in all its parts, at the blocks.
+std::vector<double> values_of(const plant::Law& law, const Explanation& at, const std::vector<Eigen::VectorXd>& variables) {
+  std::vector<double> values;
+  for (const plant::VariableId v : law.argument) {
+    const Eigen::VectorXd series =
+        law.fading_memory_s > 0.0 ? less_slow_part(variables[v.index], at.blocks->blocks(), law.fading_memory_s) : variables[v.index];
+    values.insert(values.end(), series.begin(), series.end());
+  }
+  return values;
+}
+
+// Of a curve by its values at knots: straight between them, held beyond.
+double interpolated(const std::vector<double>& knots, const Eigen::VectorXd& values, double x) {
+  if (!(x > knots.front())) return values(0);
+  if (!(x < knots.back())) return values(values.size() - 1);
+  const auto above = static_cast<std::size_t>(std::upper_bound(knots.begin(), knots.end(), x) - knots.begin());
+  const double share = (x - knots[above - 1]) / (knots[above] - knots[above - 1]);
+  return (1.0 - share) * values(static_cast<Eigen::Index>(above - 1)) + share * values(static_cast<Eigen::Index>(above));
 }
 
 std::vector<plant::Law> cells_of(const Explanation& at, const std::vector<Eigen::VectorXd>& variables) {
@@ -89,16 +118,13 @@ std::vector<plant::Law> cells_of(const Explanation& at, const std::vector<Eigen:
     for (std::size_t a = 0; a < arguments; ++a)
       for (const double memory_s : fading_memories_s) {
         plant::Law law{.entry = g, .argument = {}, .factor = {}, .fading_memory_s = memory_s, .knots = {}, .curve = {}, .is_sought = true};
-        std::vector<double> values;
         bool of_time = false;
         for (const plant::Entry* entry : entries) {
           const plant::VariableId v = entry->may_depend_on[a];
           of_time = of_time || system.variables()[v].name == "time";
           law.argument.push_back(v);
-          const Eigen::VectorXd series =
-              memory_s > 0.0 ? less_slow_part(variables[v.index], at.blocks->blocks(), memory_s) : variables[v.index];
-          values.insert(values.end(), series.begin(), series.end());
         }
+        std::vector<double> values = values_of(law, at, variables);
         if (of_time || !std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) continue;
         law.knots = knots_of(std::move(values));
         if (law.knots.empty()) continue;
@@ -271,6 +297,29 @@ std::vector<LawCandidate> screen_laws(const Explanation& at, int threads) {
   std::erase_if(candidates, [](const LawCandidate& one) { return one.weights.size() == 0; });
   std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) { return a.gain > b.gain; });
   return candidates;
+}
+
+LawCandidate where_the_data_are(const Explanation& at, plant::EffectId law) {
+  const plant::System& system = at.system();
+  LawCandidate result;
+  result.law = system.laws()[*system.effects()[law].law];
+  const std::vector<Eigen::VectorXd> variables = variables_of(at);
+  if (variables.empty()) return result;
+  const std::vector<double> knots = knots_of(values_of(result.law, at, variables));
+  if (knots.empty()) return result;
+  const Eigen::VectorXd values = plant::values_of(at.model(), law);
+  const Eigen::MatrixXd shapes_there = smooth_curve(knots) * (result.law.curve.norm() / smooth_curve(result.law.knots).norm());
+  Eigen::VectorXd target(static_cast<Eigen::Index>(knots.size()));
+  for (Eigen::Index k = 0; k < target.size(); ++k) target(k) = interpolated(result.law.knots, values, knots[static_cast<std::size_t>(k)]);
+  result.law.knots = knots;
+  result.law.curve = shapes_there;
+  result.law.name.clear();
+  // The likeliest weights, the values taken as known to a hundredth of a law's size.
+  const double size = shapes_there.norm() / std::sqrt(static_cast<double>(knots.size())), loose = std::pow(0.01 * size, 2);
+  Eigen::MatrixXd information = shapes_there.transpose() * shapes_there / loose;
+  information.diagonal().array() += 1.0;
+  result.weights = information.ldlt().solve(shapes_there.transpose() * target / loose);
+  return result;
 }
 
 std::vector<ClosedForm> forms_within(const std::vector<double>& knots, const std::vector<double>& values,

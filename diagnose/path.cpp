@@ -267,20 +267,16 @@ struct Follower {
           given.time_s = stop_s;
           differentiator.at(given, y_end, &at_end, &seen, &rate_end);
           jumped = false;
-          if (!has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s)) {
-            in_middle = 0.5 * (at_start + at_end);
-            cross(in_middle, step_s);
-          } else {
-            // In between the states follow the cubic through both ends and their rates.
-            for (int part = 0; part < corner_parts; ++part) {
-              const double x = (part + 0.5) / corner_parts;
-              for (std::size_t i = 0; i < y.size(); ++i)
-                y[i] = y_start[i] + x * x * (3.0 - 2.0 * x) * (y_end[i] - y_start[i]) +
-                       step_s * x * (1.0 - x) * ((1.0 - x) * rate_start[i] - x * rate_end[i]);
-              given.time_s = time_s + x * step_s;
-              differentiator.at(given, y, &in_middle, nullptr);
-              cross(in_middle, step_s / corner_parts);
-            }
+          // In between the states follow the cubic through both ends and their rates.
+          const int parts = has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s) ? corner_parts : 1;
+          for (int part = 0; part < parts; ++part) {
+            const double x = (part + 0.5) / parts;
+            for (std::size_t i = 0; i < y.size(); ++i)
+              y[i] = y_start[i] + x * x * (3.0 - 2.0 * x) * (y_end[i] - y_start[i]) +
+                     step_s * x * (1.0 - x) * ((1.0 - x) * rate_start[i] - x * rate_end[i]);
+            given.time_s = time_s + x * step_s;
+            differentiator.at(given, y, &in_middle, nullptr);
+            cross(in_middle, step_s / parts);
           }
         }
         if (event != events.end()) {
@@ -324,26 +320,25 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = parameters + r * states;
     const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
-    const bool fine =
-        follower.run(want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
-                     [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
-                       for (const plant::ChannelId c : system.channels().ids()) {
-                         const double target = measured(data.recording->samples[k], c);
-                         if (std::isnan(target)) continue;
-                         path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
-                         if (!path.jacobian.empty()) {
-                           double* out = path.jacobian.data() + row * unknowns;
-                           const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
-                           const auto channel = static_cast<Eigen::Index>(c.index);
-                           for (std::size_t u = 0; u < parameters; ++u)
-                             out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * slopes[u];
-                           for (std::size_t i = 0; i < states; ++i)
-                             out[first_start + i] =
-                                 sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight * slopes[first_start + i];
-                         }
-                         ++row;
-                       }
-                     });
+    const bool fine = follower.run(want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
+                                   [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
+                                     for (const plant::ChannelId c : system.channels().ids()) {
+                                       const double target = measured(data.recording->samples[k], c);
+                                       if (std::isnan(target)) continue;
+                                       path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
+                                       if (!path.jacobian.empty()) {
+                                         double* out = path.jacobian.data() + row * unknowns;
+                                         const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
+                                         const auto channel = static_cast<Eigen::Index>(c.index);
+                                         for (std::size_t u = 0; u < parameters; ++u)
+                                           out[u] = sensitivity(channel, static_cast<Eigen::Index>(u)) * weight * slopes[u];
+                                         for (std::size_t i = 0; i < states; ++i)
+                                           out[first_start + i] = sensitivity(channel, static_cast<Eigen::Index>(parameters + i)) * weight *
+                                                                  slopes[first_start + i];
+                                       }
+                                       ++row;
+                                     }
+                                   });
     if (!fine) return false;
   }
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });

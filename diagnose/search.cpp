@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
+#include "diagnose/free_laws.h"
 #include "diagnose/proposals.h"
 #include "sim/parallel.h"
 
@@ -66,6 +67,7 @@ class Searcher {
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
+    if (settings_.most_laws >= 1 && !nothing_left(result, settings_)) bend(result);
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
@@ -295,6 +297,207 @@ class Searcher {
     result = std::move(other);
   }
 
+  static bool contains_all(const std::vector<plant::EffectId>& all, const std::vector<plant::EffectId>& some) {
+    return std::all_of(some.begin(), some.end(), [&](plant::EffectId e) { return std::find(all.begin(), all.end(), e) != all.end(); });
+  }
+
+  bool has_laws(const Explanation& explanation) const { return explanation.system().effects().size() > system_.effects().size(); }
+
+  // Names that an explanation adds to the plant as given.
+  std::vector<plant::EffectId> names_of(const Explanation& explanation) const {
+    std::vector<plant::EffectId> names;
+    for (const plant::EffectId e : explanation.effects())
+      if (!explanation.system().effects()[e].law && !nominal_.is_on(e)) names.push_back(e);
+    return names;
+  }
+
+  // Every name alike, one of so many. A law that is the form of a name is as likely as not; any other is one of all cells.
+  double log_prior(const Explanation& explanation, double cells) const {
+    const auto& effects = explanation.system().effects();
+    const std::vector<plant::EffectId> names = names_of(explanation);
+    double sum = -std::log(static_cast<double>(system_.effects().size())) * static_cast<double>(names.size());
+    for (const plant::EffectId e : explanation.effects())
+      if (effects[e].law && !(e.index < system_.effects().size() && nominal_.is_on(e)))
+        sum -= std::log(is_own(explanation.system(), names, explanation.system().laws()[*effects[e].law]) ? 2.0 : cells);
+    return sum;
+  }
+
+  // What one round of laws tries: an explanation and a cell of the screening.
+  struct Cell {
+    const Explanation* parent;
+    LawCandidate law;
+  };
+
+  // What is left may follow a law: beside what has a name, which then acts in a form of its own, or beside nothing. Names that did less
+  // well in the catalogue's form are asked again, since in a form of their own they may do better.
+  void bend(Search& result) const {
+    std::vector<Explanation> parents{result.best};
+    if (!names_of(result.best).empty()) parents.push_back(result.core);
+    for (const Candidate& candidate : result.rounds.front().candidates) {
+      if (parents.size() > settings_.bent_names) break;
+      if (candidate.explanation.usable && names_of(candidate.explanation) != names_of(result.best))
+        parents.push_back(candidate.explanation);
+    }
+    double cells = 1.0;
+    for (int round = 0; round < settings_.most_laws; ++round) {
+      std::vector<Cell> tried;
+      for (const Explanation& parent : parents) {
+        std::vector<LawCandidate> screened = screen_laws(parent, settings_.threads);
+        cells = std::max(cells, static_cast<double>(screened.size()));
+        const std::vector<plant::EffectId> names = names_of(parent);
+        bool own = names.empty();
+        std::size_t taken = 0;
+        for (LawCandidate& one : screened) {
+          if (one.gain <= 0.0) break;
+          const bool is_own = diagnose::is_own(parent.system(), names, one.law);
+          if (taken >= settings_.laws && (own || !is_own)) continue;
+          own = own || is_own;
+          ++taken;
+          tried.push_back({&parent, std::move(one)});
+        }
+      }
+      std::vector<Bent> bent(tried.size());
+      ExplanationSettings shortly = settings_.fit;
+      shortly.most_rounds = 2;
+      shortly.enough = 1.0;
+      std::atomic<std::size_t> done{0};
+      sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
+        bent[i] = {names_of(*tried[i].parent), with_law(*tried[i].parent, tried[i].law, shortly)};
+        bent[i].gain = log_prior(*tried[i].parent, cells) + tried[i].parent->log_evidence;
+        tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(tried.size()), "trying laws");
+      });
+      weigh(bent, cells);
+      const double highest = bent.empty() ? 0.0 : bent.front().log_odds;
+      std::size_t in_the_running = 0;
+      while (in_the_running < bent.size() && in_the_running < 4 && bent[in_the_running].log_odds > highest - 100.0) ++in_the_running;
+      sim::in_parallel(in_the_running, settings_.threads, [&](std::size_t i) { settle_law(bent[i].explanation); });
+      weigh(bent, cells);
+      if (bent.empty()) return;
+      for (Bent& one : bent) one.gain = one.log_odds - one.gain;
+      result.cells = static_cast<std::size_t>(cells);
+      result.bent.insert(result.bent.begin(), bent.begin(), bent.end());
+      by_odds(result.bent);
+      take_names_out(result, cells);
+      name_what_has_one(result, cells);
+      const Bent winner = result.bent.front();
+      // Laws that leave much are bent round what is missing elsewhere.
+      if (share_explained(result.core, winner.explanation) < settings_.least_explained_share) return;
+      if (winner.log_odds < result.best.log_evidence + log_prior(result.best, cells) + 0.5 * settings_.least_gain) return;
+      if (settings_.is_borne_out && !settings_.is_borne_out(winner.explanation, result.best)) return;
+      take(result, winner);
+      if (nothing_left(result, settings_)) return;
+      parents = {result.best};
+    }
+  }
+
+  // Without each of its names the best may do as well: begun where it ended, so that all are settled alike.
+  void take_names_out(Search& result, double cells) const {
+    for (std::size_t names = result.bent.front().names.size(); names > 0; --names) {
+      const Bent best = result.bent.front();
+      if (best.names.size() != names) return;
+      std::vector<Bent> less(names, best);
+      sim::in_parallel(names, settings_.threads, [&](std::size_t i) {
+        less[i].names.erase(less[i].names.begin() + static_cast<std::ptrdiff_t>(i));
+        plant::Plant without = best.explanation.problem->centres();
+        without.turn(best.names[i], false);
+        less[i].explanation = explain(without, data_, best.explanation.as_guess(), settings_.fit);
+      });
+      weigh(less, cells);
+      result.bent.insert(result.bent.begin(), less.begin(), less.end());
+      by_odds(result.bent);
+    }
+  }
+
+  // A law that stands alone may be the form that an effect of the catalogue has here: what that effect is a function of, where it acts.
+  // Each such effect is put beside it.
+  void name_what_has_one(Search& result, double cells) const {
+    const Bent alone = result.bent.front();
+    if (!alone.names.empty()) return;
+    const plant::System& system = alone.explanation.system();
+    const plant::Law& law = system.laws().back();
+    std::vector<Bent> named;
+    for (const plant::EffectId e : candidates_at(result.core)) {
+      if (!is_own(system, {e}, law)) continue;
+      Guess guess = alone.explanation.as_guess();
+      for (const Candidate& candidate : result.rounds.front().candidates)
+        if (candidate.effect == e && candidate.explanation.usable)
+          for (const plant::ParameterId p : system_.effects()[e].parameters) {
+            const std::string key = system_.parameters()[p].key();
+            if (const auto values = candidate.explanation.as_guess().values; values.contains(key)) guess.values[key] = values.at(key);
+          }
+      named.push_back({{e}, explain(with_effect(alone.explanation.problem->centres(), e), data_, guess, settings_.fit)});
+      named.back().gain = alone.gain;
+    }
+    weigh(named, cells);
+    result.bent.insert(result.bent.begin(), named.begin(), named.end());
+    by_odds(result.bent);
+  }
+
+  void weigh(std::vector<Bent>& bent, double cells) const {
+    for (Bent& one : bent)
+      if (one.explanation.usable) one.log_odds = one.explanation.log_evidence + log_prior(one.explanation, cells);
+    by_odds(bent);
+  }
+
+  static void by_odds(std::vector<Bent>& bent) {
+    std::erase_if(bent, [](const Bent& one) { return !one.explanation.usable; });
+    std::stable_sort(bent.begin(), bent.end(), [](const Bent& a, const Bent& b) { return a.log_odds > b.log_odds; });
+  }
+
+  Explanation with_law(const Explanation& parent, const LawCandidate& law, const ExplanationSettings& settings) const {
+    const plant::Plant plant = plant::with_laws_on(parent.problem->centres(), {law.law});
+    const plant::System& system = plant.system();
+    const auto& parameters = system.effects()[plant::EffectId{system.effects().size() - 1}].parameters;
+    Guess guess = parent.as_guess();
+    for (Eigen::Index j = 0; j < law.weights.size(); ++j)
+      guess.values[system.parameters()[parameters[static_cast<std::size_t>(j) + 1]].key()] = law.weights(j);
+    Explanation linear = explain(plant, data_, guess, settings);
+    const Explanation from_nothing = explain(plant, data_, parent.as_guess(), settings);
+    return !linear.usable || (from_nothing.usable && from_nothing.log_posterior > linear.log_posterior) ? from_nothing : linear;
+  }
+
+  // The last law with its knots where the data are by now, and settled.
+  void settle_law(Explanation& explanation) const {
+    for (int pass = 0; pass < 2; ++pass) {
+      const plant::EffectId law{explanation.system().effects().size() - 1};
+      const LawCandidate moved = where_the_data_are(explanation, law);
+      if (moved.weights.size() == 0) return;
+      plant::Plant plant = plant::carried_into(nominal_, nominal_.shared_system());
+      for (const plant::EffectId e : names_of(explanation)) plant = with_effect(plant, e);
+      std::vector<plant::Law> laws;
+      Guess guess = explanation.as_guess();
+      for (std::size_t e = system_.effects().size(); e < law.index; ++e)
+        laws.push_back(explanation.system().laws()[*explanation.system().effects()[plant::EffectId{e}].law]);
+      laws.push_back(moved.law);
+      laws.back().name = std::string(explanation.system().effects()[law].name);
+      plant = plant::with_laws_on(plant, laws);
+      const auto& parameters = plant.system().effects()[law].parameters;
+      for (Eigen::Index j = 0; j < moved.weights.size(); ++j)
+        guess.values[plant.system().parameters()[parameters[static_cast<std::size_t>(j) + 1]].key()] = moved.weights(j);
+      const Explanation again = explain(plant, data_, guess, settings_.fit);
+      if (!again.usable || again.log_evidence < explanation.log_evidence + (pass == 0 ? 0.0 : 3.0)) return;
+      explanation = again;
+    }
+  }
+
+  // The winner is what stands; where its names are not those that were accepted so far, the rounds tell its story.
+  void take(Search& result, const Bent& winner) const {
+    if (winner.names != names_of(result.best)) {
+      Round round = result.rounds.front();
+      round.before = result.core;
+      round.accepted = !winner.names.empty();
+      const auto named = std::find_if(round.candidates.begin(), round.candidates.end(),
+                                      [&](const Candidate& c) { return winner.names == std::vector<plant::EffectId>{c.effect}; });
+      if (named != round.candidates.end()) {
+        std::rotate(round.candidates.begin(), named, named + 1);
+        round.gain = 2.0 * (round.candidates.front().explanation.log_posterior - result.core.log_posterior);
+        round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
+      }
+      result.rounds = {std::move(round)};
+    }
+    result.best = winner.explanation;
+  }
+
   // Pairs that promise most by their joint score, and the best alone with each effect that the score is blind for.
   struct Pair {
     const Score *one, *other;
@@ -399,14 +602,19 @@ class Searcher {
   // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the
   // best of the others put in its place.
   void weigh(Search& result) const {
-    const std::vector<plant::EffectId> base = result.core.effects();
-    const auto mine = [&] {
-      std::vector<plant::EffectId> added;
-      for (const plant::EffectId e : result.best.effects())
-        if (std::find(base.begin(), base.end(), e) == base.end()) added.push_back(e);
-      return added;
-    };
-    if (mine().size() == 1) {
+    const auto mine = [&] { return names_of(result.best); };
+    if (has_laws(result.best)) {
+      // Of those with laws, the best that has another name in its place, or none.
+      for (const plant::EffectId e : mine())
+        for (const Bent& other : result.bent)
+          for (const plant::EffectId rival : other.names) {
+            auto& rivals = result.rivals[e];
+            const auto is_it = [&](const auto& r) { return r.first == rival; };
+            if (contains_all(mine(), {rival}) || contains_all(other.names, {e}) || std::any_of(rivals.begin(), rivals.end(), is_it))
+              continue;
+            rivals.emplace_back(rival, std::max(0.0, result.bent.front().log_odds - other.log_odds));
+          }
+    } else if (mine().size() == 1) {
       for (const Candidate& candidate : result.rounds.front().candidates)
         if (candidate.effect != mine()[0] && candidate.explanation.usable)
           result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
@@ -449,6 +657,34 @@ Guess guess_with(const Explanation& at, const Score& score) {
   const auto& declared = at.system().parameters()[at.system().effects()[score.effect].strength].declaration;
   begin_with(guess, at.system(), score, score.strength - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit);
   return guess;
+}
+
+namespace {
+
+// A quantity as EffectInfo::argument has it: a variable's name without the part that the entry is of, or with "other" for another part's.
+std::string argument_of(const plant::System& system, const plant::Law& law) {
+  std::string name = system.variables()[law.argument.front()].name;
+  for (const plant::Entry& entry : system.entries()) {
+    if (entry.group != law.entry) continue;
+    for (const plant::Entry& other : system.entries())
+      if (const std::string end = " " + other.part; !other.part.empty() && name.ends_with(end)) {
+        name = (other.part == entry.part ? "" : "other ") + name.substr(0, name.size() - end.size());
+        break;
+      }
+    break;
+  }
+  return (law.fading_memory_s > 0.0 ? "memory of " : "") + name;
+}
+
+}  // namespace
+
+bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law) {
+  const auto& places = system.entry_groups()[law.entry].places;
+  return std::any_of(names.begin(), names.end(), [&](plant::EffectId e) {
+    const plant::EffectInfo& effect = system.effects()[e];
+    return std::find(places.begin(), places.end(), effect.place) != places.end() &&
+           (effect.argument.empty() || effect.argument == argument_of(system, law));
+  });
 }
 
 double as_good_as_nothing(const Explanation& core, const SearchSettings& settings) {

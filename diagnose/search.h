@@ -9,6 +9,7 @@
 #pragma once
 
 #include "diagnose/score.h"
+#include "plant/laws.h"
 
 namespace sinew::diagnose {
 
@@ -29,10 +30,16 @@ struct SearchSettings {
   double visible_unrest = 250.0;  // unrest of the core above this is missing physics, whether or not it has a name
   // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
   double nothing_left_share = 0.002;
-  std::size_t pairs = 8;                 // fitted at once, where effects one by one leave something
+  std::size_t pairs = 8;       // fitted at once, where effects one by one leave something
+  std::size_t bent_names = 4;  // that laws are added to: the best of the first round
+  std::size_t laws = 2;        // of the screening's ranking, and the best at the names' own equation, added to each
+  int most_laws = 2;
+  double least_explained_share = 0.9;    // of the misfit, by what has laws
   std::vector<plant::EffectId> without;  // effects that may not be named
   Guess guess;                           // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;
+  // Whether what was not fitted is predicted no worse, beyond chance, by the first, which has laws, than by the second; empty: not asked.
+  std::function<bool(const Explanation& with, const Explanation& without)> is_borne_out;
 };
 
 struct Candidate {
@@ -50,16 +57,31 @@ struct Round {
   bool accepted = false;
 };
 
+// Names, or none, with laws beside them (free_laws.h): the same physics in a form of its own, or physics without a name.
+struct Bent {
+  std::vector<plant::EffectId> names;  // beside what the plant has as given
+  Explanation explanation;             // in a System that has the laws, too
+  double log_odds = 0.0;               // log evidence plus log prior of the terms
+  double gain = 0.0;                   // of log odds, by the last law
+};
+
 struct Search {
   Explanation core;           // what the plant explains as it is, calibrated
   std::vector<Round> rounds;  // the last one is the one that found nothing more
   Explanation best;
+  // Where names alone leave something: what was tried with laws, by falling log odds. `best` is of a System with laws where one of these is
+  // it.
+  std::vector<Bent> bent;
+  std::size_t cells = 0;  // in which a law was sought
   // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
   std::map<plant::EffectId, std::vector<std::pair<plant::EffectId, double>>> rivals;
 };
 
 // Where a fit of one more effect begins: all else as it is, the effect as the score says.
 Guess guess_with(const Explanation& at, const Score& score);
+
+// Whether a law enters the equation, or the reading, of one of these names: that name in a form of its own.
+bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law);
 
 // The unrest below which an explanation leaves nothing, beside the core's.
 double as_good_as_nothing(const Explanation& core, const SearchSettings& settings);

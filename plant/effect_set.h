@@ -114,6 +114,7 @@ void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<P
     info.place = text_of(Effect::place);
     info.equation = Effect::equation;
     info.words = Effect::words;
+    if constexpr (requires { Effect::argument; }) info.argument = Effect::argument;
     if constexpr (requires { Effect::grown_words; }) {
       info.grown_words = Effect::grown_words;
       info.grown_unit = Effect::grown_unit;

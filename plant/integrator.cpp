@@ -597,9 +597,7 @@ class RosenbrockSolver : public Solver {
     message = words;
     return -1;
   }
-  double tolerance(Eigen::Index i) const {
-    return settings_.relative_tolerance * (std::abs(y_(i)) + scales_[static_cast<std::size_t>(i)]);
-  }
+  double tolerance(Eigen::Index i) const { return settings_.relative_tolerance * (std::abs(y_(i)) + scales_[static_cast<std::size_t>(i)]); }
 
   // A step into trial_; its error in units of the tolerance, infinite where it leads nowhere.
   double tried(double h) {

@@ -107,6 +107,9 @@ struct EffectInfo {
   ParameterId strength;                 // the one among them that has a null
   // Strengths that parts have of their own, where the file gives one.
   std::vector<ParameterId> own_strengths;
+  // Of what quantity of its part it is a function, as System::variables() names it without the part: "angle", "temperature"; "other ..." of
+  // the part beside it, "memory of ..." where it follows what that has been. Empty: of none of them, or of several.
+  std::string_view argument = "";
   // An effect of time grows with it; what is said of one is what it has grown to after this time, in these words.
   std::string_view grown_words = "";
   std::string_view grown_unit = "";

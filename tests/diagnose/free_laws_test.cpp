@@ -67,7 +67,7 @@ TEST_CASE("free laws: the screening puts the cell that is there first, and time 
   for (std::size_t i = 1; i < cells.size(); ++i) CHECK(cells[i].gain <= cells[i - 1].gain);
   for (const auto& cell : cells) {
     CHECK(cell.law.argument.front() != variable("time"));
-    CHECK(cell.law.knots.size() == 8);
+    CHECK(cell.law.knots.size() == 24);
     CHECK(cell.weights.size() == cell.law.curve.cols());
   }
   const auto alone = diagnose::screen_laws(core, 1);

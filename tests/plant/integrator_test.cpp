@@ -42,7 +42,7 @@ TEST_CASE("integrator: of two commands at one moment the later one holds") {
 }
 
 TEST_CASE("integrator: counters only grow, over restarts too, and say what was done") {
-  for (const Method method : {Method::cvode, Method::arkode}) {
+  for (const Method method : {Method::cvode, Method::arkode, Method::rosenbrock}) {
     Integrator run(default_plant(), Start{}, {.method = method});
     SolverCounters before = run.counters();
     for (int tick = 0; tick < 5; ++tick) {
@@ -55,7 +55,7 @@ TEST_CASE("integrator: counters only grow, over restarts too, and say what was d
       CHECK(now.error_test_failures >= before.error_test_failures);
       before = now;
     }
-    CHECK((before.jacobian_evaluations > 0) == (method == Method::cvode));
+    CHECK((before.jacobian_evaluations > 0) == (method != Method::arkode));
   }
 }
 
@@ -68,6 +68,67 @@ TEST_CASE("integrator: the automatic method is explicit for the core and implici
   };
   CHECK(jacobians(default_plant()) == 1);  // the one by which it chose
   CHECK(jacobians(limb_with("dry_friction", {{"moment_Nm", 0.003}})) > 1);
+}
+
+// Ten seconds with a duty that changes every half second, and with what switches on at 4 s; a reading each tenth of a second.
+std::vector<double> readings_of(const Plant& limb, const NumericalSettings& settings, SolverCounters* counters = nullptr) {
+  Integrator run(limb, Start{}, settings);
+  std::vector<double> all;
+  for (int k = 1; k <= 100; ++k) {
+    if (k % 5 == 1) run.hold({(k / 5) % 3 == 0 ? 0.7 : 0.0, (k / 5) % 4 == 1 ? 0.6 : 0.1});
+    REQUIRE_FALSE(run.advance_to(0.1 * k));
+    const std::vector<double> shown = run.readings();
+    all.insert(all.end(), shown.begin(), shown.end());
+  }
+  if (counters) *counters = run.counters();
+  return all;
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+  return largest;
+}
+
+TEST_CASE("integrator: the linearly implicit method agrees with CVODE, the better the closer its tolerance, on stiff limbs too") {
+  for (const Plant& limb : {default_plant(), limb_with("dry_friction", {{"moment_Nm", 0.003}, {"smoothing_rad_s", 0.02}}),
+                            limb_with("airflow_change", {{"relative_change", 1.0}, {"onset_s", 4.03}}),
+                            limb_with("input_delay", {{"delay_s", 0.23}}), limb_with("ambient_drift", {{"rate_K_s", 0.5}})}) {
+    const std::vector<double> exact = readings_of(limb, {.method = Method::cvode, .relative_tolerance = 1e-11});
+    double before = 1e9;
+    for (const double tolerance : {1e-3, 1e-5, 1e-7}) {
+      const double off = largest_difference(readings_of(limb, {.method = Method::rosenbrock, .relative_tolerance = tolerance}), exact);
+      CHECK(off < 0.5 * before);
+      before = off;
+    }
+    CHECK(before < 2e-5);
+  }
+}
+
+TEST_CASE("integrator: the linearly implicit method takes steps that no fast mode limits, and few of them") {
+  SolverCounters implicit, explicit_one;
+  readings_of(default_plant(), {.method = Method::rosenbrock, .relative_tolerance = 1e-4}, &implicit);
+  readings_of(default_plant(), {.method = Method::arkode, .relative_tolerance = 1e-4}, &explicit_one);
+  CHECK(implicit.steps < 200);
+  CHECK(explicit_one.steps > 3 * implicit.steps);
+}
+
+TEST_CASE("integrator: a run by the linearly implicit method is the same where it went on from a checkpoint") {
+  const auto run_to = [](Integrator& run, int from, int to) {
+    for (int k = from; k < to; ++k) {
+      run.hold({k % 2 ? 0.6 : 0.0, 0.2});
+      REQUIRE_FALSE(run.advance_to(0.5 * (k + 1)));
+    }
+  };
+  const NumericalSettings settings{.method = Method::rosenbrock, .relative_tolerance = 1e-6};
+  Integrator whole(default_plant(), Start{}, settings);
+  run_to(whole, 0, 3);
+  const Checkpoint taken = whole.checkpoint();
+  run_to(whole, 3, 8);
+  Integrator again(default_plant(), taken, settings);
+  run_to(again, 3, 8);
+  CHECK(again.state() == whole.state());
+  CHECK(again.counters() == whole.counters());
 }
 
 TEST_CASE("integrator: a start that does not fit the limb is refused") {

@@ -17,6 +17,7 @@ struct AngleSensorLag {
   static constexpr Part part = Part::bend_sensor;
   static constexpr std::string_view equation = "tau_theta dtheta_m/dt = theta - theta_m";
   static constexpr std::string_view words = "the bend sensor follows the limb late";
+  static constexpr std::string_view argument = "angular velocity";
   static constexpr std::array states{StateDeclaration{"angle_{}_rad", units::rad, 0.3}};
 
   S time_constant_s{0.0};

@@ -18,6 +18,7 @@ struct BodyHeatStorage {
   static constexpr Part part = Part::segment;
   static constexpr std::string_view equation = "C_b dT_b/dt = sum_j G_b (T_j - T_b) - h_b (T_b - T_inf)";
   static constexpr std::string_view words = "the silicone body stores heat and gives it back to the wires";
+  static constexpr std::string_view argument = "memory of temperature";
   static constexpr std::array states{StateDeclaration{"temperature_{}_degC", units::degC, 10.0}};
 
   S conductance_W_K{0.0};

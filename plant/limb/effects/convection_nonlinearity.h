@@ -17,6 +17,7 @@ struct ConvectionNonlinearity {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "h -> h (1 + beta (T - T_inf))";
   static constexpr std::string_view words = "heat loss grows with temperature (natural convection and radiation)";
+  static constexpr std::string_view argument = "temperature";
 
   S slope_1_K{0.0};
 

@@ -18,6 +18,7 @@ struct CrossHeating {
   static constexpr Part part = Part::pair;
   static constexpr std::string_view equation = "q = G_AB (T_A - T_B), out of wire A and into wire B";
   static constexpr std::string_view words = "one wire heats the other through the silicone";
+  static constexpr std::string_view argument = "other temperature";
 
   S conductance_W_K{0.0};
 

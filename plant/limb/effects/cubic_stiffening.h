@@ -17,6 +17,7 @@ struct CubicStiffening {
   static constexpr Part part = Part::bend;
   static constexpr std::string_view equation = "moment -> moment - k_3 theta^3";
   static constexpr std::string_view words = "the body stiffens at large bends";
+  static constexpr std::string_view argument = "angle";
 
   S stiffness_Nm_rad3{0.0};
 

@@ -17,6 +17,7 @@ struct DryFriction {
   static constexpr Part part = Part::bend;
   static constexpr std::string_view equation = "moment -> moment - M_f tanh(omega / omega_s)";
   static constexpr std::string_view words = "the coils rub in their channels (dry friction)";
+  static constexpr std::string_view argument = "angular velocity";
 
   S moment_Nm{0.0};
   S smoothing_rad_s{0.05};

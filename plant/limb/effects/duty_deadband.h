@@ -17,6 +17,7 @@ struct DutyDeadband {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "u -> max(0, u - u_0)";
   static constexpr std::string_view words = "the first part of every duty cycle has no effect";
+  static constexpr std::string_view argument = "duty";
 
   S threshold_fraction{0.0};
 

@@ -17,6 +17,7 @@ struct GravityLoad {
   static constexpr Part part = Part::bend;
   static constexpr std::string_view equation = "moment -> moment - m g l sin(theta + phi)";
   static constexpr std::string_view words = "the limb's weight bends it";
+  static constexpr std::string_view argument = "angle";
 
   S moment_Nm{0.0};
   S tilt_rad{20.0 * radians_per_degree};

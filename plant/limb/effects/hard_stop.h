@@ -17,6 +17,7 @@ struct HardStop {
   static constexpr Part part = Part::bend;
   static constexpr std::string_view equation = "moment -> moment - k_c (|theta| - theta_c)_+ sgn theta";
   static constexpr std::string_view words = "the limb runs against a stop";
+  static constexpr std::string_view argument = "angle";
 
   S stiffness_Nm_rad{0.0};
   S angle_rad{25.0 * radians_per_degree};

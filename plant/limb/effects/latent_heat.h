@@ -17,6 +17,7 @@ struct LatentHeat {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "C_w dT/dt = ... + L dxi/dt";
   static constexpr std::string_view words = "the phase transformation absorbs and frees heat";
+  static constexpr std::string_view argument = "rate of temperature";
 
   S latent_heat_J{0.0};
 

@@ -17,6 +17,7 @@ struct ResistanceChange {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "R -> R (1 + rho xi)";
   static constexpr std::string_view words = "the wire's resistance depends on its phase";
+  static constexpr std::string_view argument = "martensite fraction";
 
   S relative_increase{0.0};
 

@@ -20,6 +20,7 @@ struct SheathHeatStorage {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "C_s dT_s,j/dt = G_s (T_j - T_s,j) - h_s (T_s,j - T_inf)";
   static constexpr std::string_view words = "what is glued around each wire stores heat and gives it back to that wire";
+  static constexpr std::string_view argument = "memory of temperature";
   static constexpr std::array states{StateDeclaration{"temperature_{}_degC", units::degC, 20.0}};
 
   S conductance_W_K{0.0};

@@ -18,6 +18,7 @@ struct SupplySag {
   static constexpr Part part = Part::supply;
   static constexpr std::string_view equation = "V_s -> V_s - R_src I, I the summed mean current of all wires";
   static constexpr std::string_view words = "the supply voltage sags under load";
+  static constexpr std::string_view argument = "duty";
 
   S source_resistance_Ohm{0.0};
 

@@ -18,6 +18,7 @@ struct ThermocoupleHeatSink {
   static constexpr Part part = Part::thermocouple;
   static constexpr std::string_view equation = "T_m = T_inf + g (T - T_inf)";
   static constexpr std::string_view words = "the thermocouple's leads drain heat, so that it reads too cool";
+  static constexpr std::string_view argument = "temperature";
 
   S gain{1.0};
 

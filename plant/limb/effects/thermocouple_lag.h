@@ -18,6 +18,7 @@ struct ThermocoupleLag {
   static constexpr Part part = Part::thermocouple;
   static constexpr std::string_view equation = "tau_s dT_m/dt = T - T_m";
   static constexpr std::string_view words = "the thermocouple's epoxy bead follows the wire late";
+  static constexpr std::string_view argument = "rate of temperature";
   static constexpr std::array states{StateDeclaration{"temperature_{}_degC", units::degC, 20.0}};
 
   S time_constant_s{0.0};

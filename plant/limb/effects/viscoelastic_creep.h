@@ -17,6 +17,7 @@ struct ViscoelasticCreep {
   static constexpr Part part = Part::bend;
   static constexpr std::string_view equation = "moment -> moment - k_v (theta - theta_v), dtheta_v/dt = (theta - theta_v)/tau_v";
   static constexpr std::string_view words = "the silicone creeps (viscoelasticity)";
+  static constexpr std::string_view argument = "memory of angle";
   static constexpr std::array states{StateDeclaration{"angle_{}_rad", units::rad, 0.3}};
 
   S stiffness_Nm_rad{0.0};
