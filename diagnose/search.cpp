@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "diagnose/calibrate.h"
@@ -439,9 +440,17 @@ class Searcher {
     by_odds(bent);
   }
 
+  // By falling odds; of the same names and laws the best alone.
   static void by_odds(std::vector<Bent>& bent) {
     std::erase_if(bent, [](const Bent& one) { return !one.explanation.usable; });
     std::stable_sort(bent.begin(), bent.end(), [](const Bent& a, const Bent& b) { return a.log_odds > b.log_odds; });
+    std::set<std::pair<std::vector<std::size_t>, std::vector<std::string>>> seen;
+    std::erase_if(bent, [&](const Bent& one) {
+      std::pair<std::vector<std::size_t>, std::vector<std::string>> terms;
+      for (const plant::EffectId e : one.names) terms.first.push_back(e.index);
+      for (const plant::Law& law : one.explanation.system().laws()) terms.second.push_back(plant::law_words(one.explanation.system(), law));
+      return !seen.insert(std::move(terms)).second;
+    });
   }
 
   Explanation with_law(const Explanation& parent, const LawCandidate& law, const ExplanationSettings& settings) const {
