@@ -143,23 +143,40 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
       result.chance = round.chance;
     }
   double others = 1.0;
-  if (laws_of(diagnosis.answer, diagnosis.search.core).empty()) {
-    for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
-  } else {  // of all that were tried with laws, those without this name, a law alone among them
-    double with = 0.0, all = 0.0;
-    for (const Bent& one : diagnosis.search.bent) {
-      const double odds = std::exp(one.log_odds - diagnosis.search.bent.front().log_odds);
-      all += odds;
-      if (contains(one.names, effect)) with += odds;
-    }
-    others = all / with;
-  }
+  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
   if (something_left)
     result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
   else if (diagnosis.by_chance)
     result.confidence *= diagnosis.explained_share;
   return result;
+}
+
+// A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
+// among them.
+FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
+  const std::vector<Bent>& tried = diagnosis.search.bent;
+  double with = 0.0, all = 0.0, without = -1e300;
+  for (const Bent& one : tried) {
+    const double odds = std::exp(one.log_odds - tried.front().log_odds);
+    all += odds;
+    if (contains(one.names, effect))
+      with += odds;
+    else
+      without = std::max(without, one.log_odds);
+  }
+  result.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
+  result.chance = 1.0 - with / all;
+  result.confidence = with / all;
+  if (something_left) result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
+  return result;
+}
+
+std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
+  std::vector<plant::EffectId> names;
+  for (const FoundEffect& one : found) names.push_back(one.effect);
+  return names;
 }
 
 FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const Diagnosis& diagnosis,
@@ -455,9 +472,9 @@ class Diagnoser {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
       result_.objections.leaves_too_much = something_left_;
-      result_.verdict = effects_.empty() ? Verdict::unexplained : something_left_ ? Verdict::named_in_part : Verdict::missing_physics;
+      bool all_named = true;  // whether each law is the form of a name
       for (const plant::EffectId e : effects_) {
-        FoundEffect& found = result_.effects.emplace_back(found_by_evidence(e, something_left_, result_, settings_));
+        FoundEffect found = found_with_laws(e, something_left_, result_, settings_);
         for (const plant::EffectId l : laws_) {
           const plant::Law& law = system().laws()[*system().effects()[l].law];
           if (!is_own(system(), {e}, law)) continue;
@@ -466,7 +483,13 @@ class Diagnoser {
           found.confidence /= static_cast<double>(
               std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
         }
+        if (found.confidence >= settings_.least_confidence) result_.effects.push_back(std::move(found));
       }
+      for (const plant::EffectId l : laws_)
+        all_named = all_named && is_own(system(), names_of(result_.effects), system().laws()[*system().effects()[l].law]);
+      result_.verdict = result_.effects.empty()         ? Verdict::unexplained
+                        : something_left_ || !all_named ? Verdict::named_in_part
+                                                        : Verdict::missing_physics;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
       return;
     }
@@ -550,7 +573,8 @@ class Diagnoser {
   }
 
   std::optional<Wandering> ask_what_wanders() {
-    if (!result_.by_paths && (result_.verdict != Verdict::unexplained || !result_.effects.empty())) return std::nullopt;
+    const bool is_found = !result_.effects.empty() || !result_.laws.empty();
+    if (!result_.by_paths && (result_.verdict != Verdict::unexplained || is_found)) return std::nullopt;
     tell(0.99, "asking what is no constant");
     WanderSettings wander = settings_.wander;
     wander.without = search_.without;
@@ -587,7 +611,8 @@ class Diagnoser {
       group.clear();
       for (const auto& [other, loss] : result_.wandering->others)
         if (loss < settings_.other_place_loss) add_to_group(other.place);
-    } else if (!result_.effects.empty()) {
+    } else if (!result_.effects.empty() &&
+               (result_.laws.empty() || result_.by_paths || result_.laws.front().log_odds < result_.effects.front().gain)) {
       // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
       place = system().effects()[result_.effects.front().effect].place;
       group.clear();

@@ -41,6 +41,7 @@ struct DiagnosisSettings {
   WanderSettings wander;            // thresholds
   double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
   double doubtful_gain = 50.0;      // confidence in a gain of this size is a half
+  double least_confidence = 0.05;   // a name beside a law that has less is none
   // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
   // catalogue's, or what acts is not in the catalogue and looks like it.
   double most_confidence_in_a_form = 0.5;
