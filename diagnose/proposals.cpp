@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnose/calibrate.h"
 #include "diagnose/compare.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/search.h"
@@ -226,6 +227,12 @@ class Proposer {
       if (!scores.all[s].blind) begun.push_back({alone, guess_with(core, scores.all[s]), {}});
       // Where the core has gone far without it, or the score says nothing of it.
       if (scores.all[s].blind || begins_far(scores.all[s].effect)) begun.push_back({alone, from_belief(alone), {}});
+      // One belief is one start, and such a fit has several ends.
+      if (begins_far(scores.all[s].effect)) {
+        const plant::Plant plant = with(alone);
+        const FitProblem problem(plant, fittable_parameters(plant), yardstick_, fit_.start, fit_.numerics);
+        for (int start = 1; start < settings_.starts; ++start) begun.push_back({alone, drawn(problem, alone, start), {}});
+      }
     }
     // Pairs by their joint score; both as believed, too.
     struct Pair {

@@ -312,14 +312,16 @@ class Searcher {
     return names;
   }
 
-  // Every name alike, one of so many. A law that is the form of a name is as likely as not; any other is one of all cells.
+  // Every name alike, one of so many. A law that is the form of a name is as likely as not, and one term with it; any other is one of all
+  // cells. Each term must gain what an effect must.
   double log_prior(const Explanation& explanation, double cells) const {
     const auto& effects = explanation.system().effects();
     const std::vector<plant::EffectId> names = names_of(explanation);
-    double sum = -std::log(static_cast<double>(system_.effects().size())) * static_cast<double>(names.size());
-    for (const plant::EffectId e : explanation.effects())
-      if (effects[e].law && !(e.index < system_.effects().size() && nominal_.is_on(e)))
-        sum -= std::log(is_own(explanation.system(), names, explanation.system().laws()[*effects[e].law]) ? 2.0 : cells);
+    const double term = 0.5 * settings_.least_gain;
+    double sum = -(std::log(static_cast<double>(system_.effects().size())) + term) * static_cast<double>(names.size());
+    for (std::size_t e = system_.effects().size(); e < effects.size(); ++e)
+      sum -= is_own(explanation.system(), names, explanation.system().laws()[*effects[plant::EffectId{e}].law]) ? std::log(2.0)
+                                                                                                                : std::log(cells) + term;
     return sum;
   }
 
@@ -331,7 +333,19 @@ class Searcher {
 
   // What is left may follow a law: beside what has a name, which then acts in a form of its own, or beside nothing. Names that did less
   // well in the catalogue's form are asked again, since in a form of their own they may do better.
+  // Laws that leave something even so are bent round what is missing elsewhere, and are not taken.
   void bend(Search& result) const {
+    Search with = result;
+    try_laws(with);
+    if (nothing_left(with, settings_)) {
+      result = std::move(with);
+      return;
+    }
+    result.bent = std::move(with.bent);
+    result.cells = with.cells;
+  }
+
+  void try_laws(Search& result) const {
     std::vector<Explanation> parents{result.best};
     if (!names_of(result.best).empty()) parents.push_back(result.core);
     for (const Candidate& candidate : result.rounds.front().candidates) {
@@ -381,9 +395,8 @@ class Searcher {
       take_names_out(result, cells);
       name_what_has_one(result, cells);
       const Bent winner = result.bent.front();
-      // Laws that leave much are bent round what is missing elsewhere.
       if (share_explained(result.core, winner.explanation) < settings_.least_explained_share) return;
-      if (winner.log_odds < result.best.log_evidence + log_prior(result.best, cells) + 0.5 * settings_.least_gain) return;
+      if (winner.log_odds < result.best.log_evidence + log_prior(result.best, cells)) return;
       if (settings_.is_borne_out && !settings_.is_borne_out(winner.explanation, result.best)) return;
       take(result, winner);
       if (nothing_left(result, settings_)) return;
