@@ -37,7 +37,6 @@
 #include "sim/text.h"
 
 namespace sinew::apps {
-void add_investigate(CLI::App& program, int& exit_code);
 namespace {
 
 namespace fs = std::filesystem;

@@ -16,10 +16,6 @@
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 
-namespace sinew::apps {
-void add_investigate(CLI::App& program, int& exit_code);
-}
-
 namespace {
 
 // Whether standard output is a pipe from which nobody reads any more, as of `sinew effects | head`.
