@@ -20,7 +20,6 @@ namespace {
 using diagnose::Explanation;
 
 constexpr double cool_K = 3.0;  // above where it began, a coil counts as cold
-constexpr double longest_cooling_s = 150.0;
 constexpr int most_lowerings = 14;
 constexpr double lowering = 0.88;
 constexpr std::size_t most_stand_ins = 6;  // for something else

@@ -49,6 +49,8 @@ struct Question {
 Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief, const diagnose::DiagnosisSettings& settings,
                      std::size_t most_alternatives = 8);
 
+inline constexpr double longest_cooling_s = 150.0;  // at the end of a programme
+
 // What a limb that is heated may bear: limits.h of hil/, and the states' own.
 struct Expected {
   bool possible = false;         // within the limits, after the level was lowered where it must be

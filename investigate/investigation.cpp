@@ -98,12 +98,13 @@ class Investigator {
   // The paper's, with fresh setpoints of its own.
   Step babbling() const {
     Step step;
-    step.name = folder_name(1);
+    const std::size_t number = state_.steps.size() + 1;
+    step.name = folder_name(number);
     step.origin = "babbling";
     Plan plan;
     sim::Scenario scenario;
     scenario.comments = {"The first recording of an investigation: babbling."};
-    scenario.seed = settings_.seed;
+    scenario.seed = settings_.seed + static_cast<std::int64_t>(number) - 1;
     scenario.duration_s = settings_.first_s;
     scenario.plant = nominal_;
     scenario.sensors = sim::usual_sensors(nominal_.system());
@@ -168,7 +169,10 @@ class Investigator {
       // The loop's own recordings have no reading in their last row, and perhaps none in their first (hil/timed_recording.h).
       if (step.used) recordings.push_back(std::move(recording));
     }
-    if (recordings.empty()) return end(Ending::interrupted, "No recording is long enough to be diagnosed.");
+    if (recordings.empty()) {  // what there is was cut short
+      state_.steps.push_back(babbling());
+      return save();
+    }
     Step& last = state_.steps.back();
     if (hooks_.computing) hooks_.computing(true);
     diagnose::DiagnosisSettings diagnosis_settings = settings_.diagnosis;
@@ -204,6 +208,13 @@ class Investigator {
     design_settings.progress = [&](double share) { tell(0.85 + 0.15 * share, "simulating experiments"); };
     const Design designed = design(question, design_settings);
     if (hooks_.computing) hooks_.computing(false);
+    if (!designed.best.possible && left_s < settings_.longest_s + longest_cooling_s) {
+      state_.ending = Ending::budget;
+      state_.ending_words =
+          "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment and its cooling.";
+      ask_to_measure(belief, diagnosis);
+      return told();
+    }
     if (!designed.best.possible || designed.best.information_nat < settings_.least_share * designed.before_nat ||
         idle() >= settings_.most_idle) {
       state_.ending = Ending::cannot_tell;
