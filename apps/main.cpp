@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
       "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
       "  sinew train results/set --case 3 --out results/lstm3\n"
       "  sinew hil scenarios/babble_bidirectional.yaml --emulate\n"
+      "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --budget 30min --out results/mine\n"
       "  sinew effects");
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
   int exit_code = 0;
@@ -66,6 +67,7 @@ int main(int argc, char** argv) {
   apps::add_hil(program, exit_code);
   apps::add_replay(program, exit_code);
   apps::add_hil_faults(program, exit_code);
+  apps::add_investigate(program, exit_code);
   apps::add_doctor(program, exit_code);
   apps::add_rules_for_all(program);
   apps::watch_for_interrupts();

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "plant/units.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -24,11 +23,8 @@ std::uint32_t word(double temperature_degC, double junction_degC) {
 
 }  // namespace
 
-Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
-    : scenario_(scenario),
-      faults_(std::move(faults)),
-      trace_(trace),
-      integrator_(scenario.plant, plant::Start{scenario.start, {}}, {plant::Method::automatic, 1e-7}) {
+Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace, std::unique_ptr<Body> body)
+    : scenario_(scenario), faults_(std::move(faults)), trace_(trace), body_(std::move(body)) {
   const plant::System& system = scenario.plant.system();
   const auto fail = [](const std::string& key, std::size_t found, const std::string& advice) {
     throw sim::InputError({.key = key, .value = std::to_string(found), .advice = advice});
@@ -50,13 +46,11 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace)
       fail("plant: number of thermocouples on coil " + system.inputs()[i].name, thermocouples[i.index], "the emulated board has 1 on each");
   supply_ = system.parameter("supply_voltage_V");
   ambient_ = system.parameter("ambient_temperature_degC");
-  const plant::States states = scenario.plant.states();
+  if (!body_) body_ = plant_body(scenario);
   std::string coils_header;
   trace_csv_ = "time_s";
   for (const plant::InputId i : system.inputs().ids()) {
     const std::string& name = system.inputs()[i].name;
-    for (const plant::StateId s : states.ids())
-      if (states[s].key == "temperature_" + name + "_degC") wires_[i.index] = s;
     trace_csv_ += ",gate_" + name;
     coils_header += ",coil_" + name + "_degC";
   }
@@ -73,8 +67,7 @@ const Fault* Limb::active(FaultKind kind, std::size_t coil, std::int64_t now_us)
 
 void Limb::move_plant(std::int64_t now_us) {
   if (now_us <= moved_us_) return;
-  if (const auto failure = integrator_.advance_to(static_cast<double>(now_us) / 1e6))
-    throw std::runtime_error("the plant behind the board failed: " + failure->reason);
+  body_->advance_to(static_cast<double>(now_us) / 1e6);
   moved_us_ = now_us;
 }
 
@@ -86,7 +79,7 @@ void Limb::hold(std::int64_t now_us) {
     if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
     if (const Fault* sag = active(FaultKind::supply_V, j, now_us)) duty[j] *= std::pow(sag->value / scenario_.plant.get(supply_), 2);
   }
-  integrator_.hold(duty);
+  body_->hold(duty);
 }
 
 void Limb::row(std::int64_t now_us) {
@@ -97,7 +90,7 @@ void Limb::row(std::int64_t now_us) {
     sim::append_shortest(trace_csv_, value);
   };
   for (const double gate : gates_) put(gate);
-  for (const plant::StateId wire : wires_) put(integrator_.state()[wire.index]);
+  for (const double wire_degC : body_->wires_degC()) put(wire_degC);
   trace_csv_ += '\n';
 }
 
@@ -142,7 +135,7 @@ std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
   const std::size_t from = active(FaultKind::sensors_swapped, coil, now_us) ? board_coils - 1 - coil : coil;
   const std::size_t channel = thermocouples_[coil].index;
   const sim::SensorSettings& settings = scenario_.sensors[channel];
-  double shown = integrator_.readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
+  double shown = body_->readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
   double junction = scenario_.plant.get(ambient_);
   if (const Fault* scale = active(FaultKind::sensor_scale, coil, now_us)) shown = junction + scale->value * (shown - junction);
   if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
@@ -186,7 +179,7 @@ int Limb::bend_sensor_mV(std::int64_t now_us) {
   if (active(FaultKind::bend_stuck, 0, now_us)) return bend_mV_;
   const sim::SensorSettings& settings = scenario_.sensors[angle_.index];
   const double noise_deg = settings.noise * std::sqrt(conversions_summed) * noise_[angle_.index].normal(angle_conversions_++);
-  const double shown_deg = integrator_.readings()[angle_.index] / plant::radians_per_degree + settings.bias + noise_deg;
+  const double shown_deg = body_->readings()[angle_.index] + settings.bias + noise_deg;
   return bend_mV_ = static_cast<int>(std::lround(std::clamp(shown_deg / angle_span_deg + 0.5, 0.0, 1.0) * reference_mV));
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "emulator/board.h"
+#include "emulator/body.h"
 #include "emulator/fault.h"
 #include "sim/random.h"
 #include "sim/scenario.h"
@@ -17,8 +18,8 @@ namespace sinew::emulator {
 class Limb : public Surroundings {
  public:
   // `trace`: keep a row every 10 ms and whenever the gates change. Throws sim::InputError where the scenario's plant has other coils
-  // and sensors than the board.
-  Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace);
+  // and sensors than the board. `body`: what is behind the pins; null: the scenario's plant.
+  Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace, std::unique_ptr<Body> body = nullptr);
 
   void gates(std::int64_t now_us, const PerCoil<double>& duty_fraction) override;
   void select(std::int64_t now_us, std::size_t coil, bool selected) override;
@@ -46,8 +47,7 @@ class Limb : public Surroundings {
   const sim::Scenario& scenario_;
   std::vector<Fault> faults_;
   bool trace_;
-  plant::Integrator integrator_;
-  PerCoil<plant::StateId> wires_;
+  std::unique_ptr<Body> body_;
   PerCoil<plant::ChannelId> thermocouples_;
   plant::ChannelId angle_;
   plant::ParameterId supply_, ambient_;

@@ -34,6 +34,7 @@ struct Arguments {
   std::string scenario, firmware, trace, link;
   std::vector<std::string> faults;
   std::int64_t seed = -1;
+  Concealed concealed;
   bool lock_step = false, relay = false, new_board = false;
 };
 
@@ -41,7 +42,8 @@ struct Arguments {
 class Emulation {
  public:
   Emulation(const Arguments& arguments, const sim::Scenario& scenario, const std::vector<Fault>& faults)
-      : limb_(scenario, faults, !arguments.trace.empty()),
+      : limb_(scenario, faults, !arguments.trace.empty(),
+              arguments.concealed.kind.empty() ? nullptr : concealed_body(arguments.concealed, scenario)),
         board_(arguments.firmware, limb_, arguments.new_board),
         faults_(faults),
         relay_(arguments.relay) {}
@@ -212,6 +214,12 @@ int main(int argc, char** argv) {
   program.add_option("--firmware", arguments.firmware, "the firmware's .elf")->required();
   program.add_option("--fault", arguments.faults, fault_help());
   program.add_option("--seed", arguments.seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
+  program.add_option("--concealed", arguments.concealed.kind,
+                     "a limb of the generator of `sinew prove` behind the pins, instead of the scenario's plant");
+  program.add_option("--concealed-seed", arguments.concealed.seed, "which one of that kind")->check(CLI::NonNegativeNumber);
+  program.add_option("--concealed-strength", arguments.concealed.strength, "of what it conceals; 1: as usual")
+      ->check(CLI::Range(0.05, 4.0));
+  program.add_option("--concealed-recording", arguments.concealed.recording, "chooses how the air moves")->check(CLI::NonNegativeNumber);
   program.add_option("--trace", arguments.trace, "file for gates and coil temperatures");
   program.add_option("--link", arguments.link, "name for the pseudo-terminal: a symbolic link");
   program.add_flag("--lock-step", arguments.lock_step, "time goes on as asked over standard input and output");

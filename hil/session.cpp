@@ -236,9 +236,11 @@ class Session {
       supervisor_->look(measured, before.said.thermocouple_raw);
       supervisor_->bound_said(before.said.bound_rise_cK);
       if (settings_.angle_faults_end) supervisor_->look_at_angles(measured, before.said.angle_raw);
+      const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
+      view.temperature_age_s = before.said.temperature_age_ms / 1e3 + age_s;
+      view.angle_age_s = age_s + 0.008;  // the middle of its conversions
       if (twin_) {
-        const double age_s = static_cast<double>(backend_.deadline_us(tick) - before.made_us) / 1e6;
-        view.departures = twin_->compare(measured, before.said.temperature_age_ms / 1e3 + age_s, age_s + 0.008);
+        view.departures = twin_->compare(measured, view.temperature_age_s, view.angle_age_s);
         for (const Departure& one : view.departures) departures_.push_back(one);
         view.residual = twin_->residual();
       }

@@ -26,6 +26,8 @@ class Refused : public std::runtime_error {
 struct SessionView {
   double time_s = 0.0;
   sim::Measurement measured;
+  double temperature_age_s = 0.0;      // of the readings in `measured`: since the amplifiers were read
+  double angle_age_s = 0.0;            // and since the telemetry with the angle was made
   std::vector<double> duty_fraction;   // at the pins, one a coil; the mean over the period where it was lowered within
   std::vector<double> predicted_degC;  // of each coil, by the host's supervisor, hottest over its horizon
   bool lowered = false;                // it lowered this command

@@ -193,10 +193,9 @@ bool has_body(const Effect& effect) {
 
 }  // namespace
 
-Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
-  check_range("sample_rate_Hz", settings.sample_rate_Hz, 1.0, 100.0);
+ConcealedLimb conceal(const Kind& kind, std::uint64_t seed, const Settings& settings) {
   check_range("core_spread", settings.core_spread, 0.0, 0.3);
-  Concealed made;
+  ConcealedLimb made;
   const std::string stream = drawn_as(kind.name);
   made.core_parameters = drawn_core(seed, stream, settings.core_spread);
   const auto near = [&](const std::string& name, double value) {
@@ -222,8 +221,35 @@ Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
     made.effects.push_back(
         drawn(effect_of_key(key), {seed, stream, settings.strength, settings.training_s, settings.heldout_s, reach_deg, core.wire_J_K()}));
 
+  made.air_memory_s = Stream(seed, stream + "/air memory").uniform(0, 20.0, 40.0);
+  return made;
+}
+
+Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s) {
+  const ConcealedLimb limb = conceal(kind, seed, settings);
+  return Run(physics_of(limb.core_parameters, limb.effects),
+             air_of(settings, seed, drawn_as(kind.name) + "/" + recording + "/", 0.0, duration_s, limb.air_memory_s), 0.0);
+}
+
+Kind kind_of_name(std::string_view name) {
+  std::string near;
+  for (const Kind& kind : kinds()) {
+    if (kind.name == name) return kind;
+    const std::string_view stem = name.substr(0, std::min<std::size_t>(name.size(), 4));
+    if (!stem.empty() && kind.name.find(stem) != std::string::npos) near += (near.empty() ? "" : ", ") + kind.name;
+  }
+  throw std::invalid_argument("no kind of concealed limb is called " + std::string(name) + (near.empty() ? "" : "; near are: " + near));
+}
+
+Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
+  check_range("sample_rate_Hz", settings.sample_rate_Hz, 1.0, 100.0);
+  const std::string stream = drawn_as(kind.name);
+  Concealed made;
+  ConcealedLimb limb = conceal(kind, seed, settings);
+  made.core_parameters = std::move(limb.core_parameters);
+  made.effects = std::move(limb.effects);
+  const double air_memory_s = limb.air_memory_s;
   const Physics physics = physics_of(made.core_parameters, made.effects);
-  const double air_memory_s = Stream(seed, stream + "/air memory").uniform(0, 20.0, 40.0);
   Recorded training = record(physics, seed, stream + "/training/", settings.training_s, air_memory_s, settings);
   Recorded heldout = record(physics, seed, stream + "/heldout/", settings.heldout_s, air_memory_s, settings);
   made.training = std::move(training.rows);

@@ -118,6 +118,17 @@ struct Concealed {
 // Throws std::invalid_argument for an effect that there is not, and for a sample rate or a spread beyond its range.
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
 
+// What `make` conceals, without the recordings: for whoever drives the limb in another way (concealed_run in generator_effects.h).
+struct ConcealedLimb {
+  std::map<std::string, double> core_parameters;
+  std::vector<TruthEffect> effects;
+  double air_memory_s = 0.0;
+};
+ConcealedLimb conceal(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
+
+// The kind of that name, alone or of the list above; throws std::invalid_argument, which names the nearest ones, where there is none.
+Kind kind_of_name(std::string_view name);
+
 // Perfect sensors on a limb that is driven by the duty of `samples`, at their times, from cold and rest in still air.
 // Core parameters that are not named have their defaults; of effects, name, form and parameters are read, and the
 // parameters that are not named are at their null. Throws std::invalid_argument for a name that there is not.

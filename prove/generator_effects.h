@@ -71,4 +71,7 @@ struct Draw {
 };
 TruthEffect drawn(const Effect& effect, const Draw& draw);
 
+// The limb that `conceal` makes, at rest, in the air of a recording of that name and length.
+Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s);
+
 }  // namespace sinew::prove

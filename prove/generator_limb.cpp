@@ -181,6 +181,8 @@ void Run::advance_to(double time_s) {
   }
 }
 
+std::array<double, 2> Run::wire_temperature_degC() const { return {y_[temperature], y_[temperature + 1]}; }
+
 Shown Run::shown() const {
   const std::array<double, 2> ambient = ambient_degC(time_s_);
   Shown shown{};

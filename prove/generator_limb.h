@@ -184,6 +184,7 @@ class Run {
   void hold(const std::array<double, 2>& duty);  // commands from now on
   void advance_to(double time_s);
   Shown shown() const;
+  std::array<double, 2> wire_temperature_degC() const;
 
   // Where the limb of `physics` would rest with both wires at these temperatures, without its offset.
   static double balance_deg(const Physics& physics, const std::array<double, 2>& temperature_degC);

@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "investigate/investigation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "diagnose/calibrate.h"
+#include "sim/text.h"
+
+namespace sinew::investigate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double least_used_s = 20.0;        // of a recording that is diagnosed
+constexpr double least_experiment_s = 45.0;  // that must be left of the budget for another one
+constexpr double idle_share = 0.1;
+
+std::string percent(double probability) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%.0f %%", 100.0 * probability);
+  return text;
+}
+
+std::string folder_name(std::size_t number) {
+  char name[32];
+  std::snprintf(name, sizeof name, "recording_%02zu", number);
+  return name;
+}
+
+// What an instrument beside the usual ones would have to measure, by where two answers act.
+std::string instrument_for(std::string_view place) {
+  if (place == "sensor.temperature") return "the wire's temperature by another thermometer (infrared camera, or the wire's resistance)";
+  if (place == "thermal")
+    return "the temperature of the silicone, of the neighbouring wire's surroundings and of the room, by further thermometers";
+  if (place == "actuation") return "the current through each coil and the supply's voltage (a shunt and a logger)";
+  if (place == "transformation") return "the wire's resistance, which follows its martensite fraction";
+  if (place == "mechanics") return "the force at the tip (a load cell), with the limb held at an angle";
+  if (place == "sensor.angle") return "the angle by a camera";
+  return "";
+}
+
+Believed believed(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
+  Believed result;
+  const plant::System& system = diagnosis.search.core.system();
+  for (const Hypothesis& one : belief.all) result.answers.push_back({one.key, std::string(text_of(one.kind)), one.probability});
+  result.verdict = diagnose::text_of(belief.verdict);
+  for (const plant::EffectId e : belief.unseen) result.unseen.emplace_back(system.effects()[e].name);
+  result.entropy_bit = belief.entropy_bit();
+  if (belief.first().kind == Kind::named)
+    for (const diagnose::FoundEffect& found : diagnosis.effects)
+      for (const auto& parameter : found.parameters)
+        result.values.emplace_back(system.parameters()[parameter.parameter].key(), parameter.value);
+  return result;
+}
+
+class Investigator {
+ public:
+  Investigator(Investigation& state, const plant::Plant& nominal, const Settings& settings, Limb& limb, const Hooks& hooks, bool dry)
+      : state_(state), nominal_(nominal), settings_(settings), limb_(limb), hooks_(hooks), dry_(dry) {}
+
+  void run() {
+    if (state_.ending == Ending::stopped || state_.ending == Ending::interrupted) {
+      state_.ending.reset();
+      state_.ending_words.clear();
+    }
+    while (!state_.ending) {
+      if (stopping()) return end(Ending::stopped, "A person stopped it.");
+      if (state_.steps.empty()) state_.steps.push_back(babbling());
+      Step& last = state_.steps.back();
+      if (!last.status) {
+        if (dry_) return;
+        if (!record(last)) return;
+        continue;
+      }
+      decide();
+    }
+  }
+
+ private:
+  bool stopping() const { return hooks_.should_stop && hooks_.should_stop(); }
+  void save() const {
+    if (hooks_.save) hooks_.save(state_);
+  }
+  void end(Ending ending, const std::string& words) {
+    state_.ending = ending;
+    state_.ending_words = words;
+    save();
+  }
+  std::optional<Believed> last_belief() const {
+    for (auto step = state_.steps.rbegin(); step != state_.steps.rend(); ++step)
+      if (step->after) return step->after;
+    return std::nullopt;
+  }
+
+  // The paper's, with fresh setpoints of its own.
+  Step babbling() const {
+    Step step;
+    const std::size_t number = state_.steps.size() + 1;
+    step.name = folder_name(number);
+    step.origin = "babbling";
+    Plan plan;
+    sim::Scenario scenario;
+    scenario.comments = {"The first recording of an investigation: babbling."};
+    scenario.seed = settings_.seed + static_cast<std::int64_t>(number) - 1;
+    scenario.duration_s = settings_.first_s;
+    scenario.plant = nominal_;
+    scenario.sensors = sim::usual_sensors(nominal_.system());
+    scenario.start.assign(nominal_.states().size(), std::nullopt);
+    sim::BabbleInput babble;
+    babble.positive_drives = nominal_.system().inputs()[nominal_.system().drives().front().input].name;
+    babble.longest_hold_s = std::min(babble.longest_hold_s, settings_.first_s / 8.0);
+    scenario.input = babble;
+    plan.words = "babbling: random setpoints of the angle, followed by the paper's controller";
+    plan.family = "babbling";
+    plan.duration_s = settings_.first_s;
+    plan.highest_degC = std::numeric_limits<double>::quiet_NaN();
+    plan.scenario_yaml = sim::to_yaml(scenario);
+    step.plan = plan;
+    return step;
+  }
+
+  bool record(Step& step) {
+    save();
+    if (hooks_.confirm && !hooks_.confirm(step)) {
+      end(Ending::stopped, "A person said no to " + step.name + ".");
+      return false;
+    }
+    const sim::Scenario scenario = sim::parse_scenario(step.plan->scenario_yaml, step.name + "/scenario.yaml");
+    const Recorded recorded = limb_.record(scenario, step.name);
+    take(step, recorded.recording);
+    step.status = hil::words(recorded.status);
+    step.why = recorded.why;
+    step.lowered = recorded.lowered;
+    if (recorded.status == hil::SessionStatus::finished) {
+      save();
+      return true;
+    }
+    // What was recorded until then is kept, and used when it goes on.
+    if (recorded.status == hil::SessionStatus::stopped)
+      end(Ending::stopped, "A person stopped it during " + step.name + ".");
+    else
+      end(Ending::interrupted, "During " + step.name + ": " + recorded.why);
+    return false;
+  }
+
+  static void take(Step& step, const sim::Recording& recording) {
+    step.duration_s = recording.duration_s();
+    step.used = step.duration_s >= least_used_s;
+    step.highest_degC = std::numeric_limits<double>::quiet_NaN();
+    for (const sim::Sample& sample : recording.samples)
+      for (std::size_t c = 0; c < sample.channels.size(); ++c)
+        if (recording.columns.channels[c].unit == "degC") step.highest_degC = std::fmax(step.highest_degC, sample.channels[c]);
+  }
+
+  void tell(double share, const std::string& doing) const {
+    if (hooks_.progress) hooks_.progress(share, doing);
+  }
+
+  // Diagnoses everything, and plans what comes next or ends.
+  void decide() {
+    std::vector<sim::Recording> recordings;
+    for (Step& step : state_.steps) {
+      if (!step.status) continue;
+      sim::Recording recording = limb_.read(step.name);
+      if (step.origin == "given" && step.duration_s == 0.0) take(step, recording);
+      // The loop's own recordings have no reading in their last row, and perhaps none in their first (hil/timed_recording.h).
+      if (step.used) recordings.push_back(std::move(recording));
+    }
+    if (recordings.empty()) {  // what there is was cut short
+      state_.steps.push_back(babbling());
+      return save();
+    }
+    Step& last = state_.steps.back();
+    if (hooks_.computing) hooks_.computing(true);
+    diagnose::DiagnosisSettings diagnosis_settings = settings_.diagnosis;
+    diagnosis_settings.search.seed = static_cast<std::uint64_t>(settings_.seed);
+    diagnosis_settings.search.threads = settings_.threads;
+    diagnosis_settings.search.fit.should_stop = hooks_.should_stop;
+    const std::string of = std::to_string(recordings.size()) + (recordings.size() == 1 ? " recording" : " recordings");
+    diagnosis_settings.search.progress = [&](double share, const std::string& doing) { tell(0.85 * share, of + ": " + doing); };
+    const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal_, recordings, {}, diagnosis_settings);
+    const Belief belief = belief_of(diagnosis, settings_.diagnosis);
+    last.after = believed(belief, diagnosis);
+    const double left_s = settings_.budget_s - state_.spent_s();
+    if (belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else) {
+      if (hooks_.computing) hooks_.computing(false);
+      state_.ending = Ending::resolved;
+      state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
+      return told();
+    }
+    if (left_s < least_experiment_s) {
+      if (hooks_.computing) hooks_.computing(false);
+      state_.ending = Ending::budget;
+      state_.ending_words =
+          "The budget is used: " + sim::shortest(std::round(state_.spent_s())) + " s of " + sim::shortest(settings_.budget_s) + " s.";
+      ask_to_measure(belief, diagnosis);
+      return told();
+    }
+    const Question question = question_of(diagnosis, belief, settings_.diagnosis);
+    DesignSettings design_settings;
+    design_settings.longest_drive_s = std::min(settings_.longest_s, left_s - 10.0);
+    design_settings.longest_s = left_s;
+    design_settings.threads = settings_.threads;
+    design_settings.should_stop = hooks_.should_stop;
+    design_settings.progress = [&](double share) { tell(0.85 + 0.15 * share, "simulating experiments"); };
+    const Design designed = design(question, design_settings);
+    if (hooks_.computing) hooks_.computing(false);
+    if (!designed.best.possible && left_s < settings_.longest_s + longest_cooling_s) {
+      state_.ending = Ending::budget;
+      state_.ending_words =
+          "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment and its cooling.";
+      ask_to_measure(belief, diagnosis);
+      return told();
+    }
+    if (!designed.best.possible || designed.best.information_nat < settings_.least_share * designed.before_nat ||
+        idle() >= settings_.most_idle) {
+      state_.ending = Ending::cannot_tell;
+      state_.ending_words =
+          !designed.best.possible ? "No experiment stays within the limits of temperature and time."
+          : idle() >= settings_.most_idle
+              ? "The last " + std::to_string(settings_.most_idle) + " experiments told less than a tenth of what was expected of them."
+              : "Of " + std::to_string(designed.tried) + " programmes of duty none is expected to tell the answers apart that are left.";
+      ask_to_measure(belief, diagnosis);
+      return told();
+    }
+    told();
+    state_.steps.push_back(experiment(designed, diagnosis));
+    save();
+  }
+
+  void told() {
+    save();
+    if (hooks_.show) hooks_.show(state_);
+  }
+
+  Step experiment(const Design& designed, const diagnose::Diagnosis& diagnosis) const {
+    const Expected& best = designed.best;
+    Step step;
+    const std::size_t number = state_.steps.size() + 1;
+    step.name = folder_name(number);
+    step.origin = "experiment";
+    Plan plan;
+    plan.words = words_of(best.programme.shape, diagnosis.search.core.system());
+    plan.family = text_of(best.programme.shape.family);
+    plan.apart = best.apart;
+    plan.from = best.from;
+    plan.duration_s = best.programme.duration_s();
+    plan.cool_s = best.programme.cool_s;
+    plan.expected_bit = best.information_nat / std::log(2.0);
+    plan.separation = best.separation;
+    plan.highest_degC = best.highest_degC;
+    plan.tried = designed.tried;
+    const std::string question = best.apart.empty() ? "What is there?" : "Is it " + best.apart + ", or " + best.from + "?";
+    plan.scenario_yaml = sim::to_yaml(scenario_of(best.programme, nominal_, settings_.seed + static_cast<std::int64_t>(number) - 1,
+                                                  {question + " " + plan.words + ", then " + sim::shortest(plan.cool_s) + " s to cool.",
+                                                   "Designed by `sinew investigate`."}));
+    step.plan = std::move(plan);
+    return step;
+  }
+
+  // Experiments at the end that told less than a tenth of what was expected.
+  int idle() const {
+    int count = 0;
+    for (std::size_t k = state_.steps.size(); k-- > 1;) {
+      const Step& step = state_.steps[k];
+      const std::optional<Believed>& before = state_.steps[k - 1].after;
+      if (step.origin != "experiment" || !step.after || !before) break;
+      const bool same = step.after->answers.front().key == before->answers.front().key;
+      if (!same || before->entropy_bit - step.after->entropy_bit > idle_share * step.plan->expected_bit) break;
+      ++count;
+    }
+    return count;
+  }
+
+  void ask_to_measure(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
+    const plant::System& system = diagnosis.search.core.system();
+    const auto add = [&](std::string_view place) {
+      const std::string what = instrument_for(place);
+      if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
+        state_.measure.push_back(what);
+    };
+    for (const Hypothesis& one : belief.all) {
+      if (one.probability < 0.02) break;
+      for (const plant::EffectId e : one.effects) add(system.effects()[e].place);
+      if (one.kind == Kind::something_else) add(diagnosis.located.place);
+    }
+  }
+
+  Investigation& state_;
+  const plant::Plant& nominal_;
+  const Settings& settings_;
+  Limb& limb_;
+  const Hooks& hooks_;
+  bool dry_;
+};
+
+}  // namespace
+
+std::string_view text_of(Ending ending) {
+  switch (ending) {
+    case Ending::resolved:
+      return "resolved";
+    case Ending::cannot_tell:
+      return "cannot_tell";
+    case Ending::budget:
+      return "budget";
+    case Ending::stopped:
+      return "stopped";
+    case Ending::interrupted:
+      return "interrupted";
+  }
+  return "";
+}
+
+double Investigation::spent_s() const {
+  double sum = 0.0;
+  for (const Step& step : steps)
+    if (step.origin != "given" && step.status) sum += step.duration_s;
+  return sum;
+}
+
+Json to_json(const Investigation& investigation) {
+  Json json;
+  json["spent_s"] = investigation.spent_s();
+  if (investigation.ending) json["ending"] = {{"why", text_of(*investigation.ending)}, {"words", investigation.ending_words}};
+  if (!investigation.measure.empty()) json["measure_instead"] = investigation.measure;
+  json["recordings"] = Json::array();
+  for (const Step& step : investigation.steps) {
+    Json one{{"name", step.name}, {"origin", step.origin}};
+    if (step.plan) {
+      const Plan& plan = *step.plan;
+      one["plan"] = {{"words", plan.words},
+                     {"family", plan.family},
+                     {"apart", plan.apart},
+                     {"from", plan.from},
+                     {"duration_s", plan.duration_s},
+                     {"cool_s", plan.cool_s},
+                     {"expected_bit", plan.expected_bit},
+                     {"separation", plan.separation},
+                     {"highest_degC", plan.highest_degC},
+                     {"programmes_tried", plan.tried},
+                     {"scenario_yaml", plan.scenario_yaml}};
+    }
+    if (step.status)
+      one["recorded"] = {{"status", *step.status},
+                         {"why", step.why},
+                         {"duration_s", step.duration_s},
+                         {"highest_degC", step.highest_degC},
+                         {"commands_lowered_by_host", step.lowered},
+                         {"used", step.used}};
+    if (step.after) {
+      const Believed& after = *step.after;
+      Json believed{{"verdict", after.verdict}, {"entropy_bit", after.entropy_bit}, {"answers", Json::array()}};
+      for (const Believed::Answer& answer : after.answers)
+        believed["answers"].push_back({{"key", answer.key}, {"kind", answer.kind}, {"probability", answer.probability}});
+      believed["could_not_be_seen"] = after.unseen;
+      believed["parameters"] = Json::object();
+      for (const auto& [name, value] : after.values) believed["parameters"][name] = value;
+      one["believed"] = std::move(believed);
+    }
+    json["recordings"].push_back(std::move(one));
+  }
+  return json;
+}
+
+Investigation from_json(const Json& json) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto number = [&](const Json& value) { return value.is_null() ? nan : value.get<double>(); };
+  Investigation result;
+  if (json.contains("ending")) {
+    const std::string why = json["ending"].at("why");
+    for (const Ending ending : {Ending::resolved, Ending::cannot_tell, Ending::budget, Ending::stopped, Ending::interrupted})
+      if (text_of(ending) == why) result.ending = ending;
+    result.ending_words = json["ending"].at("words");
+  }
+  if (json.contains("measure_instead")) result.measure = json["measure_instead"].get<std::vector<std::string>>();
+  for (const Json& one : json.at("recordings")) {
+    Step step;
+    step.name = one.at("name");
+    step.origin = one.at("origin");
+    if (one.contains("plan")) {
+      const Json& p = one["plan"];
+      step.plan = Plan{.words = p.at("words"),
+                       .family = p.at("family"),
+                       .apart = p.at("apart"),
+                       .from = p.at("from"),
+                       .duration_s = p.at("duration_s"),
+                       .cool_s = p.at("cool_s"),
+                       .expected_bit = p.at("expected_bit"),
+                       .separation = p.at("separation"),
+                       .highest_degC = number(p.at("highest_degC")),
+                       .tried = p.at("programmes_tried"),
+                       .scenario_yaml = p.at("scenario_yaml")};
+    }
+    if (one.contains("recorded")) {
+      const Json& r = one["recorded"];
+      step.status = r.at("status").get<std::string>();
+      step.why = r.at("why");
+      step.duration_s = r.at("duration_s");
+      step.highest_degC = number(r.at("highest_degC"));
+      step.lowered = r.at("commands_lowered_by_host");
+      step.used = r.at("used");
+    }
+    if (one.contains("believed")) {
+      const Json& b = one["believed"];
+      Believed after;
+      after.verdict = b.at("verdict");
+      after.entropy_bit = b.at("entropy_bit");
+      for (const Json& answer : b.at("answers"))
+        after.answers.push_back({answer.at("key"), answer.at("kind"), answer.at("probability").get<double>()});
+      after.unseen = b.at("could_not_be_seen").get<std::vector<std::string>>();
+      for (const auto& [name, value] : b.at("parameters").items()) after.values.emplace_back(name, value.get<double>());
+      step.after = std::move(after);
+    }
+    result.steps.push_back(std::move(step));
+  }
+  return result;
+}
+
+void investigate(Investigation& investigation, const plant::Plant& nominal, const Settings& settings, Limb& limb, const Hooks& hooks,
+                 bool dry) {
+  Investigator(investigation, nominal, settings, limb, hooks, dry).run();
+}
+
+}  // namespace sinew::investigate

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Investigations as a person would run them, in lock step on the firmware in the emulator: to the end, stopped in the middle, tripped in
+the middle, with bad input.
+
+    python3 tests/cli/test_investigate.py build/release/sinew
+
+One line a check; the last line is `N passed, N failed`; the exit code is 1 where one failed. Python's standard library alone.
+"""
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import test_cli as cli
+from test_cli import check, content, files_in, refused, said, sinew, write
+
+# Most of the catalogue is left out, so that a diagnosis takes seconds.
+KEPT = ["latent_heat", "cross_heating", "thermocouple_lag", "input_delay", "viscoelastic_creep"]
+SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"]
+REPORTS = ["investigation.json", "plant.yaml", "report.html", "story.txt"]
+
+
+def without():
+    names = [line.split()[0] for line in sinew("effects").stdout.splitlines() if line and not line.startswith(" ") and "(" in line]
+    return [name for name in names if name not in KEPT]
+
+
+def call(out, *more):
+    return ["investigate", "--plant", cli.PAPER_LIMB, "--emulate", "--first", "40", "--longest", "40", "--seed", "3", "--out", out,
+            "--without", ",".join(without()), *more]
+
+
+def state(out):
+    return json.loads(content(f"{out}/investigation.json"))
+
+
+def test_to_the_end():
+    latent = call("latent", "--budget", "150s", "--effect", "latent_heat", "--limb-seed", "2")
+    result = sinew(*latent, timeout=600)
+    check("investigate: ends by itself", result.returncode == 0, said(result))
+    one = state("latent")
+    recorded = [step for step in one["recordings"] if "recorded" in step]
+    check("investigate: begins with babbling and goes on with an experiment or ends", recorded[0]["origin"] == "babbling"
+          and all(step["origin"] == "experiment" for step in recorded[1:]) and "ending" in one, one)
+    check("investigate: no session tripped", all(step["recorded"]["status"] == "finished" for step in recorded), one)
+    check("investigate: stays within its budget", one["spent_s"] <= 150.0, one["spent_s"])
+    check("investigate: latent heat is in the answer, and most probable of what has a name",
+          recorded[-1]["believed"]["answers"][0]["key"].find("latent_heat") >= 0, recorded[-1].get("believed"))
+    check("investigate: writes its reports, what was concealed, and a folder a recording", all(name in files_in("latent") for name in REPORTS)
+          and "concealed.json" in files_in("latent")
+          and all(f"{step['name']}/{name}" in files_in("latent") for step in recorded for name in SESSION_FILES), files_in("latent"))
+    for step in recorded:
+        check(f"{step['name']}: a session that plays again", sinew("replay", f"latent/{step['name']}").returncode == 0)
+        check(f"{step['name']}: no hotter than the host allows", step["recorded"]["highest_degC"] < 131, step["recorded"])
+    result = sinew("run", f"latent/{recorded[-1]['name']}/scenario.yaml", "--out", "alone")
+    check("a scenario that was designed runs by itself", result.returncode == 0, said(result))
+    result = sinew("investigate", "--replay", "--out", "latent", timeout=600)
+    check("investigate --replay: the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
+    before = {name: content(f"latent/{name}") for name in files_in("latent") if not name.endswith(".lock") and "." in name}
+    result = sinew(*latent, timeout=600)
+    check("given again, it is over and changes nothing", result.returncode == 0 and all(content(f"latent/{n}") == b for n, b in before.items()), said(result))
+
+
+def test_nothing_concealed():
+    write("on_board.yaml", "format: 1\neffects:\n  input_delay:\n    delay_s: 0.02\n")
+    arguments = call("clean", "--budget", "60s")
+    arguments[arguments.index("--plant") + 1] = "on_board.yaml"
+    result = sinew(*arguments, timeout=600)
+    answers = state("clean")["recordings"][0]["believed"]["answers"]
+    check("a limb that is its plant: nothing is missing, most probably", result.returncode == 0 and answers[0]["key"] == "nothing", answers)
+
+
+def test_stopped_and_resumed():
+    arguments = call("stopped", "--budget", "90s")
+    process = subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for _ in range(600):
+        if (cli.folder / "stopped/recording_01/scenario.yaml").exists():
+            break
+        time.sleep(0.05)
+    time.sleep(0.6)  # of the machine's time: some seconds of the limb's
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=120)
+    session = json.loads(content("stopped/recording_01/session.json"))
+    check("Ctrl-C in a session: exit code 130, the coils are off, the recording is kept", process.returncode == 130
+          and session["status"] == "stopped" and session["brought_to_rest"], out + errors)
+    check("Ctrl-C: the state says that a person stopped it", state("stopped")["ending"]["why"] == "stopped", state("stopped"))
+    result = sinew(*arguments, timeout=600)
+    after = state("stopped")
+    check("the same command goes on from there", result.returncode == 0 and after["ending"]["why"] != "stopped"
+          and after["recordings"][0]["recorded"]["status"] == "stopped" and len(after["recordings"]) >= 2, said(result))
+    check("what was recorded before is as it was", json.loads(content("stopped/recording_01/session.json")) == session)
+
+
+def test_trip_and_resumed():
+    arguments = call("tripped", "--budget", "90s")
+    result = sinew(*arguments, "--fault", "sensor_open:A@25", timeout=600)
+    one = state("tripped")
+    check("a trip in a session ends the call with 1, and says why", result.returncode == 1 and one["ending"]["why"] == "interrupted"
+          and "sensor" in one["ending"]["words"], said(result))
+    check("a trip: what was recorded until then is kept", one["recordings"][0]["recorded"]["duration_s"] > 20
+          and "recording_01/timed.csv" in files_in("tripped"), one)
+    result = sinew(*arguments, timeout=600)
+    check("after the trip the same command goes on, with what was recorded", result.returncode == 0
+          and state("tripped")["recordings"][0]["recorded"]["used"] and state("tripped")["ending"]["why"] != "interrupted", said(result))
+    refused("another seed into the same folder", [*arguments, "--seed", "4"], r"seed.*\n.*begun with", cli.WRONG_INPUT)
+
+
+def test_bad_input():
+    base = ["investigate", "--plant", cli.PAPER_LIMB, "--out", "bad"]
+    refused("investigate without a limb", base, r"--port, --emulate")
+    refused("investigate with two limbs", [*base, "--emulate", "--port", "/dev/null"], r"one of the two")
+    refused("a budget that is none", [*base, "--emulate", "--budget", "30 parsecs"], r"--budget = 30 parsecs\n.*30min")
+    refused("a budget that is too short", [*base, "--emulate", "--budget", "5s"], r"1 min to 24 h")
+    refused("an effect that there is not", [*base, "--emulate", "--effect", "latent_hat"], r"--effect = latent_hat\n.*latent_heat")
+    refused("an effect in a limb at a port", [*base, "--port", "/dev/null", "--effect", "latent_heat"], r"are for --emulate")
+    refused("leaving out what there is not", [*base, "--emulate", "--without", "latent_hat"], r"did you mean latent_heat")
+    refused("a recording that is not there", [*base, "--emulate", "--train", "none.csv"], r"none\.csv")
+    (cli.folder / "damaged").mkdir()
+    write("damaged/investigation.json", "{}")
+    refused("a state that is none", ["investigate", "--plant", cli.PAPER_LIMB, "--emulate", "--out", "damaged"], r"investigation\.json")
+    result = sinew("investigate", "--plant", cli.PAPER_LIMB, "--emulate", "--out", "dry", "--dry-run")
+    check("--dry-run: says what it would do, with the scenario, and writes nothing", result.returncode == 0 and "would run recording_01" in result.stdout
+          and "babble" in result.stdout and files_in("dry") is None, said(result))
+
+
+if __name__ == "__main__":
+    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_to_the_end, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "investigate/programme.h"
+
+#include <doctest/doctest.h>
+
+#include "investigate/information.h"
+#include "plant/systems.h"
+#include "sim/simulation.h"
+
+namespace {
+
+using namespace sinew;
+using namespace sinew::investigate;
+
+const plant::Plant limb = plant::default_plant();
+
+TEST_CASE("programme: pulses in turn are on the coils one after the other, at the times of the shape") {
+  const Programme programme = programme_of({Family::pulses_in_turn, 0, 0.4, 3.0, 7.0, 40.0}, limb.system());
+  // By hand: from 2 s on, every 10 s, for 3 s: A at 2, 22; B at 12, 32.
+  CHECK(programme.parts.size() == 4);
+  CHECK(programme.duty(0, 1.9) == 0.0);
+  CHECK(programme.duty(0, 2.0) == 0.4);
+  CHECK(programme.duty(0, 4.9) == 0.4);
+  CHECK(programme.duty(0, 5.0) == 0.0);
+  CHECK(programme.duty(1, 12.5) == 0.4);
+  CHECK(programme.duty(0, 22.5) == 0.4);
+  CHECK(programme.duty(1, 32.5) == 0.4);
+}
+
+TEST_CASE("programme: a sweep rises and falls in a straight line") {
+  const Programme programme = programme_of({Family::sweep_in_turn, 1, 0.2, 20.0, 5.0, 60.0}, limb.system());
+  CHECK(programme.duty(1, 12.0) == doctest::Approx(0.1));  // half-way up, from 2 to 22 s
+  CHECK(programme.duty(1, 32.0) == doctest::Approx(0.1));  // half-way down
+  CHECK(programme.duty(0, 12.0) == 0.0);
+}
+
+TEST_CASE("programme: its scenario commands what the programme says, to the tick") {
+  for (const Shape& shape : first_shapes(limb.system(), 60.0)) {
+    Programme programme = programme_of(shape, limb.system());
+    programme.cool_s = 5.0;
+    const sim::Scenario scenario = sim::parse_scenario(sim::to_yaml(scenario_of(programme, limb, 3, {"For a test."})), "programme.yaml");
+    const sim::Recording rows = rows_of(programme, limb.system());
+    const sim::Driver driver_of_scenario(limb.system(), scenario.input, 3, scenario.sample_period_s);
+    sim::Driver driver = driver_of_scenario;
+    REQUIRE(scenario.ticks() == static_cast<std::int64_t>(rows.samples.size()));
+    const sim::Measurement nothing{0, std::vector<double>(limb.system().channels().size(), 0.0)};
+    for (const sim::Sample& row : rows.samples) {
+      const sim::Command command = driver.command(nothing, row.time_s);
+      for (std::size_t i = 0; i < row.inputs.size(); ++i) CHECK(command.inputs[i] == doctest::Approx(row.inputs[i]).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("device limits: full duty for half a minute passes the on-time, short pulses do not") {
+  CHECK_FALSE(within_device_limits(programme_of({Family::pulses_on_one, 0, 0.6, 30.0, 10.0, 60.0}, limb.system()), limb.system()));
+  CHECK(within_device_limits(programme_of({Family::pulses_on_one, 0, 0.3, 4.0, 20.0, 60.0}, limb.system()), limb.system()));
+  // By hand: 0.6 for 15 s is 9 s of full duty within 20 s, the host allows 8.6 s.
+  CHECK_FALSE(within_device_limits(programme_of({Family::pulses_on_one, 0, 0.6, 15.0, 60.0, 40.0}, limb.system()), limb.system()));
+}
+
+}  // namespace
