@@ -9,6 +9,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <thread>
 
 #include "apps/app.h"
@@ -178,15 +179,14 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   for (const sim::Recording& recording : training) samples += diagnose::samples_until(recording, arguments.fit_until_s);
   check_fitted_samples(samples, arguments.training.front());
   // A pause ends a recording: what follows begins with a state of its own. A part that is all after --fit-until is held out.
-  std::string oddities;
   for (auto* recordings : {&training, &held_out})
     for (const sim::Recording& recording : *recordings) {
-      std::string lines = recording.notes.summary();
-      if (!lines.empty()) lines = report::wrap(lines, report::terminal_columns, 2) + "\n";
-      for (const std::string& line :
-           doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1))
-        lines += report::wrap(line, report::terminal_columns, 2) + "\n";
-      if (!lines.empty()) oddities += recording.name + "\n" + lines + "\n";
+      std::vector<std::string> lines =
+          doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1);
+      std::istringstream notes(recording.notes.summary());
+      std::size_t at = 0;
+      for (std::string line; std::getline(notes, line);) lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(at++), line);
+      if (!lines.empty()) inputs.oddities.push_back({recording.name, lines});
     }
   const std::size_t given = training.size() + held_out.size();
   cut_at_pauses(training, held_out, arguments.fit_until_s);
@@ -226,7 +226,11 @@ int diagnose_command(const DiagnoseArguments& arguments) {
     std::printf("%s\n", json.dump(2).c_str());
     return 0;
   }
-  std::fputs(oddities.c_str(), stdout);
+  for (const Oddities& of : inputs.oddities) {
+    std::printf("%s\n", of.recording.c_str());
+    for (const std::string& line : of.lines) std::printf("%s\n", report::wrap(line, report::terminal_columns, 2).c_str());
+    std::printf("\n");
+  }
   print_words(diagnosis_words(diagnosis, inputs));
   std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
   return 0;

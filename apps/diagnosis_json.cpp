@@ -95,15 +95,13 @@ ordered_json gate_json(const Diagnosis& d, const diagnose::GateNotes& gate) {
           {"warnings", gate.warnings}};
 }
 
-ordered_json fitted_json(const diagnose::Explanation& answer) {
+ordered_json fitted_json(const Diagnosis& d) {
   ordered_json json = ordered_json::object();
-  const auto& unknowns = answer.problem->unknowns();
-  for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt || is_of_law(answer.system(), *unknown.parameter)) continue;
-    const double unit = unknown.internal_per_unit;
-    const auto [lowest, highest] = answer.interval(u, 1.959964);
-    json[unknown.name] = {{"value", answer.value(u) / unit}, {"ci95", {lowest / unit, highest / unit}}, {"before", unknown.centre / unit}};
+  for (const FittedValue& one : fitted_values(d)) {
+    const auto& unknown = d.values.problem->unknowns()[one.unknown];
+    json[unknown.name] = {{"value", one.value},
+                          {"ci95", {one.lowest, one.highest}},
+                          {"before", unknown.centre / unknown.internal_per_unit}};
   }
   return json;
 }
@@ -200,6 +198,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   for (const plant::ChannelId c : channels_of(d).ids())
     gain[channels_of(d)[c].column] = {{"value", held.gain[c]}, {"ci95", {held.gain_lowest[c], held.gain_highest[c]}}};
   json["fit"]["heldout"] = {{"before", per_channel(d, held.before)},
+                            {"before_by_weighting",
+                             {{"diagnose", per_channel(d, held.fitted)}, {"calibrate", per_channel(d, held.calibrated)}}},
                             {"after", per_channel(d, held.after)},
                             {"noise", per_channel(d, held.noise)},
                             {"nominal", per_channel(d, held.nominal)},
@@ -216,11 +216,11 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     json["proposals"].push_back({{"effects", names_of(d, one.effects)}, {"log_odds", one.log_odds}, {"probability", one.probability}});
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
-  json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", answer_of(d).unrest}};
+  json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", d.answer.unrest}};
   if (d.unrest_after_refit) json["unrest"]["after_refit"] = *d.unrest_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(d, stand_ins(d));
-  json["fitted"] = fitted_json(answer_of(d));
+  json["fitted"] = fitted_json(d);
   json["flipped_signs"] = ordered_json::array();
   for (const plant::ParameterId p : d.flipped_signs) json["flipped_signs"].push_back(parameters_of(d)[p].key());
 
@@ -272,6 +272,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   }
   json["rounds"] = ordered_json::array();
   for (const auto& round : d.search.rounds) json["rounds"].push_back(round_json(d, round, d.search.core));
+  json["doubts"] = ordered_json::array();
+  for (const Oddities& of : inputs.oddities) json["doubts"].push_back({{"recording", of.recording}, {"lines", of.lines}});
   json["gate"] = ordered_json::array();
   for (const auto& gate : d.gate) json["gate"].push_back(gate_json(d, gate));
   json["program"] = "sinew " + sim::this_build().version;
@@ -298,13 +300,9 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
               " (core alone " + report::significant(d.held_out.before[c], 3) + ", noise " + report::significant(d.held_out.noise[c], 2) +
               ")\n";
   text += "# 95 % intervals of what was fitted:\n";
-  const auto& answer = answer_of(d);
-  const auto& unknowns = answer.problem->unknowns();
-  for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    if (unknowns[u].parameter == std::nullopt || is_of_law(answer.system(), *unknowns[u].parameter)) continue;
-    const double unit = unknowns[u].internal_per_unit;
-    text += "#   " + unknowns[u].name + " +- " + report::significant(1.959964 * answer.deviation(u) / unit, 2) + "\n";
-  }
+  for (const FittedValue& one : fitted_values(d))
+    text += "#   " + d.values.problem->unknowns()[one.unknown].name + ": [" + rounded(one.lowest, one.lowest, one.highest) + ", " +
+            rounded(one.highest, one.lowest, one.highest) + "]\n";
   return text + sim::plant_file_text(plant::with_known_laws(d.repaired));
 }
 

@@ -19,8 +19,6 @@ using report::Block;
 using report::Paragraph;
 namespace colors = report::okabe_ito;
 
-constexpr double two_sided_95 = 1.959964;
-
 std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
 std::string with_channel_unit(const plant::ChannelInfo& channel) { return channel.words + " / " + channel.unit_words; }
 
@@ -287,18 +285,13 @@ report::Table parameter_table(const Diagnosis& d) {
   report::Table table;
   table.title = "Parameters of the repaired plant";
   table.header = {"parameter", "meaning", "believed before", "fitted", "95 % interval"};
-  const auto& answer = answer_of(d);
-  const auto& unknowns = answer.problem->unknowns();
+  const auto& unknowns = d.values.problem->unknowns();
   const std::vector<plant::EffectId> added = added_effects(d);
   std::vector<report::Row> core;
-  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+  for (const auto& [parameter, u, value, low, high] : fitted_values(d)) {
     const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt || is_of_law(answer.system(), *unknown.parameter)) continue;
-    const auto& info = parameters_of(d)[*unknown.parameter];
-    const double unit = unknown.internal_per_unit, value = answer.value(u) / unit;
-    const auto [lowest, highest] = answer.interval(u, two_sided_95);
-    const double low = std::max(lowest / unit, info.declaration.range.lowest),
-                 high = std::min(highest / unit, info.declaration.range.highest);
+    const auto& info = parameters_of(d)[parameter];
+    const double unit = unknown.internal_per_unit;
     const bool new_here = info.effect && std::find(added.begin(), added.end(), *info.effect) != added.end();
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
@@ -307,10 +300,10 @@ report::Table parameter_table(const Diagnosis& d) {
                  with_unit(rounded(value, low, high), info.declaration.unit.text),
                  "[" + rounded(low, low, high) + ", " + rounded(high, low, high) + "]"};
     row.emphasis = new_here;
-    const double moved = unknown.coordinate_of(answer.value(u));
+    const double moved = unknown.coordinate_of(d.values.value(u));
     if (!new_here && std::abs(moved) > 2.0)
       row.note = report::significant(std::abs(moved), 2) + " standard deviations from what was believed before";
-    else if (answer.deviation(u) > 0.7 * unknown.slope_at(moved))
+    else if (d.values.deviation(u) > 0.7 * unknown.slope_at(moved))
       row.note = "the data says little about it: mostly what was believed before";
     (new_here ? table.rows : core).push_back(row);
   }
@@ -363,15 +356,16 @@ report::Table error_table(const Diagnosis& d) {
   table.title = "Error on held-out data (RMSE)";
   table.header = {"channel", "samples", "as given", "calibrated"};
   if (repaired)
-    table.header.insert(table.header.end(), {"repaired", "noise alone", "less error by [95 % interval]"});
+    table.header.insert(table.header.end(), {"as `calibrate` weighs", "repaired", "noise alone", "less error by [95 % interval]"});
   else
     table.header.push_back("noise alone");
   for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
     report::Row row;
     row.cells = {with_channel_unit(channels_of(d)[c]), std::to_string(held.samples[c]), report::significant(held.nominal[c], 3),
-                 report::significant(held.before[c], 3)};
+                 report::significant(repaired ? held.fitted[c] : held.before[c], 3)};
     if (repaired) {
+      row.cells.push_back(std::isfinite(held.calibrated[c]) ? report::significant(held.calibrated[c], 3) : "–");
       row.cells.push_back(report::significant(held.after[c], 3));
       row.cells.push_back(report::significant(held.noise[c], 2));
       row.cells.push_back(percent_interval(held.gain[c], held.gain_lowest[c], held.gain_highest[c]));
@@ -386,8 +380,11 @@ report::Table error_table(const Diagnosis& d) {
   table.align[0] = report::Align::left;
   table.caption =
       "Open loop: the plant is given the recorded inputs and nothing else. As given: the plant file. Calibrated: its "
-      "parameters fitted, nothing added." +
-      std::string(repaired ? " Repaired: with what was added." : "");
+      "parameters fitted, nothing added" +
+      std::string(repaired
+                      ? ", with the channels weighed by the diagnosis and as `sinew calibrate` does. Repaired: with what was added. Less "
+                        "error: than the better of both, channel by channel."
+                      : ".");
   return table;
 }
 
@@ -661,6 +658,10 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   report::Section data = section("The data");
   data.text = "What was seen of the recordings before any plant was fitted.";
   blocks.push_back(data);
+  for (const Oddities& of : inputs.oddities) {
+    blocks.push_back(section("What is odd about " + file_name(of.recording), 2));
+    blocks.push_back(report::List{.items = of.lines});
+  }
   blocks.push_back(gate_table(d));
   report::Section all = section("All effects of the catalogue");
   all.text =

@@ -177,11 +177,16 @@ std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& sh
 std::string shares_words(const Diagnosis& d) {
   std::vector<diagnose::PlaceShare> shares = d.located.shares;
   std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
+  // Where what was found acts is said below, and why it is not seen here.
+  const auto is_answer = [&](plant::EntryGroupId group) {
+    return std::any_of(d.effects.begin(), d.effects.end(),
+                       [&](const auto& found) { return group_of_place(system_of(d), effects_of(d)[found.effect].place) == group; });
+  };
   std::vector<std::string> loud, quiet;
   for (const auto& share : shares) {
     if (share.share >= 0.03)
       loud.push_back(share_of_mismatch(d, share));
-    else
+    else if (!is_answer(share.group))
       quiet.push_back(std::string(groups_of(d)[share.group].words));
   }
   if (loud.empty()) return "";
@@ -272,6 +277,22 @@ std::string parameters_words(const Diagnosis& d, const diagnose::FoundEffect& fo
   return listed(parts);
 }
 
+// The runner-up is the likeliest of the others, and likely is also what leaves the rest to pushes of a few seconds; so another may explain
+// more. Empty where none does.
+std::string more_explained_words(const Diagnosis& d, plant::EffectId found, plant::EffectId runner_up) {
+  const diagnose::Candidate *likeliest = candidate_of(d, runner_up), *mine = candidate_of(d, found), *most = nullptr;
+  if (d.effects.size() != 1 || !likeliest || !mine || !likeliest->explanation.usable) return "";
+  const auto share = [&](const diagnose::Candidate& one) { return share_explained(d.search.core, one.explanation); };
+  for (const auto& one : d.search.rounds.front().candidates) {
+    if (!one.explanation.usable || one.effect == found || one.effect == runner_up) continue;
+    if (std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), one.effect) != d.ambiguous_with.end()) continue;
+    if (!most || share(one) > share(*most)) most = &one;
+  }
+  if (!most || percent(share(*most)) == percent(share(*likeliest)) || share(*most) < share(*likeliest)) return "";
+  return " Of the others " + effect_name(d, most->effect) + " explains most, " + percent(share(*most)) + ", but is " +
+         odds_words(mine->explanation.log_evidence - most->explanation.log_evidence) + ".";
+}
+
 std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
   std::vector<std::pair<plant::EffectId, double>> rivals = found.rivals;
   std::erase_if(rivals, [&](const auto& rival) {
@@ -287,6 +308,7 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
     else
       text += "in its place it is ";
     text += odds_words(loss) + ".";
+    text += more_explained_words(d, found.effect, effect);
   }
   return text;
 }
@@ -365,8 +387,8 @@ std::string wandering_words(const Diagnosis& d) {
   if (!w.others.empty())
     text += std::string(w.others.front().second < alike_below ? ", about as likely as " : " or ") + w.others.front().first.words +
             ", the next best";
-  text += ". In the " + std::string(answer_of(d).problem->data().size() > 1 ? "recordings " : "recording ") + w.of.words + " " +
-          change_words(w);
+  text +=
+      ". In the " + std::string(d.values.problem->data().size() > 1 ? "recordings " : "recording ") + w.of.words + " " + change_words(w);
   text += w.on.explained_share >= goes_with_share
               ? "; it goes with " + variable_words(w.on) + ", which accounts for " + percent(w.on.explained_share) + " of its course."
               : "; its course follows no single quantity.";
@@ -496,12 +518,10 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
 
 std::vector<std::string> moved_parameters(const Diagnosis& d) {
   std::vector<std::string> moved;
-  const auto& answer = answer_of(d);
-  const auto& unknowns = answer.problem->unknowns();
-  for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    const auto& unknown = unknowns[u];
-    if (unknown.parameter == std::nullopt || parameters_of(d)[*unknown.parameter].effect) continue;
-    if (std::abs(unknown.coordinate_of(answer.value(u))) > 2.0) moved.push_back(unknown.name);
+  for (const FittedValue& one : fitted_values(d)) {
+    const diagnose::Unknown& unknown = d.values.problem->unknowns()[one.unknown];
+    if (parameters_of(d)[one.parameter].effect) continue;
+    if (std::abs(unknown.coordinate_of(d.values.value(one.unknown))) > 2.0) moved.push_back(unknown.name);
   }
   return moved;
 }
@@ -542,19 +562,31 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
   return {text};
 }
 
+// What each weighting of the channels makes of one, where that matters.
+std::string weightings_words(const Diagnosis& d, plant::ChannelId c) {
+  const std::string own = channel_value(channels_of(d)[c], d.held_out.fitted[c]),
+                    other = channel_value(channels_of(d)[c], d.held_out.calibrated[c]);
+  if (!std::isfinite(d.held_out.calibrated[c]) || own == other) return "";
+  return " (" + own + " by the diagnosis' weighting, " + other + " by `calibrate`'s)";
+}
+
 std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   const auto& held = d.held_out;
   std::vector<std::string> text;
   std::string intro = "On held-out data (" + held_out_words(d) + "), predicted from its " + input_words(system_of(d)) + " alone" +
                       (inputs.held_out.empty() || inputs.settings.start == diagnose::StartPolicy::at_rest
-                           ? ":"
-                           : " but for the first 5 s, which tell how it begins:");
-  text.push_back(intro);
+                           ? ""
+                           : " but for the first 5 s, which tell how it begins");
+  if (!added_effects(d).empty())
+    intro +=
+        "; before: with nothing added and all parameters fitted, each channel by the weighting of channels that serves it best, the "
+        "diagnosis' own or `sinew calibrate`'s";
+  text.push_back(intro + ":");
   std::vector<std::string> rough;
   for (const plant::ChannelId c : channels_of(d).ids()) {
     if (held.samples[c] == 0) continue;
-    std::string line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.before[c]) + " off before, " +
-                       channel_value(channels_of(d)[c], held.after[c]) + " after; noise alone would give " +
+    std::string line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.before[c]) + " off before" +
+                       weightings_words(d, c) + ", " + channel_value(channels_of(d)[c], held.after[c]) + " after; noise alone would give " +
                        channel_value(channels_of(d)[c], held.noise[c]) + ".";
     if (added_effects(d).empty())
       line = channels_of(d)[c].words + ": " + channel_value(channels_of(d)[c], held.nominal[c]) + " off as given, " +
@@ -843,7 +875,19 @@ diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
   return rmse;
 }
 
-const diagnose::Explanation& answer_of(const diagnose::Diagnosis& d) { return d.answer; }
+std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& d) {
+  std::vector<FittedValue> all;
+  const auto& unknowns = d.values.problem->unknowns();
+  for (std::size_t u = 0; u < unknowns.size(); ++u) {
+    if (unknowns[u].parameter == std::nullopt || is_of_law(d.values.system(), *unknowns[u].parameter)) continue;
+    const plant::ParameterId p = *unknowns[u].parameter;
+    const auto& range = d.values.system().parameters()[p].declaration.range;
+    const double unit = unknowns[u].internal_per_unit;
+    const auto [lowest, highest] = d.values.interval(u, 1.959964);
+    all.push_back({p, u, d.values.value(u) / unit, std::max(range.lowest, lowest / unit), std::min(range.highest, highest / unit)});
+  }
+  return all;
+}
 
 std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
   const std::vector<plant::EffectId> before = d.search.core.effects();
@@ -919,7 +963,7 @@ std::string summary_sentence(const Diagnosis& d) {
   const auto& held = d.held_out;
   // The channel that is furthest off; with something put in, the one that it changes most.
   plant::ChannelId c = d.located.channel;
-  if (!d.laws.empty())
+  if (!d.laws.empty() || (!added_effects(d).empty() && !(held.gain_lowest[c] > 0.0)))
     for (const plant::ChannelId other : channels_of(d).ids())
       if (held.samples[other] > 0 && held.gain[other] > held.gain[c]) c = other;
   if (held.samples[c] == 0) return "";

@@ -14,11 +14,18 @@ namespace sinew::apps {
 
 inline constexpr char no_break[] = "\u00a0";
 
+// What is odd about a recording, as it was read: a line each.
+struct Oddities {
+  std::string recording;
+  std::vector<std::string> lines;
+};
+
 // What was asked, in words that do not depend on where the results go or on the number of threads.
 struct DiagnosisInputs {
   std::vector<std::string> training, held_out;  // paths
   std::string plant;
   std::vector<std::string> ignored;  // as given
+  std::vector<Oddities> oddities;    // of recordings that have any
   std::int64_t seed = 1;
   diagnose::DiagnosisSettings settings;
 };
@@ -77,8 +84,13 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4
 // RMSE of the calibrated core, sample by sample, where it was fitted; units of files.
 diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& diagnosis);
 
-// The explanation that `repaired` is of.
-const diagnose::Explanation& answer_of(const diagnose::Diagnosis& diagnosis);
+// Parameters of the repaired plant that were fitted, without weights of laws; units of files, 95 % intervals within what is allowed.
+struct FittedValue {
+  plant::ParameterId parameter;
+  std::size_t unknown;  // of Diagnosis::values
+  double value, lowest, highest;
+};
+std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
 // for what is missing.
 std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& diagnosis);

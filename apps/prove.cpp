@@ -148,7 +148,10 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     result["agreement"].push_back({{"rmse", one->rmse.values()}, {"pull", one->pull}});
   const auto& error = diagnosis.held_out;
   result["heldout_gain"] = {error.gain_lowest.values(), error.gain_highest.values()};
-  result["heldout"] = {{"before", error.before.values()}, {"after", error.after.values()}, {"noise", error.noise.values()}};
+  result["heldout"] = {{"before", error.before.values()},
+                       {"before_by_weighting", {{"diagnose", error.fitted.values()}, {"calibrate", error.calibrated.values()}}},
+                       {"after", error.after.values()},
+                       {"noise", error.noise.values()}};
   result["normalised_before"] = normalised(error.before, error.noise);
   result["normalised_after"] = normalised(error.after, error.noise);
   return result;

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "diagnose/path.h"
 #include "sim/random.h"
 
 namespace sinew::diagnose {
@@ -21,16 +22,35 @@ constexpr double noise_margin = 1.1;
 
 class AllRows : public ceres::CostFunction {
  public:
-  explicit AllRows(const FitProblem& problem) : problem_(problem) {
+  AllRows(const FitProblem& problem, bool along_the_path) : problem_(problem), along_the_path_(along_the_path) {
     set_num_residuals(static_cast<int>(problem.residual_count()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(problem.unknowns().size()));
   }
   bool Evaluate(double const* const* z, double* residuals, double** jacobians) const override {
-    return problem_.evaluate(z[0], residuals, jacobians ? jacobians[0] : nullptr);
+    double* jacobian = jacobians ? jacobians[0] : nullptr;
+    return along_the_path_ ? along_the_path(z[0], residuals, jacobian) : problem_.evaluate(z[0], residuals, jacobian);
   }
 
  private:
+  bool along_the_path(const double* z, double* residuals, double* jacobian) const {
+    Path path;
+    if (!follow(problem_, z, jacobian ? Want::everything : Want::residuals, path)) return false;
+    const std::size_t unknowns = problem_.unknowns().size();
+    double* rest = std::copy(path.residuals.begin(), path.residuals.end(), residuals);
+    rest = std::copy(z, z + unknowns, rest);
+    FitProblem::RowMajor order_jacobian;
+    const Eigen::VectorXd orders = problem_.order_residuals(z, jacobian ? &order_jacobian : nullptr);
+    std::copy(orders.begin(), orders.end(), rest);
+    if (!jacobian) return true;
+    double* below = std::copy(path.jacobian.begin(), path.jacobian.end(), jacobian);
+    std::fill(below, below + unknowns * unknowns, 0.0);
+    for (std::size_t u = 0; u < unknowns; ++u) below[u * unknowns + u] = 1.0;
+    std::copy(order_jacobian.data(), order_jacobian.data() + order_jacobian.size(), below + unknowns * unknowns);
+    return true;
+  }
+
   const FitProblem& problem_;
+  bool along_the_path_;
 };
 
 class Watch : public ceres::IterationCallback {
@@ -126,7 +146,7 @@ double cost_of(const FitProblem& problem, const std::vector<double>& z) {
 
 // Least squares with the problem's deviations, from and into solved.z.
 void one_pass(Solved& solved, const CalibrationSettings& settings, const std::function<void(int)>& tell) {
-  AllRows cost(solved.problem);
+  AllRows cost(solved.problem, settings.along_the_path);
   ceres::Problem::Options options;
   options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(options);

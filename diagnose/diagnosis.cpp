@@ -11,7 +11,8 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double two_sided_95 = 1.959964;
-constexpr double two_suffice_share = 0.98;  // of the misfit: a third effect is one too many
+constexpr std::size_t most_samples_at_once = 50'000;  // each start of a calibration keeps a path of its own: memory
+constexpr double two_suffice_share = 0.98;            // of the misfit: a third effect is one too many
 
 bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
@@ -116,9 +117,9 @@ std::vector<plant::EffectId> enough_alone(const Search& search, double share) {
   return effects;
 }
 
-// An effect with the values that an explanation gives it, and what fits in its place.
-FoundEffect described(plant::EffectId effect, const Explanation& by, const Search& search) {
-  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+// The values that an explanation gives an effect.
+std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Explanation& by) {
+  std::vector<FoundEffect::Parameter> result;
   const plant::Plant model = by.model();
   for (const plant::ParameterId p : by.system().effects()[effect].parameters) {
     const auto& declared = by.system().parameters()[p].declaration;
@@ -129,14 +130,20 @@ FoundEffect described(plant::EffectId effect, const Explanation& by, const Searc
         const auto [lowest, highest] = by.interval(u, two_sided_95);
         parameter = {p, value, std::max(declared.range.lowest, lowest / unit), std::min(declared.range.highest, highest / unit), false};
       }
-    result.parameters.push_back(parameter);
+    result.push_back(parameter);
   }
+  return result;
+}
+
+// An effect, and what fits in its place.
+FoundEffect described(plant::EffectId effect, const Search& search) {
+  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
   return result;
 }
 
 FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
-  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
+  FoundEffect result = described(effect, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
       result.gain = round.gain;
@@ -155,7 +162,7 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
 // A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
 // among them.
 FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
-  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
+  FoundEffect result = described(effect, diagnosis.search);
   const std::vector<Bent>& tried = diagnosis.search.bent;
   double with = 0.0, all = 0.0, without = -1e300;
   for (const Bent& one : tried) {
@@ -179,10 +186,8 @@ std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
   return names;
 }
 
-FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const Diagnosis& diagnosis,
-                           const DiagnosisSettings& settings) {
-  FoundEffect result = described(effect, diagnosis.answer, diagnosis.search);
-  result.rivals.clear();
+FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const DiagnosisSettings& settings) {
+  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
     if (contains(one.effects, effect)) continue;
@@ -312,7 +317,8 @@ class Diagnoser {
     search_.is_borne_out = [this](const Explanation& with, const Explanation& without) {
       std::vector<Prediction> predictions = measured_predictions();
       const std::vector<Series> before = predicted_by(path_of(without)), after = predicted_by(path_of(with));
-      for (std::size_t p = 0; p < predictions.size(); ++p) predictions[p].nominal = predictions[p].before = before[p];
+      for (std::size_t p = 0; p < predictions.size(); ++p)
+        predictions[p].nominal = predictions[p].fitted = predictions[p].before = before[p];
       set_after(predictions, after);
       const HeldOutError error = error_of(predictions, search_.seed);
       return error.highest_total_gain >= 0.0;
@@ -333,6 +339,9 @@ class Diagnoser {
     judge();
     if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
+    calibrate_as_given();
+    result_.values = after_.of.problem == result_.answer.problem ? result_.answer : as_fitted(after_, data_, search_.fit);
+    for (FoundEffect& found : result_.effects) found.parameters = values_of(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
@@ -419,7 +428,7 @@ class Diagnoser {
       const std::size_t r = training ? p : p - training_.size();
       result_.predictions[p].nominal = predict(given_, training ? before_.starts[r] : start_there(given_, r),
                                                training ? gated_training_[r] : gated_held_out_[r], numerics());
-      result_.predictions[p].before = before[p];
+      result_.predictions[p].fitted = result_.predictions[p].before = before[p];
     }
     set_after(result_.predictions, effects_.empty() && laws_.empty() ? before : predicted_by(after_));
     score_held_out();
@@ -545,10 +554,42 @@ class Diagnoser {
     result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_, settings_));
+    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, settings_));
     for (const plant::EffectId e : best.effects)
       if (is_law(e)) result_.laws.push_back(found_law(e, proposals.all[proposals.answer].fit, odds_of_law(e, proposals)));
     result_.proposals = std::move(proposals);
+  }
+
+  bool nothing_added() const { return effects_.empty() && result_.laws.empty(); }
+
+  // What the plant as given can do by the other weighting of the channels, from the same search effort. What was added must be better than
+  // either, channel by channel. Where nothing was, and the plant is wrong, there is one weighting: `calibrate`'s.
+  void calibrate_as_given() {
+    if (nothing_added() && core().unrest < search_.visible_unrest) return;  // both weigh by the sensors' noise
+    tell(0.985, "calibrating the plant as given");
+    CalibrationSettings calibration;
+    calibration.start = search_.fit.start;
+    calibration.seed = search_.seed;
+    std::size_t samples = 0;
+    for (const FitData& one : data_) samples += one.sample_count;
+    calibration.threads = samples < most_samples_at_once ? search_.threads : 1;
+    calibration.numerics = numerics();
+    calibration.should_stop = search_.fit.should_stop;
+    calibration.along_the_path = true;
+    try {
+      const Fitted path = calibrated(given_, data_, calibration);
+      const std::vector<Series> models = predicted_by(path);
+      for (std::size_t p = 0; p < models.size(); ++p) result_.predictions[p].calibrated = models[p];
+      if (nothing_added()) {
+        before_ = after_ = path;
+        for (std::size_t p = 0; p < models.size(); ++p)
+          result_.predictions[p].fitted = result_.predictions[p].before = result_.predictions[p].after = models[p];
+      } else {
+        choose_before(result_.predictions);
+      }
+      score_held_out();
+    } catch (const std::runtime_error&) {  // nowhere could it be integrated
+    }
   }
 
   void add_rival(plant::EffectId effect) {

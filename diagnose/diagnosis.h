@@ -93,7 +93,7 @@ struct FoundEffect {
     double value, lowest, highest;  // in the units of files; 95 %
     bool known;                     // not fitted
   };
-  std::vector<Parameter> parameters;
+  std::vector<Parameter> parameters;                       // as in Diagnosis::values
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
   bool bent = false;  // a law in its own equation or reading beside it: the same physics in a form of its own
 };
@@ -147,7 +147,8 @@ struct Diagnosis {
   // is no constant, and `repaired` does not have it unless as a stand-in.
   std::optional<Wandering> wandering;
   std::vector<plant::ParameterId> flipped_signs;
-  Explanation answer;                    // the explanation that is `repaired`, but for the last least squares of `polished`
+  Explanation answer;                    // the explanation that was chosen; its evidence, and what it leaves
+  Explanation values;                    // of `repaired`: every value and interval that is said is from here
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
   plant::Plant repaired;
   std::vector<plant::Start> starts;  // of the training recordings, repaired

@@ -21,7 +21,7 @@ constexpr std::size_t least_stretches = 3;  // of fewer a bootstrap knows nothin
 constexpr std::array<std::pair<double, double>, 2> held_out_shares{{{0.40, 0.50}, {0.88, 1.0}}};
 
 struct Stretch {  // squares of one channel over some seconds of what was held out
-  double nominal = 0.0, before = 0.0, after = 0.0, noise = 0.0;
+  double nominal = 0.0, fitted = 0.0, calibrated = 0.0, before = 0.0, after = 0.0, noise = 0.0;
   std::size_t count = 0;
 };
 
@@ -40,6 +40,8 @@ void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector
     const auto square = [&](const Series& model) { return square_of_error(model[c][k], prediction.measured[c][k]); };
     Stretch& stretch = stretches.back();
     stretch.nominal += square(prediction.nominal);
+    stretch.fitted += prediction.fitted.empty() ? lost : square(prediction.fitted);
+    stretch.calibrated += prediction.calibrated.empty() ? lost : square(prediction.calibrated);
     stretch.before += square(prediction.before);
     stretch.after += square(prediction.after);
     stretch.noise += prediction.noise[c] * prediction.noise[c];
@@ -95,7 +97,8 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
   std::vector<double> total(bootstrap_draws, 0.0);
   std::size_t most_stretches = 0;
   const std::size_t channels = predictions.empty() ? 0 : predictions.front().measured.size();
-  for (PerChannel* one : {&error.nominal, &error.before, &error.after, &error.noise, &error.gain, &error.gain_lowest, &error.gain_highest})
+  for (PerChannel* one : {&error.nominal, &error.fitted, &error.calibrated, &error.before, &error.after, &error.noise, &error.gain,
+                          &error.gain_lowest, &error.gain_highest})
     *one = per_channel(channels);
   error.samples = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
   for (const plant::ChannelId c : error.samples.ids()) {
@@ -104,17 +107,20 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     most_stretches = std::max(most_stretches, stretches.size());
     Stretch sum;
     for (const Stretch& s : stretches) {
-      sum.nominal += s.nominal, sum.before += s.before, sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
+      sum.nominal += s.nominal, sum.fitted += s.fitted, sum.calibrated += s.calibrated, sum.before += s.before;
+      sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
     }
     error.samples[c] = sum.count;
     if (sum.count == 0) {
-      error.nominal[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] = error.gain_lowest[c] = error.gain_highest[c] =
-          sim::not_a_number;
+      error.nominal[c] = error.fitted[c] = error.calibrated[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] =
+          error.gain_lowest[c] = error.gain_highest[c] = sim::not_a_number;
       continue;
     }
     const auto n = static_cast<double>(sum.count);
     const auto rms = [&](double squares) { return squares < lost ? std::sqrt(squares / n) : sim::not_a_number; };
     error.nominal[c] = rms(sum.nominal);
+    error.fitted[c] = rms(sum.fitted);
+    error.calibrated[c] = rms(sum.calibrated);
     error.before[c] = rms(sum.before);
     error.after[c] = rms(sum.after);
     error.noise[c] = rms(sum.noise);
@@ -141,6 +147,17 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     error.highest_total_gain = std::numeric_limits<double>::infinity();
   }
   return error;
+}
+
+void choose_before(std::vector<Prediction>& predictions) {
+  if (predictions.empty()) return;
+  for (const plant::ChannelId c : predictions.front().measured.ids()) {
+    std::vector<Stretch> stretches;
+    for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
+    double fitted = 0.0, calibrated = 0.0;
+    for (const Stretch& one : stretches) fitted += one.fitted, calibrated += one.calibrated;
+    for (Prediction& prediction : predictions) prediction.before[c] = (calibrated < fitted ? prediction.calibrated : prediction.fitted)[c];
+  }
 }
 
 ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions) {

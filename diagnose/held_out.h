@@ -25,12 +25,15 @@ struct Prediction {
   PerChannel noise;  // of the sensors, units of files
   std::vector<double> time_s;
   std::vector<bool> held_out;
-  // Units of files; NaN where missing. By the plant as given, calibrated, repaired.
-  Series measured, nominal, before, after;
+  // Units of files; NaN where missing. By the plant as given; with its parameters fitted, as the diagnosis weighs the channels, and as
+  // `calibrate` does (each empty where that is not known); by the nearer of these two, channel by channel; repaired.
+  Series measured, nominal, fitted, calibrated, before, after;
 };
 
 struct HeldOutError {
-  PerChannel nominal, before, after, noise;    // RMSE, units of files: as given, calibrated, repaired; sensors alone
+  // RMSE, units of files, as the series of `Prediction`; of the sensors alone. What a plant is off `before` is the least that it can be
+  // without what was added: where it is wrong, one weighting gives up a channel for another, and that is no gain of an effect.
+  PerChannel nominal, fitted, calibrated, before, after, noise;
   PerChannel gain, gain_lowest, gain_highest;  // 1 - after/before, with a 95 % block-bootstrap interval
   plant::ListOf<plant::ChannelId, std::size_t> samples;
   // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise. Without bounds where
@@ -38,6 +41,9 @@ struct HeldOutError {
   double lowest_total_gain = 0.0, highest_total_gain = 0.0;
 };
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed);
+
+// Makes `before` of each channel the nearer of `fitted` and `calibrated` on what is held out.
+void choose_before(std::vector<Prediction>& predictions);
 
 inline constexpr double correlation_lag_s = 0.5;
 struct ResidualCorrelation {

@@ -46,6 +46,24 @@ Fitted fitted(const Explanation& explanation) {
   return result;
 }
 
+Fitted calibrated(const plant::Plant& plant, const std::vector<FitData>& data, const CalibrationSettings& settings) {
+  const Calibration found = calibrate(plant, data, settings);
+  ExplanationSettings as_it_is;
+  as_it_is.start = settings.start;
+  as_it_is.numerics = settings.numerics;
+  as_it_is.least_squares = true;
+  as_it_is.most_rounds = 0;
+  Guess guess;
+  for (const Estimate& one : found.estimates) guess.values[one.unknown.name] = one.value;
+  Explanation of = explain(plant, data, guess, as_it_is);
+  if (!of.usable) throw std::runtime_error("the calibrated plant cannot be integrated");
+  for (std::size_t u = 0; u < of.problem->unknowns().size(); ++u) {  // a guess at a bound was moved off it
+    const Unknown& unknown = of.problem->unknowns()[u];
+    of.z(static_cast<Eigen::Index>(u)) = unknown.coordinate_of(guess.values.at(unknown.name));
+  }
+  return fitted(of);
+}
+
 Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   Spread spread;
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -118,6 +136,16 @@ std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>&
   for (std::size_t r = 0; r < data.size(); ++r)
     for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
   return weighted;
+}
+
+Explanation as_fitted(const Fitted& path, const std::vector<FitData>& data, const ExplanationSettings& settings) {
+  ExplanationSettings as_it_is = settings;
+  as_it_is.least_squares = true;
+  as_it_is.most_rounds = 0;
+  Explanation result = explain(path.of.problem->centres(), weighted_by(path, data, settings.numerics), path.of.as_guess(), as_it_is);
+  if (!result.usable) return path.of;
+  result.z = path.of.z;  // a guess at a bound was moved off it
+  return result;
 }
 
 FoldErrors cross_validated(const Fitted& path, const std::vector<FitData>& data, int threads, const ExplanationSettings& settings) {

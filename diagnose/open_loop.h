@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "diagnose/calibrate.h"
 #include "diagnose/explanation.h"
 
 namespace sinew::diagnose {
@@ -32,6 +33,8 @@ struct Fitted {
   std::vector<plant::Start> starts;
 };
 Fitted fitted(const Explanation& explanation);
+// As `calibrate` fits a plant. Throws std::runtime_error where nowhere could it be integrated.
+Fitted calibrated(const plant::Plant& plant, const std::vector<FitData>& data, const CalibrationSettings& settings);
 
 // How far a path is off the fitted samples of each recording and channel, at least by the sensors' noise; and minus the
 // log likelihood, up to a constant, if each channel's error has the size that it has.
@@ -51,6 +54,10 @@ PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, 
 
 // The data, each channel weighted as a path fits it: by how far off it is, never less than its noise, and for how long.
 std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+
+// The explanation whose values are a path's, with a covariance that takes the path's errors as they are, in size and in how long they stay
+// correlated, as `calibrate` does. The explanation that the path is of, where that is what it follows.
+Explanation as_fitted(const Fitted& path, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
 // Ten-fold cross-validation of a path: of each fold and channel, how far off the prediction is where the path was
 // fitted to everything else, its unknowns begun where they are. A fold is a tenth of every recording's fitted samples,

@@ -83,6 +83,29 @@ TEST_CASE("held out: errors and gains by hand") {
   CHECK(error.lowest_total_gain <= error.highest_total_gain);
 }
 
+TEST_CASE("held out: before is the nearer of two fits, channel by channel, and a gain stands against that") {
+  const sim::Recording recording = recording_every(0.1);
+  std::vector<Prediction> predictions{prediction_of(
+      recording, [](double) { return 2.0; }, [](double) { return 1.0; })};
+  Prediction& one = predictions.front();
+  one.fitted = one.calibrated = one.before;
+  for (double& value : one.calibrated[testing::angle]) value -= 0.8;          // 1.2 off: nearer than the diagnosis' own fit
+  for (double& value : one.calibrated[testing::temperature_A]) value += 1.0;  // 3 off
+  one.calibrated[testing::temperature_B].back() = std::nan("");               // cannot follow
+  diagnose::choose_before(predictions);
+  const diagnose::HeldOutError error = diagnose::error_of(predictions, 1);
+  CHECK(error.fitted[testing::angle] == doctest::Approx(2.0));
+  CHECK(error.calibrated[testing::angle] == doctest::Approx(1.2));
+  CHECK(error.before[testing::angle] == doctest::Approx(1.2));
+  CHECK(error.gain[testing::angle] == doctest::Approx(1.0 - 1.0 / 1.2));
+  CHECK(error.gain_highest[testing::angle] == doctest::Approx(1.0 - 1.0 / 1.2));
+  CHECK(error.calibrated[testing::temperature_A] == doctest::Approx(3.0));
+  CHECK(error.before[testing::temperature_A] == doctest::Approx(2.0));
+  CHECK(error.gain[testing::temperature_A] == doctest::Approx(0.5));
+  CHECK(std::isnan(error.calibrated[testing::temperature_B]));
+  CHECK(error.before[testing::temperature_B] == doctest::Approx(2.0));
+}
+
 TEST_CASE("held out: what one stretch gains and another loses is not beyond chance") {
   const sim::Recording recording = recording_every(0.1);
   const auto error =

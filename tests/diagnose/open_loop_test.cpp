@@ -48,6 +48,19 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
         5.0 * testing::paper_noise[testing::temperature_A]);
 }
 
+TEST_CASE("open loop: a path's values, with intervals that take its errors as they are") {
+  const testing::FittedCore limb(lagging_thermocouples());
+  const Fitted polished = diagnose::polished(limb.core, limb.data, limb.settings);
+  const Explanation values = diagnose::as_fitted(polished, limb.data, limb.settings);
+  REQUIRE(values.usable);
+  const plant::Plant model = values.model();
+  for (const plant::ParameterId p : values.problem->parameters()) CHECK(model.get(p) == polished.model.get(p));
+  // Errors of degrees that last for seconds leave far more open than as many independent ones.
+  const auto p = testing::parameter("heat_loss_A_W_K");
+  for (std::size_t u = 0; u < values.problem->parameters().size(); ++u)
+    if (values.problem->parameters()[u] == p) CHECK(values.deviation(u) > 2.0 * polished.of.deviation(u));
+}
+
 TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
   const testing::FittedCore limb(lagging_thermocouples());
   const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
