@@ -81,7 +81,21 @@ double simulation_error(const LinearModel& model, const std::vector<Series>& tra
   return sum;
 }
 
-// From a model on, downhill in the error of rollouts.
+// Whether what was before fades: all roots of z^n - p_1 z^(n-1) - ... - p_n inside the unit circle, by the recursion of Schur and Cohn
+// (Oppenheim and Schafer, 3rd ed., 11.5: all reflection coefficients below 1).
+bool is_stable(const LinearModel& model) {
+  Vector<double> a = -model.coefficients.head(model.order);
+  for (Index m = model.order; m > 0; --m) {
+    const double reflection = a(m - 1);
+    if (!(std::abs(reflection) < 1.0)) return false;
+    const Vector<double> before = a;
+    for (Index i = 0; i + 1 < m; ++i) a(i) = (before(i) - reflection * before(m - 2 - i)) / (1.0 - reflection * reflection);
+  }
+  return true;
+}
+
+// From a model on, downhill in the error of rollouts, among those that are stable: over stretches of minutes one that is not can fit
+// well, and be beyond all bounds after ten.
 LinearModel descend(LinearModel model, const std::vector<Series>& training, const std::function<bool()>& should_stop) {
   constexpr int most_passes = 60;
   constexpr double enough = 1e-5;
@@ -95,7 +109,8 @@ LinearModel descend(LinearModel model, const std::vector<Series>& training, cons
     damped.diagonal().array() += 1e-12;
     LinearModel tried = model;
     tried.coefficients += damped.selfadjointView<Eigen::Lower>().ldlt().solve(products);
-    if (const double there = simulation_error(tried, training, nullptr, nullptr); there < error) {
+    const double there = is_stable(tried) ? simulation_error(tried, training, nullptr, nullptr) : HUGE_VAL;
+    if (there < error) {
       const bool little = error - there < enough * error;
       model = tried;
       error = simulation_error(model, training, &squares, &products);
@@ -108,14 +123,14 @@ LinearModel descend(LinearModel model, const std::vector<Series>& training, cons
   return model;
 }
 
-// A rollout of the fit to one step may go beyond all bounds; least squares on v alone never does.
+// The fit to one step may be unstable; least squares on v alone never is.
 LinearModel fit_simulation(const std::vector<Series>& training, Index order, const std::function<bool()>& should_stop) {
   const LinearModel still = fit(training, 0);
   LinearModel one_step = fit(training, order), from_static{order, Vector<double>::Zero(one_step.coefficients.size())};
   const Index K = training.front().v.rows();
   from_static.coefficients.segment(order, K) = still.coefficients.head(K);
   from_static.coefficients(from_static.coefficients.size() - 1) = still.coefficients(K);
-  const bool usable = std::isfinite(simulation_error(one_step, training, nullptr, nullptr));
+  const bool usable = is_stable(one_step);
   const LinearModel a = descend(usable ? one_step : from_static, training, should_stop);
   if (!usable) return a;
   const LinearModel b = descend(from_static, training, should_stop);

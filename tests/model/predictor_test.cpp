@@ -128,6 +128,20 @@ TEST_CASE("ARX: where readings are noisy, the fit to the rollout's error is the 
   const double gain = c.segment(found.order, found.order + 1).sum() / (1.0 - c.head(found.order).sum());
   CHECK(gain == doctest::Approx(60.0).epsilon(0.01));  // noise of 1 on 3000 samples, 100 steps of duty
 }
+TEST_CASE("ARX: fitted to simulation error, it is stable: what it was begun with fades") {
+  // A slow plant with little to see of its end: ten seconds of time constant, and 40 s of recording.
+  Series slow{"slow", 0.0, Matrix<double>::Zero(1, 400), Vector<double>(400)};
+  const sim::RandomStream noise(7, "noise");
+  for (Index k = 0; k < 400; ++k) slow.y(k) = std::exp(0.004 * static_cast<double>(k)) + 0.01 * noise.normal(static_cast<std::uint64_t>(k));
+  // What grows in the recording is fitted as well as a stable model can.
+  const LinearModel model = fit_arx_simulation({slow});
+  Series long_one{"long", 0.0, Matrix<double>::Zero(1, 30000), Vector<double>::Zero(30000)};
+  long_one.y(0) = 100.0;
+  Series other = long_one;
+  other.y(0) = 0.0;
+  const double left = std::abs(rollout(model, long_one)(29999) - rollout(model, other)(29999));
+  CHECK(left < 100.0);
+}
 TEST_CASE("corrected: in open loop it is exactly what is inside, and one step ahead better than that and than ARX") {
   const std::vector<Series> data{bending(1, 6000, 0.1)};
   const Series other = bending(2, 2000, 0.1);
