@@ -76,7 +76,7 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
                            .key = "--out",
                            .value = outputs.folder().string(),
                            .advice =
-                               "holds another set, or a larger one: another scenario, seed, randomisation or version of this program made "
+                               "holds another set, or a larger one: another scenario, seed, randomisation or code of this program made "
                                "it\ngive another folder, or replace the set with --overwrite"});
   outputs.claim({"set.h5", "manifest.json"}, same);
   if (!same) remove_set(outputs.folder());
@@ -84,7 +84,7 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
 }
 
 int dataset_command(const DatasetArguments& arguments) {
-  const Ranks ranks;
+  Ranks ranks;
   const bool first = ranks.rank() == 0;
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
@@ -124,18 +124,18 @@ int dataset_command(const DatasetArguments& arguments) {
   Progress progress("dataset");
   std::mutex telling;
   std::size_t done = 0;
+  const auto should_stop = [&] { return ranks.any_interrupted(); };
   sim::in_parallel(open.size(), arguments.threads, [&](std::size_t i) {
-    if (interrupted()) return;
-    model::make_run(plan, out, open[i], interrupted);
+    if (should_stop()) return;
+    model::make_run(plan, out, open[i], should_stop);
     const std::scoped_lock lock(telling);
     if (first) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
   });
-  if (interrupted()) {
-    std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
-    ranks.wait_for_all();
+  // All have done their share, or all stop: where one was interrupted, runs are missing, and none may gather.
+  if (ranks.agree_on_interrupt()) {
+    if (first) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
     return interrupted_exit_code;
   }
-  ranks.wait_for_all();
   if (!first) return 0;
   outputs->stage("set.h5", model::set_in_hdf5(plan, out));
   outputs->stage("manifest.json", model::manifest_of(plan, out));

@@ -138,8 +138,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
   }
   if (outputs) outputs->claim(names);
   std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
-  const model::Model predictor = model::read_model(weights_path(arguments.model));
-  const sim::Column& predicted = predictor.task.predicted;
+  const auto predictor = read_predictor_at(arguments.model);
+  const model::AboutPredictor& about = predictor->about();
+  const sim::Column& predicted = about.task.predicted;
   const std::string unit = unit_words(predicted);
   std::vector<std::optional<report::TimePlot>> plots(jobs.size());
   std::vector<std::string> scenarios(jobs.size());
@@ -158,17 +159,18 @@ int evaluate_command(const EvaluateArguments& arguments) {
       outcome.failure = "the simulation failed: " + result.failure->reason;
     } else
       try {
-        const model::Series series = model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns),
-                                                      predictor.task, model::Missing::held);
-        const model::Vector<double> open = model::rollout(predictor, series);
+        const model::Series series =
+            model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns), about.task, model::Missing::held);
+        const auto own = predictor->copy();
+        const model::Vector<double> open = model::rollout(*own, series);
         const model::Errors off = model::errors_of(open, series);
         outcome.rmse = off.rmse;
         outcome.last_minute = off.last_minute;
-        const Baselines baselines = baselines_of(predictor, series);
+        const Baselines baselines = baselines_of(*predictor, series);
         outcome.hold = baselines.hold;
         outcome.arx = baselines.arx.value_or(std::nan(""));
-        outcome.one_step = model::errors_of(model::one_step_ahead(predictor, series), series).rmse;
-        plots[j] = drift_plot(series, open, predictor.task, row.name);
+        outcome.one_step = model::errors_of(model::one_step_ahead(*own, series), series).rmse;
+        plots[j] = drift_plot(series, open, about.task, row.name);
       } catch (const sim::InputError& e) {
         outcome.failure = e.advice;
       }
@@ -226,15 +228,15 @@ int evaluate_command(const EvaluateArguments& arguments) {
       "stress",         "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
       "held / " + unit, "ARX / " + unit,       "again: sinew run"};
   nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
-                              {"case", predictor.task.paper_case},
-                              {"method", predictor.method},
+                              {"case", about.task.paper_case},
+                              {"method", about.kind},
                               {"seeds", stress.seeds},
                               {"rows", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) {
     table.rows.push_back(
         {{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
           report::significant(row.last, 3), report::significant(row.one_step, 3), report::significant(row.hold, 3),
-          predictor.arx ? report::significant(row.arx, 3) : "–", "scenarios/" + outcomes[row.worst_job].scenario_file},
+          about.arx ? report::significant(row.arx, 3) : "–", "scenarios/" + outcomes[row.worst_job].scenario_file},
          row.name == base.name,
          row.failure});
     json["rows"].push_back({{"stress", row.name},
@@ -251,7 +253,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
   table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
                   " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
                   "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
-                  (predictor.arx ? "." : ", which this weights file lacks.");
+                  (about.arx ? "." : ", which this weights file lacks.");
   if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";
@@ -266,7 +268,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
       if (plots[rows[r].worst_job]) shown.push_back(*plots[rows[r].worst_job]);
     if (plots[base.worst_job]) shown.push_back(*plots[base.worst_job]);
     for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
-    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on, "stress: " + arguments.stress,
+    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + about.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
     for (std::size_t j = 0; j < jobs.size(); ++j) outputs->stage("scenarios/" + outcomes[j].scenario_file, scenarios[j]);

@@ -137,12 +137,12 @@ class View {
 // missing.
 class Companion {
  public:
-  Companion(const model::Model& model, const plant::Plant& plant)
-      : places_(model::places_in(sim::columns_of(plant.system()), model.task, "--predict")),
-        predictor_(model),
+  Companion(std::unique_ptr<model::Predictor> predictor, const plant::Plant& plant)
+      : places_(model::places_in(sim::columns_of(plant.system()), predictor->about().task, "--predict")),
+        predictor_(std::move(predictor)),
         v_(static_cast<Eigen::Index>(places_.features.size())),
-        csv_("# open loop from the first measured value, beside the session\ntime_s," + model.task.predicted.name + "," +
-             predicted_name(model.task.predicted) + "\n") {
+        csv_("# open loop from the first measured value, beside the session\ntime_s," + predictor_->about().task.predicted.name + "," +
+             predicted_name(predictor_->about().task.predicted) + "\n") {
     v_.setConstant(std::nan(""));
   }
   // What is predicted at this tick; nothing before it and all else that the task needs was measured once.
@@ -155,10 +155,10 @@ class Companion {
     const double measured = view.measured.channels[places_.predicted];
     if (!predicted_) {
       if (std::isnan(measured) || v_.hasNaN()) return std::nullopt;
-      predictor_.begin(measured, v_);
+      predictor_->begin({"session", view.time_s, v_, model::Vector<double>::Constant(1, measured)});
       predicted_ = measured;
     } else {
-      predicted_ = predictor_.open_loop(v_);
+      predicted_ = predictor_->step(v_);
     }
     for (const double value : {view.time_s, measured, *predicted_}) {
       if (csv_.back() != '\n') csv_ += ',';
@@ -177,7 +177,7 @@ class Companion {
     return name.insert(unit, "_predicted");
   }
   model::Places places_;
-  model::Predictor predictor_;
+  std::unique_ptr<model::Predictor> predictor_;
   model::Vector<double> v_;
   std::optional<double> predicted_;
   std::string csv_;
@@ -232,7 +232,7 @@ int hil_command(const HilArguments& arguments) {
                              .key = "sample_period_s",
                              .value = sim::shortest(scenario.sample_period_s),
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
-    companion.emplace(model::read_model(weights_path(arguments.predict)), scenario.plant);
+    companion.emplace(read_predictor_at(arguments.predict), scenario.plant);
   }
 
   const hil::MonotonicClock clock;
@@ -352,7 +352,8 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for recording.csv, session.json, wire.bin, scenario.yaml [results/session_NNN]");
   command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
   command->add_option("--twin", arguments->twin, "plant in YAML that runs alongside; says when the limb leaves it");
-  command->add_option("--predict", arguments->predict, "weights.h5, or the folder of `train`: a predictor that runs alongside, open loop");
+  command->add_option("--predict", arguments->predict,
+                      "weights.h5, or the folder of `train`: a predictor of any kind that runs alongside, open loop");
   command->add_flag("--clear-trip", arguments->clear_trip, "clear the trip that the device has latched, once its coils are cool");
   command->add_flag("--ignore-bend-sensor", arguments->ignore_bend_sensor,
                     "a bend sensor that is not believed (0 V, 5 V, stuck) does not end the session; its samples are missing then");

@@ -22,10 +22,10 @@ namespace {
 
 struct RolloutArguments {
   std::string model, recording, out, method, plant, predict;
-  double horizon_s = 600.0, from_s = 0.0;
+  double horizon_s = 600.0, from_s = 0.0, history_s = 0.0;
   int paper_case = 0;
   std::vector<double> range, windows;
-  bool report = false, json = false, hold_missing = false, overwrite = false;
+  bool report = false, json = false, hold_missing = false, resample = false, overwrite = false;
 };
 
 int rollout_command(const RolloutArguments& arguments) {
@@ -51,21 +51,22 @@ int rollout_command(const RolloutArguments& arguments) {
     unsaid.lowest = arguments.range[0];
     unsaid.highest = arguments.range[1];
   }
-  const model::Model predictor = model::read_model(weights_path(arguments.model), unsaid);
+  const auto predictor = read_predictor_at(arguments.model, unsaid, system_for(arguments.plant));
+  const model::AboutPredictor& about = predictor->about();
   if (std::filesystem::is_directory(arguments.recording))
     throw sim::InputError(
         {.file = arguments.recording, .key = "--recording", .advice = "is a folder; name one recording, of a set one of its runs/"});
-  const sim::Columns columns = arguments.plant.empty() ? columns_for(predictor.task) : sim::columns_of(*system_for(arguments.plant));
-  const sim::Column& predicted = predictor.task.predicted;
+  const sim::Columns columns = arguments.plant.empty() ? columns_for(about.task) : sim::columns_of(*system_for(arguments.plant));
+  const sim::Column& predicted = about.task.predicted;
   const std::string unit = unit_words(predicted);
-  const model::Series whole = series_of_paths({arguments.recording}, columns, predictor.task, HUGE_VAL,
-                                              arguments.hold_missing ? model::Missing::held : model::Missing::refused)
-                                  .front();
+  const model::Series whole =
+      series_of_paths({arguments.recording}, columns, about.task, HUGE_VAL, missing_by(arguments.hold_missing, arguments.resample)).front();
   // Samples from the first one to a time, never more than there are.
   const auto samples_in = [&](double duration_s) {
     return static_cast<model::Index>(std::lround(std::clamp(duration_s / model::period_s, 0.0, static_cast<double>(whole.samples()))));
   };
-  const model::Index first = samples_in(arguments.from_s - whole.first_s);
+  model::Index first = samples_in(arguments.from_s - whole.first_s);
+  while (first < whole.samples() && !whole.is_measured(first)) ++first;  // it begins where something was measured
   if (!std::isfinite(arguments.from_s) || first + 2 > whole.samples())
     throw sim::InputError(
         {.file = arguments.recording, .key = "--from", .value = sim::shortest(arguments.from_s), .advice = "the recording ends before"});
@@ -76,12 +77,17 @@ int rollout_command(const RolloutArguments& arguments) {
                            .value = sim::shortest(arguments.horizon_s),
                            .advice = "must be a time of at least one step, 0.1 s"});
   const model::Series series = model::part_of(whole, first, count);
-  const model::Vector<double> open = model::rollout(predictor, series), step = model::one_step_ahead(predictor, series);
+  const auto past = std::min(first, samples_in(arguments.history_s));
+  const model::Series history = model::part_of(whole, first - past, past + 1);
+  const model::Vector<double> open = model::rollout(*predictor, series, &history),
+                              step = model::one_step_ahead(*predictor, series, &history);
+  if (!open.allFinite() || !step.allFinite())
+    throw std::runtime_error(weights_path(arguments.model) + ": the prediction goes beyond all bounds");
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
-  const Baselines baselines = baselines_of(predictor, series);
-  nlohmann::ordered_json json{{"case", predictor.task.paper_case},
-                              {"method", predictor.method},
+  const Baselines baselines = baselines_of(*predictor, series);
+  nlohmann::ordered_json json{{"case", about.task.paper_case},
+                              {"method", about.kind},
                               {"from_s", series.first_s},
                               {"samples", series.samples()},
                               {key_in_unit("rollout_rmse", predicted), off.rmse},
@@ -115,7 +121,7 @@ int rollout_command(const RolloutArguments& arguments) {
     table.rows.push_back({{"open loop, " + sim::shortest(arguments.windows[0]) + " to " + sim::shortest(arguments.windows[1]) + " s",
                            report::significant(model::root_mean_square_error(open, series, a, b - a), 4), ""}});
   }
-  table.title = "Case " + std::to_string(predictor.task.paper_case) + ", " + predictor.method + ": " + words_of(predictor.task);
+  table.title = "Case " + std::to_string(about.task.paper_case) + ", " + about.kind + ": " + words_of(about.task);
   ends_soon.reset();
   if (outputs) {
     const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
@@ -133,9 +139,9 @@ int rollout_command(const RolloutArguments& arguments) {
     page.lead = "From one measured value, the prediction is " + report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
                 report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s. " + baseline_sentence(baselines, unit);
     page.blocks.push_back(table);
-    for (auto& block : rollout_blocks(series, open, predictor.task)) page.blocks.push_back(std::move(block));
-    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + predictor.trained_on,
-                   "recording: " + arguments.recording, "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
+    for (auto& block : rollout_blocks(series, open, about.task)) page.blocks.push_back(std::move(block));
+    page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + about.trained_on, "recording: " + arguments.recording,
+                   "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
     outputs->stage("rollout.csv", csv);
     outputs->stage("report.html", html);
@@ -159,6 +165,10 @@ void add_rollout(CLI::App& program, int& exit_code) {
   command->add_option("--recording", arguments->recording, "recording in CSV")->required();
   command->add_option("--horizon", arguments->horizon_s, "at most so long [s]")->check(positive_number())->capture_default_str();
   command->add_option("--from", arguments->from_s, "begins at this time of the recording [s]")->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--history", arguments->history_s,
+                   "so much of the recording before --from is given to the predictor to begin with; 0: one measured value [s]")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--count", arguments->windows, "also give the error from this time to that, as 130,190 [s]")
       ->delimiter(',')
       ->expected(2);
@@ -173,6 +183,7 @@ void add_rollout(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for rollout.csv and report.html");
   command->add_flag("--report", arguments->report, "write them beside the recording where --out is not given");
   command->add_flag("--hold-missing", arguments->hold_missing, "take the value before where a sample is missing");
+  add_resample(*command, arguments->resample);
   command->add_flag("--json", arguments->json, "print JSON");
   add_overwrite(*command, arguments->overwrite);
   command->footer(

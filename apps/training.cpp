@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 
 #include "model/linear.h"
 #include "model/set.h"
@@ -55,45 +57,58 @@ std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const
   return all;
 }
 
-model::TrainingFile training_settings(const std::string& method, const std::string& settings_file, std::int64_t updates) {
+model::Missing missing_by(bool hold_missing, bool resample) {
+  return resample ? model::Missing::resampled : hold_missing ? model::Missing::held : model::Missing::refused;
+}
+
+void add_resample(CLI::App& command, bool& resample) {
+  command.add_flag(
+      "--resample", resample,
+      "put recordings of uneven period on the grid of 10 Hz; where nothing was measured for half a second, nothing is counted");
+}
+
+model::TrainingFile training_settings(const std::string& predictor, const std::string& settings_file) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
-  if ((method == "published" && settings.stateful && !settings.published) ||
-      (method == "stateful" && settings.published && !settings.stateful))
-    throw sim::InputError(
-        {.file = settings_file, .key = "--method", .value = method, .advice = "the file has settings of the other method"});
-  if (updates > 0 && method == "published")
-    throw sim::InputError({.file = "",
-                           .key = "--updates",
-                           .value = std::to_string(updates),
-                           .advice = "is for --method stateful; the published method counts epochs, in a file of --settings"});
-  if (updates > 0) {
-    if (!settings.stateful) settings.stateful.emplace();
-    settings.stateful->updates = updates;
-  }
+  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected")
+    throw sim::InputError({.file = settings_file,
+                           .key = "--predictor",
+                           .value = predictor,
+                           .advice = "the file has settings of " + settings.given.begin()->first + ", and none of this one"});
   return settings;
 }
 
-model::Trained train_by(const std::string& method, const model::TrainingFile& settings, const std::vector<Series>& data,
-                        const model::TrainingRun& run) {
-  return method == "published" ? model::train_published(data, settings.published.value_or(model::PublishedSettings{}), run)
-                               : model::train_stateful(data, settings.stateful.value_or(model::StatefulSettings{}), run);
-}
-
-model::LinearModel arx_beside(const std::string& method, const model::TrainingFile& settings, const std::vector<Series>& data) {
-  const double share = method == "published" ? settings.published.value_or(model::PublishedSettings{}).training_fraction
-                                             : settings.stateful.value_or(model::StatefulSettings{}).training_fraction;
+model::LinearModel arx_beside(double training_fraction, const std::vector<Series>& data) {
   std::vector<Series> used;
-  for (const Series& one : data) used.push_back(model::part_of(one, 0, static_cast<Index>(share * static_cast<double>(one.samples()))));
+  for (const Series& one : data)
+    used.push_back(model::part_of(one, 0, static_cast<Index>(training_fraction * static_cast<double>(one.samples()))));
   return model::fit_arx(used);
 }
 
-Baselines baselines_of(const model::Model& predictor, const Series& series) {
+std::unique_ptr<model::Predictor> read_predictor_at(const std::string& path, model::Unsaid unsaid,
+                                                    std::shared_ptr<const plant::System> system) {
+  const std::string weights = weights_path(path);
+  if (const auto beside = model::sidecar_of(weights); std::filesystem::exists(beside)) {
+    unsaid.sidecar = model::read_sidecar(beside);
+    if (!system) system = plant::default_plant().shared_system();
+    if (!unsaid.task)
+      unsaid.task = model::task_of(*system, unsaid.sidecar->paper_case, channel_named(*system, unsaid.sidecar->output.column));
+    if (unsaid.method.empty()) unsaid.method = unsaid.sidecar->method;
+  } else if (unsaid.lowest) {
+    std::fprintf(
+        stderr,
+        "%s: where Keras wrote it, its inputs are taken to be v(t), v(t-1), y(t-1), and all but y unscaled; %s would say otherwise\n",
+        sim::printable(weights).c_str(), sim::printable(beside.string()).c_str());
+  }
+  return model::read_predictor(weights, unsaid);
+}
+
+Baselines baselines_of(const model::Predictor& predictor, const Series& series) {
   const auto error_of = [&](const Vector<double>& predicted) {
     return predicted.allFinite() ? model::errors_of(predicted, series).rmse : std::nan("");
   };
   Baselines baselines{error_of(Vector<double>::Constant(series.samples(), series.y(0))), std::nullopt};
-  if (predictor.arx) baselines.arx = error_of(model::rollout(*predictor.arx, series));
+  if (const auto& arx = predictor.about().arx) baselines.arx = error_of(model::rollout(*arx, series));
   return baselines;
 }
 
@@ -188,14 +203,15 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
   return blocks;
 }
 
-std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method, const model::Task& task) {
+std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& validated_by,
+                                        const model::Task& task) {
   report::ScatterPlot plot;
   plot.title = "Learning curve";
   plot.x_label = "updates";
   plot.y_label = "root mean square error" + (task.predicted.unit.empty() ? "" : " / " + unit_words(task.predicted));
   report::ScatterSeries training, validation;
-  training.name = method == "published" ? "training, one step ahead" : "training, mostly open loop";
-  validation.name = method == "published" ? "after the training part, one step ahead" : "set aside, open loop";
+  training.name = "training";
+  validation.name = validated_by;
   for (const auto& point : curve) {
     training.x.push_back(static_cast<double>(point.update));
     training.y.push_back(point.training_error);

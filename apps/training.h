@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/app.h"
 #include "model/errors.h"
+#include "model/predictor.h"
 #include "model/train.h"
 #include "report/page.h"
 
@@ -25,21 +27,25 @@ sim::Columns columns_for(const model::Task& task);
 std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
                                            double until_s, model::Missing missing);
 
-// The settings of a file, or the defaults where its name is empty; `updates` above 0 replaces those of the stateful method.
-// Throws InputError where the file is of the other method, or the method counts no updates.
-model::TrainingFile training_settings(const std::string& method, const std::string& settings_file, std::int64_t updates = 0);
-// Trains by `method`, with these settings or the defaults.
-model::Trained train_by(const std::string& method, const model::TrainingFile& settings, const std::vector<model::Series>& data,
-                        const model::TrainingRun& run);
-// The linear reference fitted to what `train_by` trains on.
-model::LinearModel arx_beside(const std::string& method, const model::TrainingFile& settings, const std::vector<model::Series>& data);
+// Of --hold-missing and --resample.
+model::Missing missing_by(bool hold_missing, bool resample);
+void add_resample(CLI::App& command, bool& resample);
+
+// The settings of a file, or the defaults where its name is empty. Throws InputError where the file is of other predictors alone.
+model::TrainingFile training_settings(const std::string& predictor, const std::string& settings_file);
+// The linear reference fitted to what a predictor was trained on.
+model::LinearModel arx_beside(double training_fraction, const std::vector<model::Series>& data);
+// The predictor in a file or in the folder of `sinew train`. A file that Keras wrote is read with its sidecar (model/sidecar.h) where
+// there is one; where `unsaid` says all else instead, a line says what is taken for granted. `system`: of the sidecar's columns.
+std::unique_ptr<model::Predictor> read_predictor_at(const std::string& path, model::Unsaid unsaid = {},
+                                                    std::shared_ptr<const plant::System> system = nullptr);
 
 // What a rollout must beat: the first value held, and the ARX where there is one. NaN: it went beyond all bounds.
 struct Baselines {
   double hold = 0.0;
   std::optional<double> arx;
 };
-Baselines baselines_of(const model::Model& predictor, const model::Series& series);
+Baselines baselines_of(const model::Predictor& predictor, const model::Series& series);
 // "To hold the first value is 12.3° off, an ARX that was fitted to the same data 4.5°."; what an ARX does not say of an older file.
 std::string baseline_sentence(const Baselines& baselines, const std::string& unit);
 
@@ -48,7 +54,9 @@ std::string weights_path(const std::string& model);
 
 // Measured and predicted, error over time, and the prediction against each feature that is measured.
 std::vector<report::Block> rollout_blocks(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task);
-std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& method, const model::Task& task);
+// `validated_by`: what its validation error is.
+std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& validated_by,
+                                        const model::Task& task);
 
 // What the predictor is given: "duty A, temperature A".
 std::string words_of(const model::Task& task);

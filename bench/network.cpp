@@ -7,7 +7,7 @@
 
 #include "bench/babbling.h"
 #include "model/hdf5_file.h"
-#include "model/predictor.h"
+#include "model/network_loop.h"
 #include "model/train.h"
 #include "model/weights_file.h"
 #include "sim/text.h"
@@ -147,7 +147,7 @@ int main(int argc, char** argv) {
     one.method = method;
     one.scaling = model::scaling_of({data}, task());
     one.weights = model::first_weights({5, 300, 300, method == "published"}, 1);
-    model::Predictor predictor(one);
+    model::NetworkLoop predictor(one);
     predictor.begin(data.y(0), data.v.col(0));
     volatile double sink = 0.0;
     const double step_s = bench::fastest_in_turn_s(5, {[&] {

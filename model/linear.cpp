@@ -4,6 +4,9 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "model/errors.h"
+#include "model/train.h"
+
 namespace sinew::model {
 namespace {
 
@@ -23,6 +26,9 @@ LinearModel fit(const std::vector<Series>& training, Index order) {
   Vector<double> products;
   for (const Series& one : training)
     for (Index k = std::max(Index{1}, order); k < one.samples(); ++k) {
+      bool all_measured = true;
+      for (Index i = 0; i <= order; ++i) all_measured = all_measured && one.is_measured(k - i);
+      if (!all_measured) continue;
       const Vector<double> row = row_at(order, one.v, one.y, k);
       if (squares.size() == 0) {
         squares = Matrix<double>::Zero(row.size(), row.size());
@@ -36,11 +42,121 @@ LinearModel fit(const std::vector<Series>& training, Index order) {
   return {order, squares.selfadjointView<Eigen::Lower>().ldlt().solve(products)};
 }
 
-}  // namespace
+// Sum of squares of a rollout's errors; with `squares` and `products`, its Gauss-Newton matrix and the gradient's negative half.
+double simulation_error(const LinearModel& model, const std::vector<Series>& training, Matrix<double>* squares, Vector<double>* products) {
+  const Index n = model.order, size = model.coefficients.size();
+  double sum = 0.0;
+  if (squares) {
+    squares->setZero(size, size);
+    products->setZero(size);
+  }
+  // Columns are the derivatives of the n values before, the latest at k modulo n; and many are added to the matrix at a time.
+  constexpr Index block = 256;
+  Matrix<double> before(size, n), many(size, block);
+  for (const Series& one : training) {
+    Vector<double> y(one.samples()), row;
+    y(0) = one.y(0);
+    before.setZero();
+    Index held = 0;
+    for (Index k = 1; k < one.samples(); ++k) {
+      row = row_at(n, one.v, y, k);
+      y(k) = model.coefficients.dot(row);
+      const double error = one.is_measured(k) ? one.y(k) - y(k) : 0.0;
+      sum += error * error;
+      if (!std::isfinite(sum)) return HUGE_VAL;
+      if (!squares) continue;
+      // What came before the first sample is as at the first, which is given: no derivative.
+      for (Index i = 1; i <= std::min(n, k - 1); ++i) row += model.coefficients(i - 1) * before.col((k - i) % n);
+      before.col(k % n) = row;
+      if (one.is_measured(k)) {
+        *products += error * row;
+        many.col(held++) = row;
+      }
+      if (held == block || k + 1 == one.samples()) {
+        squares->selfadjointView<Eigen::Lower>().rankUpdate(many.leftCols(held));
+        held = 0;
+      }
+    }
+  }
+  return sum;
+}
 
-LinearModel fit_static(const std::vector<Series>& training) { return fit(training, 0); }
+// Whether what was before fades: all roots of z^n - p_1 z^(n-1) - ... - p_n inside the unit circle, by the recursion of Schur and Cohn
+// (Oppenheim and Schafer, 3rd ed., 11.5: all reflection coefficients below 1).
+bool is_stable(const LinearModel& model) {
+  Vector<double> a = -model.coefficients.head(model.order);
+  for (Index m = model.order; m > 0; --m) {
+    const double reflection = a(m - 1);
+    if (!(std::abs(reflection) < 1.0)) return false;
+    const Vector<double> before = a;
+    for (Index i = 0; i + 1 < m; ++i) a(i) = (before(i) - reflection * before(m - 2 - i)) / (1.0 - reflection * reflection);
+  }
+  return true;
+}
 
-LinearModel fit_arx(const std::vector<Series>& training) {
+// From a model on, downhill in the error of rollouts, among those that are stable: over stretches of minutes one that is not can fit
+// well, and be beyond all bounds after ten.
+LinearModel descend(LinearModel model, const std::vector<Series>& training, const std::function<bool()>& should_stop) {
+  constexpr int most_passes = 60;
+  constexpr double enough = 1e-5;
+  Matrix<double> squares;
+  Vector<double> products;
+  double error = simulation_error(model, training, &squares, &products), damping = 1e-3;
+  for (int pass = 0; pass < most_passes && damping < 1e8; ++pass) {
+    if (should_stop && should_stop()) throw Stopped{};
+    Matrix<double> damped = squares;
+    damped.diagonal() *= 1.0 + damping;
+    damped.diagonal().array() += 1e-12;
+    LinearModel tried = model;
+    tried.coefficients += damped.selfadjointView<Eigen::Lower>().ldlt().solve(products);
+    const double there = is_stable(tried) ? simulation_error(tried, training, nullptr, nullptr) : HUGE_VAL;
+    if (there < error) {
+      const bool little = error - there < enough * error;
+      model = tried;
+      error = simulation_error(model, training, &squares, &products);
+      if (little) break;
+      damping *= 0.1;
+    } else {
+      damping *= 10.0;
+    }
+  }
+  return model;
+}
+
+// The fit to one step may be unstable; least squares on v alone never is.
+LinearModel fit_simulation(const std::vector<Series>& training, Index order, const std::function<bool()>& should_stop) {
+  const LinearModel still = fit(training, 0);
+  LinearModel one_step = fit(training, order), from_static{order, Vector<double>::Zero(one_step.coefficients.size())};
+  const Index K = training.front().v.rows();
+  from_static.coefficients.segment(order, K) = still.coefficients.head(K);
+  from_static.coefficients(from_static.coefficients.size() - 1) = still.coefficients(K);
+  const bool usable = is_stable(one_step);
+  const LinearModel a = descend(usable ? one_step : from_static, training, should_stop);
+  if (!usable) return a;
+  const LinearModel b = descend(from_static, training, should_stop);
+  return simulation_error(b, training, nullptr, nullptr) < simulation_error(a, training, nullptr, nullptr) ? b : a;
+}
+
+// Stretches of two minutes, each of which begins where y was measured: a rollout may begin anywhere, and one long one would leave what
+// comes of its beginning unseen.
+std::vector<Series> stretches_of(const std::vector<Series>& training) {
+  constexpr Index length = 1200, least = 100;
+  std::vector<Series> stretches;
+  for (const Series& one : training)
+    for (Index from = 0; from + least <= one.samples(); from += length) {
+      Index begin = from;
+      while (begin < one.samples() && !one.is_measured(begin)) ++begin;
+      if (const Index end = std::min(one.samples(), from + length); begin + least <= end)
+        stretches.push_back(part_of(one, begin, end - begin));
+    }
+  return stretches;
+}
+
+using Predict = Vector<double>(const LinearModel&, const Series&);
+
+// The order that does best over the last 15 %, fitted to all.
+template <class Fit>
+LinearModel best_order(const std::vector<Series>& training, const std::vector<Index>& orders, Fit&& fit_by, Predict* predict = rollout) {
   std::vector<Series> first, last;
   for (const Series& one : training) {
     const Index kept = one.samples() * 85 / 100;
@@ -49,16 +165,31 @@ LinearModel fit_arx(const std::vector<Series>& training) {
   }
   Index best = 1;
   double least = HUGE_VAL;
-  for (const Index order : {1, 2, 4, 8, 16}) {
-    const LinearModel tried = fit(first, order);
+  for (const Index order : orders) {
+    const LinearModel tried = fit_by(first, order);
     double sum = 0.0;
-    for (const Series& one : last) sum += (rollout(tried, one) - one.y).squaredNorm();
+    for (const Series& one : last) sum += squared_error(predict(tried, one), one, 0, one.samples()).sum;
     if (sum < least) {
       least = sum;
       best = order;
     }
   }
-  return fit(training, best);
+  return fit_by(training, best);
+}
+
+}  // namespace
+
+LinearModel fit_static(const std::vector<Series>& training) { return fit(training, 0); }
+
+LinearModel fit_arx(const std::vector<Series>& training) { return best_order(training, {1, 2, 4, 8, 16}, fit); }
+
+LinearModel fit_arx_one_step(const std::vector<Series>& training) { return best_order(training, {1, 2, 4, 8, 16}, fit, one_step_ahead); }
+
+LinearModel fit_arx_simulation(const std::vector<Series>& training, const std::function<bool()>& should_stop) {
+  return best_order(training, {1, 2, 4, 8}, [&](const std::vector<Series>& data, Index order) {
+    const std::vector<Series> stretches = stretches_of(data);
+    return fit_simulation(stretches.empty() ? data : stretches, order, should_stop);
+  });
 }
 
 Vector<double> rollout(const LinearModel& model, const Series& series) {

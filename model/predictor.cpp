@@ -1,71 +1,130 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/predictor.h"
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "model/task_json.h"
+#include "sim/manifest.h"
+#include "sim/text.h"
+
 namespace sinew::model {
+namespace {
 
-Predictor::Predictor(const Model& model)
-    : weights_(model.weights),
-      scaling_(model.scaling),
-      memoryless_(model.memoryless()),
-      x_(Vector<float>::Zero(weights_.shape.inputs)),
-      z_(4 * weights_.shape.hidden),
-      c_(Vector<float>::Zero(weights_.shape.hidden)),
-      h_(c_),
-      r_(weights_.shape.dense) {}
+using Said = nlohmann::ordered_json;
 
-void Predictor::begin(double y, const Eigen::Ref<const Vector<double>>& v) {
-  c_.setZero();
-  h_.setZero();
-  const Index K = scaling_.v_offset.size();
-  x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
-  x_(2 * K) = static_cast<float>(scaling_.scaled_y(y));
+// Over all that is said, the checksum itself left out.
+std::string checksum_of(Said json) {
+  json.erase("sha256");
+  return sim::sha256(json.dump());
 }
 
-double Predictor::step(const Eigen::Ref<const Vector<double>>& v) {
-  const Index K = scaling_.v_offset.size(), H = weights_.shape.hidden;
-  for (Index k = 0; k < K; ++k) x_(K + k) = x_(k);
-  x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
-  z_ = weights_.bias();
-  z_.noalias() += weights_.input() * x_;
-  if (!memoryless_) z_.noalias() += weights_.recurrent() * h_;
-  const auto i = z_.head(H).array().logistic(), f = z_.segment(H, H).array().logistic(), o = z_.tail(H).array().logistic();
-  const auto g = z_.segment(2 * H, H).array().tanh();
-  if (memoryless_)
-    c_.array() = i * g;
-  else
-    c_.array() = f * c_.array() + i * g;
-  h_.array() = o * c_.array().tanh();
-  r_ = weights_.dense_bias();
-  r_.noalias() += weights_.dense() * h_;
-  float y = weights_.output_bias()(0, 0) + weights_.output().row(0).transpose().dot(r_.cwiseMax(0.0F));
-  if (weights_.shape.output_relu) y = std::max(y, 0.0F);
-  x_(2 * K) = y;
-  return scaling_.y(y);
+std::string all_names() {
+  std::string names;
+  for (const PredictorKind& kind : predictor_kinds()) names += (names.empty() ? "" : ", ") + std::string(kind.name);
+  return names;
 }
 
-double Predictor::open_loop(const Eigen::Ref<const Vector<double>>& v) { return step(v); }
-
-double Predictor::one_step(const Eigen::Ref<const Vector<double>>& v, double y_before) {
-  x_(x_.size() - 1) = static_cast<float>(scaling_.scaled_y(y_before));
-  return step(v);
+void begin_at(Predictor& predictor, const Series& series, const Series* history) {
+  predictor.begin(history ? *history : part_of(series, 0, 1));
 }
 
-Vector<double> rollout(const Model& model, const Series& series) {
-  Predictor predictor(model);
+}  // namespace
+
+std::string kind_named_in(const Hdf5File& file, const std::string& name, const Unsaid& unsaid) {
+  const auto root = file.text_attributes.find("/");
+  if (root == file.text_attributes.end()) return unsaid.method;
+  if (const auto kind = root->second.find("sinew_kind"); kind != root->second.end()) return kind->second;
+  const auto said = root->second.find("sinew");
+  if (said == root->second.end()) return unsaid.method;
+  const Said json = Said::parse(said->second, nullptr, false);
+  if (!json.is_object() || !json.contains("method") || !json.at("method").is_string())
+    complain(name, "sinew", "", "is no description of a predictor");
+  return json.at("method");
+}
+
+Vector<double> rollout(Predictor& predictor, const Series& series, const Series* history) {
   Vector<double> y(series.samples());
   y(0) = series.y(0);
-  predictor.begin(series.y(0), series.v.col(0));
-  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.open_loop(series.v.col(k));
+  begin_at(predictor, series, history);
+  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.step(series.v.col(k));
   return y;
 }
 
-Vector<double> one_step_ahead(const Model& model, const Series& series) {
-  Predictor predictor(model);
+Vector<double> one_step_ahead(Predictor& predictor, const Series& series, const Series* history) {
   Vector<double> y(series.samples());
   y(0) = series.y(0);
-  predictor.begin(series.y(0), series.v.col(0));
-  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.one_step(series.v.col(k), series.y(k - 1));
+  begin_at(predictor, series, history);
+  for (Index k = 1; k < series.samples(); ++k)
+    y(k) = series.is_measured(k - 1) ? predictor.step(series.v.col(k), series.y(k - 1)) : predictor.step(series.v.col(k));
   return y;
+}
+
+std::vector<std::string> predictor_names() {
+  std::vector<std::string> names;
+  for (const PredictorKind& kind : predictor_kinds()) names.emplace_back(kind.name);
+  return names;
+}
+
+const PredictorKind& predictor_kind(std::string_view name) {
+  for (const PredictorKind& kind : predictor_kinds())
+    if (kind.name == name) return kind;
+  throw std::invalid_argument("there is no predictor " + std::string(name) + "; there are " + all_names());
+}
+
+TrainingFile read_training(const std::filesystem::path& file) {
+  const sim::YamlValue root = sim::read_yaml(file);
+  sim::YamlMap map(root);
+  TrainingFile result;
+  for (const PredictorKind& kind : predictor_kinds())
+    if (const auto* given = map.find(kind.name)) result.given.emplace(kind.name, *given);
+  map.finish();
+  for (const PredictorKind& kind : predictor_kinds())
+    if (result.has(kind.name)) static_cast<void>(kind.settings_text(result));
+  return result;
+}
+
+std::unique_ptr<Predictor> read_predictor(const std::filesystem::path& path, const Unsaid& unsaid) {
+  const std::string name = path.string();
+  const Hdf5File file = parse_hdf5(sim::read_file(path), name);
+  const std::string kind_name = kind_named_in(file, name, unsaid);
+  for (const PredictorKind& kind : predictor_kinds())
+    if (kind.name == kind_name) return kind.load(file, name, unsaid);
+  if (!kind_name.empty()) complain(name, "sinew", kind_name, "is no kind of predictor of this version; there are " + all_names());
+  return predictor_kind("published").load(file, name, unsaid);  // says what a file of Keras lacks
+}
+
+std::string bytes_of(const Predictor& predictor, Layout layout) { return to_bytes(predictor.save(layout)); }
+
+Hdf5File described_file(const AboutPredictor& about, const std::string& own_json) {
+  Said json{{"format", 1}, {"case", about.task.paper_case}, {"method", about.kind}, {"sample_period_s", period_s}};
+  json.update(json_of(about.task));
+  json["trained_on"] = about.trained_on;
+  if (about.arx) json["arx"] = json_of(*about.arx);
+  json["predictor"] = Said::parse(own_json);
+  json["made_by"] = "sinew " + sim::this_build().version;
+  json["sha256"] = checksum_of(json);
+  Hdf5File file;
+  file.text_attributes["/"]["sinew"] = json.dump();
+  return file;
+}
+
+AboutPredictor read_description(const Hdf5File& file, const std::string& name, const Unsaid& unsaid, std::string& own_json) {
+  try {
+    const Said json = Said::parse(file.text_attributes.at("/").at("sinew"));
+    AboutPredictor about;
+    about.task = task_of_json(json, name);
+    about.kind = json.at("method");
+    about.trained_on = json.value("trained_on", "");
+    if (json.contains("arx")) about.arx = linear_of_json(json.at("arx"), about.task, name);
+    own_json = json.at("predictor").dump();
+    if (json.at("sha256") != checksum_of(json)) complain(name, "sha256", json.at("sha256"), "is not that of what is in the file");
+    if (unsaid.task) complain_unless_same(name, about.task, *unsaid.task);
+    return about;
+  } catch (const Said::exception& e) {
+    complain(name, "sinew", "", std::string("is no description of a predictor: ") + e.what());
+  }
 }
 
 }  // namespace sinew::model

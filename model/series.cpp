@@ -80,7 +80,62 @@ Places places_in(const sim::Columns& columns, const Task& task, const std::strin
   return places;
 }
 
+sim::Recording on_grid(const sim::Recording& recording) {
+  const std::vector<sim::Sample>& from = recording.samples;
+  sim::Recording to = recording;
+  to.samples.clear();
+  // Of each channel, the last sample that has it at or before now, and the first after.
+  const std::size_t channels = from.front().channels.size(), none = from.size();
+  std::vector<std::size_t> before(channels, none), after(channels, 0);
+  const auto next_with = [&](std::size_t c, std::size_t i) {
+    while (i < from.size() && std::isnan(from[i].channels[c])) ++i;
+    return i;
+  };
+  for (std::size_t c = 0; c < channels; ++c) after[c] = next_with(c, 0);
+  std::size_t held = 0;
+  const double first_s = from.front().time_s;
+  const auto count = static_cast<Index>(std::floor((from.back().time_s - first_s) / period_s + 1e-6)) + 1;
+  for (Index k = 0; k < count; ++k) {
+    const double now_s = first_s + static_cast<double>(k) * period_s, reached_s = now_s + 1e-6 * period_s;
+    while (held + 1 < from.size() && from[held + 1].time_s <= reached_s) ++held;
+    sim::Sample sample{now_s, from[held].inputs, std::vector<double>(channels, std::nan(""))};
+    for (std::size_t c = 0; c < channels; ++c) {
+      while (after[c] < from.size() && from[after[c]].time_s <= reached_s) {
+        before[c] = after[c];
+        after[c] = next_with(c, after[c] + 1);
+      }
+      if (before[c] == none) continue;
+      const sim::Sample& a = from[before[c]];
+      if (now_s - a.time_s <= 1e-6 * period_s) {
+        sample.channels[c] = a.channels[c];
+      } else if (after[c] < from.size() && from[after[c]].time_s - a.time_s <= longest_gap_s) {
+        const sim::Sample& b = from[after[c]];
+        sample.channels[c] = a.channels[c] + (b.channels[c] - a.channels[c]) * (now_s - a.time_s) / (b.time_s - a.time_s);
+      }
+    }
+    to.samples.push_back(std::move(sample));
+  }
+  return to;
+}
+
 Series series_of(const sim::Recording& recording, const Task& task, Missing missing) {
+  if (missing == Missing::resampled) {
+    const sim::Recording grid = on_grid(recording);
+    const std::size_t predicted = places_in(recording.columns, task, recording.name).predicted;
+    Series series = series_of(grid, task, Missing::held);
+    series.counted.resize(series.samples());
+    for (Index k = 0, before = -1; k < series.samples(); ++k) {
+      const bool measured = !std::isnan(grid.samples[static_cast<std::size_t>(k)].channels[predicted]);
+      series.counted(k) = measured ? 1.0 : 0.0;
+      if (!measured) continue;
+      if (before >= 0 && k - before > 1)
+        for (Index i = before + 1; i < k; ++i)
+          series.y(i) =
+              series.y(before) + (series.y(k) - series.y(before)) * static_cast<double>(i - before) / static_cast<double>(k - before);
+      before = k;
+    }
+    return series;
+  }
   const Places places = places_in(recording.columns, task, recording.name);
   const double median_s = recording.median_period_s();
   if (!(std::abs(median_s - period_s) <= 0.02 * period_s))
@@ -141,10 +196,10 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
 
 Series part_of(const Series& series, Index first, Index count) {
   return {series.name, series.first_s + static_cast<double>(first) * period_s, series.v.middleCols(first, count),
-          series.y.segment(first, count)};
+          series.y.segment(first, count), series.counted.size() > 0 ? series.counted.segment(first, count) : Vector<double>()};
 }
 
-Scaling scaling_of(const std::vector<Series>& training, const Task& task) {
+Scaling scaling_of(const std::vector<Series>& training, const Task& task, Scaled which) {
   const auto features = static_cast<Index>(task.features.size());
   Scaling scaling{Vector<double>::Zero(features), Vector<double>::Ones(features)};
   // To 0 ... 1; what does not move keeps its unit.
@@ -158,9 +213,17 @@ Scaling scaling_of(const std::vector<Series>& training, const Task& task) {
     span = high > low ? high - low : 1.0;
   };
   for (Index f = 0; f < features; ++f)
-    if (const Feature& feature = task.features[static_cast<std::size_t>(f)]; feature.measured || !feature.column.unit.empty())
+    if (const Feature& feature = task.features[static_cast<std::size_t>(f)];
+        which == Scaled::all || feature.measured || !feature.column.unit.empty())
       scale([&](const Series& one) { return one.v.row(f); }, scaling.v_offset(f), scaling.v_span(f));
-  scale([](const Series& one) -> const Vector<double>& { return one.y; }, scaling.y_offset, scaling.y_span);
+  const auto measured = [](const Series& one) {
+    Vector<double> y(one.samples());
+    Index n = 0;
+    for (Index k = 0; k < one.samples(); ++k)
+      if (one.is_measured(k)) y(n++) = one.y(k);
+    return Vector<double>(y.head(n));
+  };
+  scale(measured, scaling.y_offset, scaling.y_span);
   return scaling;
 }
 

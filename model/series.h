@@ -58,14 +58,22 @@ struct Series {
   double first_s = 0.0;
   Matrix<double> v;  // [features x samples]
   Vector<double> y;  // [samples]
+  // [samples]; 0 where y was not measured, and what stands there lies on a line between its neighbours; empty: all were measured.
+  Vector<double> counted = {};
   Index samples() const { return y.size(); }
+  bool is_measured(Index k) const { return counted.size() == 0 || counted(k) > 0.0; }
 };
 
 inline constexpr double longest_held_s = 10.0;
 enum class Missing {
-  refused,  // an InputError names the first one
-  held,     // the value before is taken, as a predictor in a loop would have to
+  refused,    // an InputError names the first one
+  held,       // the value before is taken, as a predictor in a loop would have to
+  resampled,  // the recording is put on the grid first (on_grid), and Series::counted says where y was not measured
 };
+// A recording on the grid of 10 Hz that begins with its first sample: inputs are those of the last sample, measurements lie on a line
+// between their neighbours, and are missing where these are more than longest_gap_s apart. For recordings of uneven period, with pauses.
+inline constexpr double longest_gap_s = 0.5;
+sim::Recording on_grid(const sim::Recording& recording);
 
 // Throws InputError where a column that the task needs is not there, a sample is missing, or the recording is not one at
 // 10 Hz: a step off by more than a fifth of the period. With `held`, rows that are missing are held too, up to longest_held_s.
@@ -74,15 +82,18 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
 // Samples from `first` on, `count` of them.
 Series part_of(const Series& series, Index first, Index count);
 
-// What one unit of a network's numbers is. Inputs stay as they are where they have no unit; what is measured, y, and inputs
-// with a unit go to 0 ... 1 over the training data.
+// What one unit of a network's numbers is.
 struct Scaling {
   Vector<double> v_offset, v_span;
   double y_offset = 0.0, y_span = 1.0;
   double scaled_y(double y) const { return (y - y_offset) / y_span; }
   double y(double scaled) const { return y_offset + y_span * scaled; }
 };
-Scaling scaling_of(const std::vector<Series>& training, const Task& task);
+enum class Scaled {
+  with_unit,  // what is measured, y, and inputs with a unit go to 0 ... 1 over the data; other inputs stay as they are
+  all,        // every column does
+};
+Scaling scaling_of(const std::vector<Series>& training, const Task& task, Scaled which = Scaled::with_unit);
 
 // A series in a network's numbers: [v(t); v(t-1)] of sample t in column t - 1, and y of sample t in entry t.
 struct ScaledSeries {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "model/hdf5_file.h"
+#include "sim/code.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
@@ -62,9 +63,7 @@ std::shared_ptr<const plant::System> system_in(const Json& manifest, const fs::p
 
 }  // namespace
 
-std::string SetPlan::mark() const {
-  return sim::sha256(scenario_yaml + '\0' + domain_text + '\0' + sim::this_build().version).substr(0, 16);
-}
+std::string SetPlan::mark() const { return sim::sha256(scenario_yaml + '\0' + domain_text + '\0' + sim::code_identity()).substr(0, 16); }
 
 bool is_there(const SetPlan& plan, const fs::path& folder, std::int64_t run) {
   const fs::path stem = stem_of(folder, run), about = stem.string() + ".json", recording = stem.string() + ".csv";

@@ -13,7 +13,8 @@
 
 namespace sinew::model {
 
-// What a set is made from. `mark`: a hash of all of it; runs with another mark are not taken over.
+// What a set is made from. `mark`: a hash of all of it, and of the code that makes runs; runs with
+// another mark are not taken over.
 struct SetPlan {
   sim::Scenario scenario;
   Domain domain;

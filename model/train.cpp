@@ -6,7 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "model/predictor.h"
+#include "model/errors.h"
+#include "model/network_loop.h"
 #include "sim/fields.h"
 #include "sim/parallel.h"
 
@@ -58,13 +59,13 @@ double work_on(std::vector<Part>& parts, const Weights<float>& weights, int thre
   return loss;
 }
 
-Model model_of(const TrainingRun& run, const std::vector<Series>& training, std::string_view method, Index hidden, Index dense,
-               bool output_relu, double longest_memory) {
+Model model_of(const TrainingRun& run, const Scaling& scaling, std::string_view method, Index hidden, Index dense, bool output_relu,
+               double longest_memory) {
   if (run.from) return *run.from;
   Model model;
   model.task = run.task;
   model.method = method;
-  model.scaling = scaling_of(training, run.task);
+  model.scaling = scaling;
   const auto features = static_cast<Index>(run.task.features.size());
   model.weights = first_weights({2 * features + 1, hidden, dense, output_relu}, run.seed, longest_memory);
   return model;
@@ -87,17 +88,17 @@ Index counted_of(const Series& one, Index lead_in) { return std::max(Index{0}, o
 // Over all samples of all series but the first ones of each, its lead-in and at least the one that is given.
 double root_mean_square(const std::vector<Series>& series, const std::vector<Index>& lead_in, int threads,
                         const std::function<Vector<double>(const Series&)>& predict) {
-  std::vector<double> sums(series.size());
+  std::vector<SquaredError> errors(series.size());
   sim::in_parallel(series.size(), threads, [&](std::size_t i) {
-    sums[i] = (predict(series[i]) - series[i].y).tail(counted_of(series[i], lead_in[i])).squaredNorm();
+    const Index counted = counted_of(series[i], lead_in[i]);
+    errors[i] = squared_error(predict(series[i]), series[i], series[i].samples() - counted, counted);
   });
-  double sum = 0.0;
-  Index count = 0;
-  for (std::size_t i = 0; i < series.size(); ++i) {
-    sum += sums[i];
-    count += counted_of(series[i], lead_in[i]);
+  SquaredError all;
+  for (const SquaredError& one : errors) {
+    all.sum += one.sum;
+    all.count += one.count;
   }
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : std::nan("");
+  return all.root_mean();
 }
 
 // A permutation of 0 ... count - 1 (Fisher and Yates), the n-th of a stream.
@@ -122,34 +123,22 @@ struct Walk {
 
 }  // namespace
 
-TrainingFile read_training(const std::filesystem::path& file) {
-  const sim::YamlValue root = sim::read_yaml(file);
-  sim::YamlMap map(root);
-  TrainingFile result;
-  if (const auto* given = map.find(PublishedSettings::name)) sim::read_fields_of(result.published.emplace(), *given);
-  if (const auto* given = map.find(StatefulSettings::name)) {
-    sim::read_fields_of(result.stateful.emplace(), *given);
-    if (!(result.stateful->shortest_life_s < result.stateful->longest_life_s))
-      given->complain("shortest_life_s must lie below longest_life_s");
-  }
-  map.finish();
-  return result;
-}
-
 Trained train_published(const std::vector<Series>& recordings, const PublishedSettings& settings, const TrainingRun& run) {
   const std::vector<Series> training = first_parts(recordings, settings.training_fraction, 2);
   std::vector<Series> rest;
   for (std::size_t r = 0; r < recordings.size(); ++r)
     if (const Index used = training[r].samples(); recordings[r].samples() - used >= 2)
       rest.push_back(part_of(recordings[r], used, recordings[r].samples() - used));
-  Trained trained{model_of(run, training, PublishedSettings::name, settings.hidden, settings.dense, true, 0.0), {}, 0};
+  const Scaling scaling = scaling_of(settings.scaler_sees_all ? recordings : training, run.task, Scaled::all);
+  Trained trained{model_of(run, scaling, PublishedSettings::name, settings.hidden, settings.dense, true, 0.0), {}, 0};
   Weights<float>& weights = trained.model.weights;
 
   std::vector<ScaledSeries> data;
   std::vector<std::pair<std::size_t, Index>> samples;
   for (const Series& one : training) {
     data.push_back(scaled(one, trained.model.scaling));
-    for (Index k = 1; k < one.samples(); ++k) samples.emplace_back(data.size() - 1, k);
+    for (Index k = 1; k < one.samples(); ++k)
+      if (one.is_measured(k) && one.is_measured(k - 1)) samples.emplace_back(data.size() - 1, k);
   }
   const auto count = static_cast<Index>(samples.size());
   Adam<float> adam(weights.shape.rest());  // the recurrent weights have no gradient
@@ -221,8 +210,10 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     if (one.samples() <= settings.steps)
       throw std::invalid_argument(one.name + " is too short: " + std::to_string(one.samples()) +
                                   " samples for training, and a stretch has " + std::to_string(settings.steps) + " steps");
-  Trained trained{
-      model_of(run, training, StatefulSettings::name, settings.hidden, settings.dense, false, settings.longest_memory_s / period_s), {}, 0};
+  Trained trained{model_of(run, scaling_of(training, run.task), StatefulSettings::name, settings.hidden, settings.dense, false,
+                           settings.longest_memory_s / period_s),
+                  {},
+                  0};
   Weights<float> weights = trained.model.weights;  // what is trained; the model keeps the best
 
   std::vector<ScaledSeries> data;
@@ -245,6 +236,9 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
     walk.recording = static_cast<std::size_t>(std::upper_bound(until.begin(), until.end() - 1, u) - until.begin());
     const double before = walk.recording > 0 ? until[walk.recording - 1] : 0.0;
     walk.at = first.uniform(begun) < settings.from_first_fraction ? 1 : 1 + static_cast<Index>(u - before);
+    const Index last_begin = data[walk.recording].y.size() - T;
+    for (Index tried = 0; tried < last_begin && !training[walk.recording].is_measured(walk.at - 1); ++tried)
+      walk.at = walk.at < last_begin ? walk.at + 1 : 1;
     walk.age = 0;
     walk.left = static_cast<Index>((settings.shortest_life_s + (settings.longest_life_s - settings.shortest_life_s) * life.uniform(begun)) /
                                    period_s);
@@ -272,10 +266,10 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
         part.stretch.exogenous.col(t * B + s) = from.exogenous.col(k - 1);
         part.stretch.y_before(s, t) = from.y(k - 1);
         part.stretch.target(s, t) = from.y(k);
-        part.stretch.weight(s, t) = weight_at(walk, walk.age + t);
+        part.stretch.weight(s, t) = training[walk.recording].is_measured(k) ? weight_at(walk, walk.age + t) : 0.0F;
+        part.stretch.free(s, t) = walk.teacher && training[walk.recording].is_measured(k - 1) ? 0.0F : 1.0F;
         if (walk.teacher) part.stretch.y_before(s, t) += static_cast<float>(settings.feedback_noise * noise.normal(noises++));
       }
-      part.stretch.free.row(s).setConstant(walk.teacher ? 0.0F : 1.0F);
       walk.at += T;
       walk.left -= T;
       walk.age += T;
@@ -321,7 +315,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
       trained.best_update = update + 1;
     }
     if (run.progress) run.progress(static_cast<double>(update + 1) / static_cast<double>(settings.updates), trained.curve.back());
-    if (since_best >= settings.patience) break;
+    if (settings.patience > 0 && since_best >= settings.patience) break;
   }
   if (!std::isfinite(best))
     throw std::runtime_error("training diverged: no rollout over what was set aside had a finite error; a smaller rate may help");

@@ -2,8 +2,9 @@
 // Training: as published, and as a recurrent network should be trained that is to run for ten minutes on its own.
 //
 // published: every step a sample of its own, window of one, the state cleared before it, the measured y always fed in.
-// So the recurrent weights take no part and all memory goes through y (the published code of Sabelhaus et al. 2022:
-// batches of 100, 20 epochs, Adam of Keras 2 with rate 0.01 and decay 0.9, first 67 % for training).
+// So the recurrent weights take no part and all memory goes through y (the notebook of Sabelhaus et al. 2022, rkme/memalloy:
+// batches of 100 in the recording's order, 20 epochs, Adam of Keras 2 with rate 0.01 and decay 0.9, first 67 % for training, one scaler
+// to 0 ... 1 over all columns, inputs included, fitted to all data before they are split).
 //
 // stateful: many streams walk through the recordings side by side; their state is carried from stretch to stretch and the
 // gradient is cut there (truncated back-propagation through time, Williams and Peng 1990). Most streams are fed their own
@@ -16,10 +17,13 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "model/series.h"
+#include "sim/fields.h"
 #include "sim/input.h"
 
 namespace sinew::model {
@@ -28,7 +32,8 @@ struct PublishedSettings {
   static constexpr std::string_view name = "published";
   Index hidden = 300, dense = 300, batch = 100, epochs = 20;
   double rate = 0.01, decay = 0.9, training_fraction = 0.67;
-  bool shuffle = true;  // Keras's default; the paper does not say
+  bool shuffle = false;         // the notebook says shuffle=False
+  bool scaler_sees_all = true;  // as in the notebook; what follows the training part, and tests it, then has a say in the scaling
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.hidden, sim::Key{"hidden", {1, 4096}, "size of the LSTM layer"});
@@ -39,6 +44,7 @@ struct PublishedSettings {
     visit(self.decay, sim::Key{"decay", {0.0, 10.0}, "the rate is divided by 1 + decay n at update n"});
     visit(self.training_fraction, sim::Key{"training_fraction", {0.05, 1.0}, "of each recording, from its beginning"});
     visit(self.shuffle, sim::Key{"shuffle", {}, "whether samples are drawn in random order"});
+    visit(self.scaler_sees_all, sim::Key{"scaler_sees_all", {}, "whether the scaler is fitted to what follows the training part too"});
   }
 };
 
@@ -49,7 +55,7 @@ struct StatefulSettings {
   double longest_memory_s = 60.0, shortest_life_s = 60.0, longest_life_s = 600.0;
   double training_fraction = 0.67, validation_fraction = 0.15;
   double settling_s = 40.0, from_first_fraction = 0.2;
-  Index validation_every = 100, patience = 15;
+  Index validation_every = 100, patience = 0;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.hidden, sim::Key{"hidden", {1, 4096}, "size of the LSTM layer"});
@@ -70,16 +76,37 @@ struct StatefulSettings {
     visit(self.validation_fraction,
           sim::Key{"validation_fraction", {0.01, 0.9}, "of that, set aside: whole recordings where there are five or more"});
     visit(self.validation_every, sim::Key{"validation_every", {1, 1000000}, "updates between two validations"});
-    visit(self.patience, sim::Key{"patience", {1, 1000000}, "validations without a better one before training ends"});
+    visit(self.patience,
+          sim::Key{"patience", {0, 1000000}, "validations without a better one before training ends; 0: the rate falls to its end first"});
+  }
+  void check(const sim::YamlValue& given) const {
+    if (!(shortest_life_s < longest_life_s)) given.complain("shortest_life_s must lie below longest_life_s");
   }
 };
 
-// Throw InputError. A file is a map with `published:` or `stateful:`, of these fields; what is left out has its default.
+// Settings as a file gives them: a map with the name of a predictor before each one's own (predictor.h reads it). What a file leaves
+// out has its default.
 struct TrainingFile {
-  std::optional<PublishedSettings> published;
-  std::optional<StatefulSettings> stateful;
+  std::map<std::string, sim::YamlValue, std::less<>> given;
+  bool has(std::string_view name) const { return given.find(name) != given.end(); }
+  // Throws InputError.
+  template <class Settings>
+  Settings settings() const {
+    Settings result;
+    if (const auto found = given.find(Settings::name); found != given.end()) {
+      sim::read_fields_of(result, found->second);
+      if constexpr (requires { result.check(found->second); }) result.check(found->second);
+    }
+    return result;
+  }
 };
-TrainingFile read_training(const std::filesystem::path& file);
+template <class Settings>
+std::string settings_text_of(const TrainingFile& file) {
+  const auto settings = file.settings<Settings>();
+  std::string text;
+  Settings::fields(settings, sim::Write{text, ""});
+  return text;
+}
 
 // In the unit of the channel that is predicted.
 struct CurvePoint {
@@ -98,8 +125,9 @@ struct TrainingRun {
   Task task;
   std::uint64_t seed = 1;
   int threads = 1;
-  const Model* from = nullptr;        // goes on from its weights and scaling, with an Adam that is new
-  std::function<bool()> should_stop;  // asked at every update; throws Stopped
+  std::optional<Index> updates = std::nullopt;  // instead of those of the settings
+  const Model* from = nullptr;                  // goes on from its weights and scaling, with an Adam that is new
+  std::function<bool()> should_stop;            // asked at every update; throws Stopped
   std::function<void(double done_share, const CurvePoint& last_point)> progress;
 };
 struct Stopped {};

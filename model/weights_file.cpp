@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/hdf5_file.h"
+#include "model/task_json.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/text.h"
@@ -45,47 +45,15 @@ std::string checksum(const Weights<float>& weights, Json json) {
   return sim::sha256(bytes);
 }
 
-// Numbers without a unit have the unit 1 in the file.
-std::string unit_of(const sim::Column& column) { return column.unit.empty() ? "1" : column.unit; }
-// Inputs mostly are fractions, and measurements have a unit: the file says which is which where it is otherwise.
-bool usually_measured(const sim::Column& column) { return !column.unit.empty(); }
-
-// In words, by the column's name: what stands before its unit.
-sim::Column column_of(const std::string& name, const std::string& unit) {
-  sim::Column column{.name = name, .words = name, .unit = unit == "1" ? "" : unit};
-  if (const std::string ending = "_" + column.unit; !column.unit.empty() && name.ends_with(ending))
-    column.words.resize(name.size() - ending.size());
-  std::replace(column.words.begin(), column.words.end(), '_', ' ');
-  return column;
-}
-
 Json said(const Model& model) {
   Json json{{"format", 1},
             {"case", model.task.paper_case},
             {"method", model.method},
             {"sample_period_s", period_s},
             {"output_relu", model.weights.shape.output_relu}};
-  for (std::size_t f = 0; f < model.task.features.size(); ++f) {
-    const auto& [column, measured] = model.task.features[f];
-    Json input{{"name", column.name},
-               {"unit", unit_of(column)},
-               {"offset", model.scaling.v_offset(static_cast<Index>(f))},
-               {"span", model.scaling.v_span(static_cast<Index>(f))}};
-    if (measured != usually_measured(column)) input["measured"] = measured;
-    json["inputs"].push_back(std::move(input));
-  }
-  const sim::Column& predicted = model.task.predicted;
-  json["input_order"] =
-      "v(t), v(t-1), " + column_of(predicted.name, predicted.unit).words + "(t-1); a number of the network is (value - offset) / span";
-  json["output"] = {{"name", predicted.name},
-                    {"unit", unit_of(predicted)},
-                    {"offset", model.scaling.y_offset},
-                    {"span", model.scaling.y_span}};
+  json.update(json_of(model.task, &model.scaling));
   json["trained_on"] = model.trained_on;
-  if (model.arx) {
-    const Vector<double>& c = model.arx->coefficients;
-    json["arx"] = {{"order", model.arx->order}, {"coefficients", std::vector<double>(c.data(), c.data() + c.size())}};
-  }
+  if (model.arx) json["arx"] = json_of(*model.arx);
   json["made_by"] = "sinew " + sim::this_build().version;
   json["sha256"] = checksum(model.weights, json);
   return json;
@@ -129,10 +97,6 @@ std::string keras_config(const Model& model) {
   layers.push_back(dense("dense", shape.dense, "relu"));
   layers.push_back(dense("dense_1", 1, shape.output_relu ? "relu" : "linear"));
   return Json{{"class_name", "Sequential"}, {"config", {{"name", "sequential"}, {"layers", layers}}}}.dump();
-}
-
-[[noreturn]] void complain(const std::string& file, const std::string& key, const std::string& value, const std::string& advice) {
-  throw sim::InputError({.file = file, .key = key, .value = value, .advice = advice});
 }
 
 std::string text_of(const std::vector<std::uint64_t>& extents) {
@@ -197,24 +161,11 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
   }
 }
 
-void complain_unless_same(const std::string& file, const Task& task, const Task& asked_for) {
-  if (task.paper_case != asked_for.paper_case)
-    complain(file, "case", std::to_string(task.paper_case),
-             "these are weights of another case than " + std::to_string(asked_for.paper_case));
-  if (task.features.size() != asked_for.features.size())
-    complain(file, "inputs", std::to_string(task.features.size()),
-             "this plant has " + std::to_string(asked_for.features.size()) + " in case " + std::to_string(task.paper_case));
-  const auto compare = [&](const char* key, const sim::Column& column, const sim::Column& wanted) {
-    if (column.name != wanted.name || column.unit != wanted.unit)
-      complain(file, key, column.name + " in " + unit_of(column), "must be " + wanted.name + " in " + unit_of(wanted));
-  };
-  for (std::size_t f = 0; f < task.features.size(); ++f) compare("inputs", task.features[f].column, asked_for.features[f].column);
-  compare("output", task.predicted, asked_for.predicted);
-}
-
 }  // namespace
 
-std::string to_hdf5(const Model& model, Layout layout) {
+std::string to_hdf5(const Model& model, Layout layout) { return to_bytes(file_of(model, layout)); }
+
+Hdf5File file_of(const Model& model, Layout layout) {
   Hdf5File file;
   const std::string root = layout == Layout::keras2 ? "/model_weights" : "/layers";
   for (const Tensor& tensor : tensors_of(model.weights.shape)) {
@@ -232,12 +183,14 @@ std::string to_hdf5(const Model& model, Layout layout) {
     file.list_attributes[root]["layer_names"] = {"lstm", "dense", "dense_1"};
   }
   file.text_attributes["/"]["sinew"] = said(model).dump();
-  return to_bytes(file);
+  return file;
 }
 
 Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
-  const std::string name = path.string();
-  const Hdf5File file = parse_hdf5(sim::read_file(path), name);
+  return model_in(parse_hdf5(sim::read_file(path), path.string()), path.string(), unsaid);
+}
+
+Model model_in(const Hdf5File& file, const std::string& name, const Unsaid& unsaid) {
   const std::vector<std::string> paths = paths_in(file, name);
   const auto array = [&](std::size_t i) -> const Hdf5Array& {
     const auto found = file.arrays.find(paths[i]);
@@ -265,34 +218,14 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
   if (root != file.text_attributes.end() && root->second.count("sinew")) {
     try {
       const Json json = Json::parse(root->second.at("sinew"));
-      model.task.paper_case = json.at("case");
-      if (model.task.paper_case < 1 || model.task.paper_case > 4)
-        complain(name, "case", std::to_string(model.task.paper_case), "the paper's cases are 1 to 4");
       model.method = json.at("method");
       if (model.method != "published" && model.method != "stateful")
         complain(name, "sinew", model.method, "the method must be published or stateful");
       model.weights.shape.output_relu = json.value("output_relu", shape.output_relu);
-      const Json &inputs = json.at("inputs"), &output = json.at("output");
-      model.scaling.v_offset.resize(static_cast<Index>(inputs.size()));
-      model.scaling.v_span.resize(static_cast<Index>(inputs.size()));
-      for (const Json& input : inputs) {
-        const auto f = static_cast<Index>(model.task.features.size());
-        const sim::Column column = column_of(input.at("name"), input.at("unit"));
-        model.task.features.push_back({column, input.value("measured", usually_measured(column))});
-        model.scaling.v_offset(f) = input.at("offset");
-        model.scaling.v_span(f) = input.at("span");
-      }
-      model.task.predicted = column_of(output.at("name"), output.at("unit"));
-      model.scaling.y_offset = output.at("offset");
-      model.scaling.y_span = output.at("span");
+      model.task = task_of_json(json, name);
+      model.scaling = scaling_of_json(json);
       model.trained_on = json.value("trained_on", "");
-      if (const auto arx = json.find("arx"); arx != json.end()) {
-        const auto coefficients = arx->at("coefficients").get<std::vector<double>>();
-        const Index order = arx->at("order"), features = static_cast<Index>(model.task.features.size());
-        if (order < 0 || order > 1000 || static_cast<Index>(coefficients.size()) != order + features * (order + 1) + 1)
-          complain(name, "arx", std::to_string(coefficients.size()) + " coefficients", "do not belong to order " + std::to_string(order));
-        model.arx = LinearModel{order, Eigen::Map<const Vector<double>>(coefficients.data(), static_cast<Index>(coefficients.size()))};
-      }
+      if (json.contains("arx")) model.arx = linear_of_json(json.at("arx"), model.task, name);
       if (json.at("sha256") != checksum(model.weights, json))
         complain(name, "sha256", json.at("sha256"), "is not that of what is in the file: weights, scaling or names were changed");
       const auto usable = [](const Vector<double>& offset, const Vector<double>& span) {
@@ -306,14 +239,25 @@ Model read_model(const std::filesystem::path& path, const Unsaid& unsaid) {
     }
     if (unsaid.task) complain_unless_same(name, model.task, *unsaid.task);
   } else {
-    if (!unsaid.task || unsaid.method.empty() || !unsaid.lowest || !unsaid.highest)
+    if (!unsaid.task || unsaid.method.empty() || (!unsaid.sidecar && (!unsaid.lowest || !unsaid.highest)))
       complain(name, "sinew", "nothing",
-               "a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the values that are "
-               "0 and 1");
+               "a file of Keras says neither the order of its inputs nor their scaling: write them into " + sidecar_of(name).string() +
+                   " (docs/prediction.md), or, where they are v(t), v(t-1), y(t-1) and the inputs unscaled, give `sinew rollout` --case, "
+                   "--method and --range LOWEST,HIGHEST, the values that are 0 and 1");
     model.task = *unsaid.task;
     model.method = unsaid.method;
     const auto features = static_cast<Index>(model.task.features.size());
-    model.scaling = {Vector<double>::Zero(features), Vector<double>::Ones(features), *unsaid.lowest, *unsaid.highest - *unsaid.lowest};
+    if (unsaid.sidecar) {
+      const Arrangement arrangement = arrangement_of(*unsaid.sidecar, model.task);
+      if (const auto said_inputs = static_cast<Index>(unsaid.sidecar->inputs.size()); shape.inputs != said_inputs)
+        complain(name, paths[0], text_of(array(0).extents), "the file beside it has " + std::to_string(said_inputs) + " inputs");
+      model.scaling = arrangement.scaling;
+      const Matrix<float> kernel = model.weights.input();
+      for (Index place = 0; place < shape.inputs; ++place)
+        model.weights.input().col(place) = kernel.col(arrangement.from[static_cast<std::size_t>(place)]);
+    } else {
+      model.scaling = {Vector<double>::Zero(features), Vector<double>::Ones(features), *unsaid.lowest, *unsaid.highest - *unsaid.lowest};
+    }
     model.trained_on = "elsewhere";
   }
   if (const auto features = static_cast<Index>(model.task.features.size()); shape.inputs != 2 * features + 1)

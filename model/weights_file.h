@@ -14,7 +14,9 @@
 #include <optional>
 #include <string>
 
+#include "model/hdf5_file.h"
 #include "model/series.h"
+#include "model/sidecar.h"
 
 namespace sinew::model {
 
@@ -28,10 +30,16 @@ struct Unsaid {
   std::optional<Task> task;
   std::string method;                     // empty: not given
   std::optional<double> lowest, highest;  // what is 0 and 1 of the network's numbers, in the unit of the channel predicted
+  // Order and scaling. Without it, and with lowest and highest, the order is that of our own files, and inputs are not scaled.
+  std::optional<Sidecar> sidecar = std::nullopt;
 };
 
 // Throws InputError for a file that is no HDF5, a weight that is missing or of another shape than the others ask for, a weight
 // that is not a number, a layer that is not known, a checksum that does not fit, and a task that is not the one asked for.
 Model read_model(const std::filesystem::path& path, const Unsaid& unsaid = {});
+
+// The same, as values.
+Hdf5File file_of(const Model& model, Layout layout = Layout::keras2);
+Model model_in(const Hdf5File& file, const std::string& name, const Unsaid& unsaid);
 
 }  // namespace sinew::model

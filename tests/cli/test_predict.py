@@ -8,6 +8,7 @@ import csv
 import hashlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -80,6 +81,28 @@ def test_dataset():
           process.returncode == 0 and "there already" in output[1] and
           (cli.folder / "set4/manifest.json").read_bytes() == (cli.folder / "set5/manifest.json").read_bytes(), output)
 
+    process = ranks(2, "set6")
+    deadline = time.time() + 60
+    while len(list((cli.folder / "set6").glob("runs/*.json"))) < 3 and time.time() < deadline:
+        time.sleep(0.02)
+    members = subprocess.run(["pgrep", "-f", f"{cli.program} dataset .*set6"], capture_output=True, text=True).stdout.split()
+    ours = [int(v) for v in members if "mpirun" not in Path(f"/proc/{v}/cmdline").read_bytes().decode().split("\0")[0]]
+    os.kill(ours[-1], signal.SIGINT)
+    try:
+        output = process.communicate(timeout=30)
+        ended = True
+    except subprocess.TimeoutExpired:
+        process.kill()
+        output, ended = process.communicate(), False
+    left = len(list((cli.folder / "set6").glob("runs/*.csv")))
+    check("dataset: an interrupt to one rank of two stops both, what is whole is kept and nothing gathered",
+          ended and process.returncode != 0 and "stopped; what is done is kept" in output[1] and
+          not (cli.folder / "set6/manifest.json").exists() and 0 < left < 40, (ended, left, output))
+    process = ranks(2, "set6")
+    output = process.communicate(timeout=200)
+    check("dataset: and the same command goes on", process.returncode == 0 and
+          (cli.folder / "set6/manifest.json").read_bytes() == (cli.folder / "set5/manifest.json").read_bytes(), output)
+
     refused("dataset: a domain that names nothing is refused with its place",
             sinew("dataset", short, "--randomise", write("d.yaml", "parameters:\n  heat_los_A_W_K: { lowest: 1, highest: 2 }\n"), "--out", "no"),
             "d.yaml:2:", "did you mean heat_loss_A_W_K?")
@@ -120,6 +143,34 @@ def test_train_and_use():
     check("evaluate: the scenario of a row is the room it says", again.returncode == 0 and
           "ambient_temperature_degC: 40" in (cli.folder / "hot/scenario.yaml").read_text(), said(again))
 
+    for kind, more in (("arx", ()), ("arx_simulation", ()), ("least_squares", ()), ("corrected", ("--from", "stateful4")),
+                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml"))):
+        result = sinew("train", "set1", "--case", 4, "--predictor", kind, *more, "--out", kind)
+        check(f"train --predictor {kind}", result.returncode == 0 and (cli.folder / kind / "weights.h5").exists(), said(result))
+        result = sinew("rollout", kind, "--recording", recording, "--json")
+        errors = json.loads(result.stdout) if result.returncode == 0 else {}
+        check(f"rollout: {kind}", errors.get("method") == kind and 0 < errors["one_step_rmse_deg"] < 60, said(result))
+        if kind == "corrected":
+            check("rollout: corrected in open loop is what is inside it, and better one step ahead",
+                  errors["rollout_rmse_deg"] == json_of["rollout_rmse_deg"] and errors["one_step_rmse_deg"] < 0.5 * json_of["one_step_rmse_deg"], errors)
+        result = sinew("evaluate", kind, "--stress", stress)
+        check(f"evaluate: {kind}", result.returncode == 0 and "hot room" in result.stdout, said(result))
+    refused("train: a plant that is not given", sinew("train", "set1", "--predictor", "plant", "--out", "never"), "--plant", "is needed")
+    refused("train: a predictor that is not there", sinew("train", "set1", "--predictor", "oracle", "--out", "never"), "oracle")
+
+    # A file that Keras wrote, as far as this goes: ours, its own description taken out by another name of the attribute.
+    bare = (cli.folder / "published1/weights.h5").read_bytes().replace(b"sinew", b"other")
+    (cli.folder / "bare.h5").write_bytes(bare)
+    described = json.loads(re.search(rb'\{"format":1,"case":1.*?"sha256":"[0-9a-f]+"\}', (cli.folder / "published1/weights.h5").read_bytes())[0])
+    duty, angle = ({"lowest": d["offset"], "highest": d["offset"] + d["span"]} for d in (described["inputs"][0], described["output"]))
+    entry = lambda column, at, scale: json.dumps({"column": column, **({"at": at} if at else {}), **scale})
+    refused("rollout: a file of Keras, without a word of order and scaling", sinew("rollout", "bare.h5", "--recording", recording), "bare.h5.yaml")
+    write("bare.h5.yaml", "format: 1\ncase: 1\nmethod: published\ninputs:\n"
+          f"  - {entry('duty_A', 't', duty)}\n  - {entry('duty_A', 't-1', duty)}\n  - {entry('angle_deg', 't-1', angle)}\n"
+          f"output: {entry('angle_deg', '', angle)}\n")
+    two = [json.loads(sinew("rollout", which, "--recording", recording, "--json").stdout) for which in ("published1", "bare.h5")]
+    check("rollout: with them beside it, the same as ours", abs(two[0]["rollout_rmse_deg"] - two[1]["rollout_rmse_deg"]) < 1e-4, two)
+
     result = sinew("train", recording, "--case", 4, "--from", "stateful4", "--settings", settings, "--until", 50, "--out", "tuned")
     check("train: goes on from weights", result.returncode == 0, said(result))
     result = sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
@@ -144,6 +195,8 @@ def test_beside_a_session():
           len(live) == len(later) and all(abs(float(a["angle_predicted_deg"]) - float(b["angle_rollout_deg"])) < 1e-9 for a, b in zip(live, later)))
     result = sinew("replay", "session")
     check("hil --predict: the session's replay gives the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
+    result = sinew("hil", "short.yaml", "--emulate", "--predict", "corrected", "--out", "session_corrected")
+    check("hil --predict: a predictor of another kind", result.returncode == 0 and "prediction.csv" in result.stdout, said(result))
     refused("hil --predict: no weights there", sinew("hil", "short.yaml", "--emulate", "--predict", "nowhere", "--out", "never"), "nowhere")
 
 

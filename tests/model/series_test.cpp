@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "model/errors.h"
 #include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/plant_file.h"
@@ -96,6 +97,33 @@ TEST_CASE("series: X(t) is [v(t), v(t-1), y(t-1)], each scaled over the training
   CHECK(x.exogenous.col(1).isApprox(Eigen::Vector4f(0.5F, 1.0F, 0.3F, 0.25F)));
   CHECK(x.y.isApprox(Eigen::Vector3f(0.0F, 0.5F, 1.0F)));
   CHECK(scaling.y(0.5) == 6.0);
+}
+TEST_CASE("series: of uneven period and with a pause, on the grid of 10 Hz") {
+  // By hand: at 0.1 s the angle lies 3/8 of the way from 5 (at 0.07 s) to 9 (0.15 s); the duty there is that of 0.07 s. Between 0.2
+  // and 2.3 s nothing was measured: what stands there lies on a line, and is not counted.
+  const auto from = recording(
+      "0,0.1,0,30,40,1\n0.07,0.2,0,30,40,5\n0.15,0.3,0,30,40,9\n0.2,0.4,0,30,40,10\n1,0,0,,,\n2.3,0,0,30,40,31\n2.4,0,0,30,40,32\n");
+  const Series series = series_of_case(from, 3, Missing::resampled);
+  REQUIRE(series.samples() == 25);
+  CHECK(series.y(1) == doctest::Approx(6.5).epsilon(1e-12));
+  CHECK(series.v(0, 1) == 0.2);
+  CHECK(series.v(0, 2) == 0.4);
+  CHECK(series.v(0, 9) == 0.4);
+  CHECK(series.v(0, 10) == 0.0);
+  CHECK(series.y(2) == 10.0);
+  CHECK(series.y(12) == doctest::Approx(20.0));  // 10 of 21 steps from 10 to 31
+  CHECK(series.counted.sum() == 5.0);
+  CHECK(series.is_measured(2));
+  CHECK_FALSE(series.is_measured(3));
+  CHECK_FALSE(series.is_measured(22));
+  CHECK(series.is_measured(23));
+  // An error there weighs nothing.
+  Vector<double> predicted = series.y;
+  predicted(12) += 100.0;
+  CHECK(errors_of(predicted, series).rmse == 0.0);
+  predicted(24) += 2.0;
+  CHECK(errors_of(predicted, series).rmse == doctest::Approx(1.0));  // of samples 1, 2, 23, 24, that one is 2 off
+  CHECK(part_of(series, 20, 5).counted.sum() == 2.0);
 }
 TEST_CASE("series: what a case needs and a recording lacks is an error that names it") {
   const auto no_temperature = recording("0,0.1,0,,,5\n0.1,0.3,0,,,6\n");

@@ -8,6 +8,7 @@
 
 #include "model/errors.h"
 #include "model/linear.h"
+#include "model/network_loop.h"
 #include "model/predictor.h"
 #include "plant/systems.h"
 #include "sim/fields.h"
@@ -110,6 +111,39 @@ TEST_CASE("training: published leaves the recurrent weights where they began, an
   CHECK(errors_of(one_step_ahead(trained.model, other), other).rmse < 3.0);
   CHECK(trained.best_update == 20 * ((4000 * 67 / 100 - 1 + 99) / 100));
 }
+TEST_CASE("training: as published, the scaler has seen what follows the training part, and the clean one has not") {
+  Series data = first_order(1, 1000);
+  data.v(0, 900) = 3.0;  // after 67 %
+  data.y(950) = 500.0;
+  PublishedSettings settings;
+  settings.hidden = settings.dense = 4;
+  settings.epochs = 1;
+  const Scaling leaky = train_published({data}, settings, run_of(1)).model.scaling;
+  CHECK(leaky.v_offset(0) + leaky.v_span(0) == 3.0);
+  CHECK(leaky.y_offset + leaky.y_span == doctest::Approx(500.0));
+  settings.scaler_sees_all = false;
+  const Scaling clean = train_published({data}, settings, run_of(1)).model.scaling;
+  CHECK(clean.v_offset(0) + clean.v_span(0) == data.v.row(0).head(670).maxCoeff());  // inputs are scaled, too
+  CHECK(clean.y_offset + clean.y_span == doctest::Approx(data.y.head(670).maxCoeff()));
+}
+TEST_CASE("training: in a pause nothing is learned") {
+  // The same recording, and one in which the pause holds other values: the weights are the same.
+  Series data = first_order(1, 2000);
+  data.counted = Vector<double>::Ones(2000);
+  data.counted.segment(500, 200).setZero();
+  Series other = data;
+  for (Index k = 510; k < 690; ++k) other.y(k) = 0.5 * (data.y.minCoeff() + data.y.maxCoeff());
+  StatefulSettings settings = small();
+  settings.updates = 40;
+  settings.validation_every = 40;
+  CHECK(train_stateful({data}, settings, run_of(1)).model.weights.all == train_stateful({other}, settings, run_of(1)).model.weights.all);
+  CHECK(fit_arx({data}).coefficients == fit_arx({other}).coefficients);
+  PublishedSettings published;
+  published.hidden = published.dense = 4;
+  published.epochs = 1;
+  CHECK(train_published({data}, published, run_of(1)).model.weights.all ==
+        train_published({other}, published, run_of(1)).model.weights.all);
+}
 TEST_CASE("training: weights that came from elsewhere stay where training does not make them better" * long_when_sanitized) {
   const Series data = first_order(1, 3000);
   const Trained good = train_stateful({data}, small(), run_of(2));
@@ -131,18 +165,18 @@ TEST_CASE("training: where nothing is left to judge by, there are no weights") {
                     doctest::Contains("of what is set aside, 0 s are left to judge by after settling_s = 40"));
   CHECK_THROWS_WITH(train_stateful({first_order(1, 280)}, settings, run_of(1)), doctest::Contains("4.2 s are left to judge by"));
 }
-TEST_CASE("training: the file that is shipped has every setting, at its default") {
+TEST_CASE("training: the file that is shipped has every setting of every predictor, at its default") {
   const TrainingFile file = read_training(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
-  const auto text = [](auto settings) {
-    std::string yaml;
-    decltype(settings)::fields(settings, sim::Write{yaml, ""});
-    return yaml;
-  };
-  CHECK(text(file.published.value()) == text(PublishedSettings{}));
-  CHECK(text(file.stateful.value()) == text(StatefulSettings{}));
   const std::string whole = sim::read_file(std::filesystem::path(SINEW_SOURCE_DIR) / "scenarios/train.yaml");
-  StatefulSettings::fields(file.stateful.value(),
-                           [&](const auto&, const sim::Key& key) { CHECK(whole.find("\n  " + key.name + ": ") != std::string::npos); });
+  for (const PredictorKind& kind : predictor_kinds()) {
+    CAPTURE(kind.name);
+    CHECK(file.has(kind.name));
+    const std::string defaults = kind.settings_text({});
+    CHECK(kind.settings_text(file) == defaults);
+    const std::string section = whole.substr(whole.find("\n" + std::string(kind.name) + ":"));
+    for (std::size_t at = 0; at < defaults.size(); at = defaults.find('\n', at) + 1)
+      CHECK(section.find("\n  " + defaults.substr(at, defaults.find(':', at) - at) + ": ") != std::string::npos);
+  }
 }
 TEST_CASE("predictor: step by step is what the unrolled network gives") {
   const Series series = first_order(3, 200);
@@ -170,7 +204,7 @@ TEST_CASE("predictor: a step allocates nothing") {
     model.scaling = scaling_of({series}, duty_to_angle());
     model.weights = first_weights({3, 300, 300, method == "published"}, 1);
     const long before_all = allocations;
-    Predictor predictor(model);
+    NetworkLoop predictor(model);
     CHECK(allocations > before_all);  // the counter counts
     predictor.begin(series.y(0), series.v.col(0));
     const long before = allocations;

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "model/hdf5_file.h"
-#include "model/predictor.h"
+#include "model/network_loop.h"
 #include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
@@ -142,9 +142,28 @@ TEST_CASE("weights: a file by Keras's save_weights, without a word of ours, is r
   // kernel[1][2], input 1 to row 2 of the gates, is the eleventh number: 0.01 + 0.010.
   CHECK(model.weights.input()(2, 1) == doctest::Approx(0.020));
   CHECK(model.weights.dense()(2, 1) == doctest::Approx(0.04 + 0.005));
-  CHECK(message(name) ==
-        "sinew = nothing\n  a file of Keras does not say these; `sinew rollout` takes --case, --method and --range LOWEST,HIGHEST, the "
-        "values that are 0 and 1");
+  CHECK(message(name).starts_with("sinew = nothing\n  a file of Keras says neither the order of its inputs nor their scaling"));
+  // In the notebook's order, v(t-1), y(t-1), v(t): our input 0, duty A at t, is their fourth; our last, the angle, their third.
+  const auto entry = [](const std::string& column, bool before, double highest) {
+    return Sidecar::Entry{.column = column, .before = before, .lowest = 0.0, .highest = highest};
+  };
+  Sidecar sidecar{3, "published", {}, {.column = "angle_deg", .lowest = -50.0, .highest = 50.0}};
+  sidecar.inputs = {entry("duty_A", true, 0.5),
+                    entry("duty_B", true, 0.6),
+                    {"angle_deg", true, -50.0, 50.0},
+                    entry("duty_A", false, 0.5),
+                    entry("duty_B", false, 0.6)};
+  const Model arranged = read_model(name, {task_of_case(3), "published", {}, {}, sidecar});
+  const int theirs[] = {3, 4, 0, 1, 2};
+  for (int ours = 0; ours < 5; ++ours) CHECK(arranged.weights.input().col(ours) == model.weights.input().col(theirs[ours]));
+  CHECK(arranged.scaling.v_span == Eigen::Vector2d(0.5, 0.6));
+  CHECK(arranged.scaling.y_offset == -50.0);
+  sidecar.inputs[4] = entry("duty_B", true, 0.6);
+  CHECK(message(name, {task_of_case(3), "published", {}, {}, sidecar}).find("duty_B at t-1 stands twice") != std::string::npos);
+  sidecar.inputs.pop_back();
+  CHECK(message(name, {task_of_case(3), "published", {}, {}, sidecar}).find("lacks duty_B at t") != std::string::npos);
+  sidecar.inputs.push_back(entry("duty_B", false, 0.7));
+  CHECK(message(name, {task_of_case(3), "published", {}, {}, sidecar}).find("a column has one scaling") != std::string::npos);
   CHECK(message(name, {task_of_case(4), "published", -45.0, 45.0}) ==
         "/lstm_2/lstm_2/lstm_cell_2/kernel:0 = [5, 8]\n  case 4 has 9 inputs");
 }

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/network_loop.h"
+
+namespace sinew::model {
+
+NetworkLoop::NetworkLoop(const Model& model)
+    : weights_(model.weights),
+      scaling_(model.scaling),
+      memoryless_(model.memoryless()),
+      x_(Vector<float>::Zero(weights_.shape.inputs)),
+      z_(4 * weights_.shape.hidden),
+      c_(Vector<float>::Zero(weights_.shape.hidden)),
+      h_(c_),
+      r_(weights_.shape.dense) {}
+
+void NetworkLoop::begin(double y, const Eigen::Ref<const Vector<double>>& v) {
+  c_.setZero();
+  h_.setZero();
+  const Index K = scaling_.v_offset.size();
+  x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
+  x_(2 * K) = static_cast<float>(scaling_.scaled_y(y));
+}
+
+double NetworkLoop::step(const Eigen::Ref<const Vector<double>>& v) {
+  const Index K = scaling_.v_offset.size(), H = weights_.shape.hidden;
+  for (Index k = 0; k < K; ++k) x_(K + k) = x_(k);
+  x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
+  z_ = weights_.bias();
+  z_.noalias() += weights_.input() * x_;
+  if (!memoryless_) z_.noalias() += weights_.recurrent() * h_;
+  const auto i = z_.head(H).array().logistic(), f = z_.segment(H, H).array().logistic(), o = z_.tail(H).array().logistic();
+  const auto g = z_.segment(2 * H, H).array().tanh();
+  if (memoryless_)
+    c_.array() = i * g;
+  else
+    c_.array() = f * c_.array() + i * g;
+  h_.array() = o * c_.array().tanh();
+  r_ = weights_.dense_bias();
+  r_.noalias() += weights_.dense() * h_;
+  float y = weights_.output_bias()(0, 0) + weights_.output().row(0).transpose().dot(r_.cwiseMax(0.0F));
+  if (weights_.shape.output_relu) y = std::max(y, 0.0F);
+  x_(2 * K) = y;
+  return scaling_.y(y);
+}
+
+double NetworkLoop::open_loop(const Eigen::Ref<const Vector<double>>& v) { return step(v); }
+
+double NetworkLoop::one_step(const Eigen::Ref<const Vector<double>>& v, double y_before) {
+  correct(y_before);
+  return step(v);
+}
+
+void NetworkLoop::correct(double y) { x_(x_.size() - 1) = static_cast<float>(scaling_.scaled_y(y)); }
+
+Vector<double> rollout(const Model& model, const Series& series) {
+  NetworkLoop predictor(model);
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  predictor.begin(series.y(0), series.v.col(0));
+  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.open_loop(series.v.col(k));
+  return y;
+}
+
+Vector<double> one_step_ahead(const Model& model, const Series& series) {
+  NetworkLoop predictor(model);
+  Vector<double> y(series.samples());
+  y(0) = series.y(0);
+  predictor.begin(series.y(0), series.v.col(0));
+  for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.one_step(series.v.col(k), series.y(k - 1));
+  return y;
+}
+
+}  // namespace sinew::model
