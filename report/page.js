@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/page_assets.h"
-
-namespace sinew::report {
-
 // Reads the data that page.cpp embeds (its layout is described there) and brings the plots to life. Text from the
 // data reaches the document through textContent alone, except dygraphs' y label, which is escaped first.
-const std::string_view page_script = R"js(
+
 (function () {
   'use strict';
   const data = JSON.parse(document.getElementById('report-data').textContent);
@@ -821,6 +817,3 @@ const std::string_view page_script = R"js(
   addEventListener('beforeprint', function () { print(true); });
   addEventListener('afterprint', function () { print(false); });
 })();
-)js";
-
-}  // namespace sinew::report
