@@ -26,6 +26,9 @@ void add_replay(CLI::App& program, int& exit_code);
 void add_hil_faults(CLI::App& program, int& exit_code);
 void add_investigate(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
+void add_schema(CLI::App& program, int& exit_code);
+void add_completion(CLI::App& program, int& exit_code);
+void add_man(CLI::App& program, int& exit_code);
 
 // Throws InputError where `out` is not a folder and cannot become one, so that this is known before the work, not after.
 void check_folder(const std::filesystem::path& out);

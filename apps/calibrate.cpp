@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew calibrate: fits a plant to recordings, and says which parameters the data tells.
+#include "apps/calibrate.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -26,15 +28,9 @@
 namespace sinew::apps {
 namespace {
 
-struct CalibrateArguments {
-  std::vector<std::string> recordings;
-  std::string plant, out;
-  std::vector<std::string> fit, noise, ignored;
-  double fit_until_s = std::numeric_limits<double>::infinity();
-  int starts = 3;
-  std::int64_t seed = 1;
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false, overwrite = false;
+struct CalibrateArguments : CalibrateRequest {
+  std::string out;
+  bool json = false, overwrite = false;
 };
 
 double in_file_units(const diagnose::Estimate& estimate, double internal) { return internal / estimate.unknown.internal_per_unit; }
@@ -114,16 +110,17 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
 }
 
 // How a part that was not fitted begins, from its first minute, with the plant as it is.
-plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part, const diagnose::PerChannel& noise) {
+plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part, const diagnose::PerChannel& noise,
+                           const std::function<bool()>& should_stop) {
   constexpr double settling_s = 60.0;
   diagnose::CalibrationSettings settings;
   settings.only_start = true;
-  settings.should_stop = interrupted;
+  settings.should_stop = should_stop;
   const std::size_t count = diagnose::samples_until(part, part.samples.front().time_s + settling_s);
   return diagnose::calibrate(plant, {{&part, std::max<std::size_t>(2, count), noise}}, settings).starts_of_recordings.front();
 }
 
-nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, const diagnose::Calibration& calibration,
+nlohmann::ordered_json calibration_json(const CalibrateRequest& arguments, const diagnose::Calibration& calibration,
                                         const std::vector<diagnose::Comparison>& comparisons) {
   nlohmann::ordered_json json;
   json["program"] = "sinew " + sim::this_build().version;
@@ -159,15 +156,12 @@ nlohmann::ordered_json calibration_json(const CalibrateArguments& arguments, con
   return json;
 }
 
-int calibrate_command(const CalibrateArguments& arguments) {
-  Outputs outputs(arguments.out, {.files = arguments.recordings, .yaml = {arguments.plant}}, arguments.overwrite);
-  outputs.claim({"report.html", "figure.svg", "calibration.json", "plant.yaml"});
-  std::optional<EndsSoon> ends_soon(&outputs);
-  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+}  // namespace
+
+std::vector<std::string> files_of_calibration() { return {"report.html", "figure.svg", "calibration.json", "plant.yaml"}; }
+
+Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nominal, std::vector<sim::Recording> recordings) {
   const plant::System& system = nominal.system();
-  static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
-  std::vector<sim::Recording> recordings;
-  for (const std::string& file : arguments.recordings) recordings.push_back(read_recording_of(file, nominal));
   std::vector<sim::Recording*> all;
   for (sim::Recording& recording : recordings) all.push_back(&recording);
   ignore(arguments.ignored, system, all);
@@ -209,19 +203,15 @@ int calibrate_command(const CalibrateArguments& arguments) {
   settings.starts = arguments.starts;
   settings.seed = static_cast<std::uint64_t>(arguments.seed);
   settings.threads = arguments.threads;
-  settings.should_stop = interrupted;
-  diagnose::Calibration calibration;
-  {
-    Progress progress("calibrate");
-    settings.progress = [&](double share) { progress.show(share); };
-    calibration = diagnose::calibrate(nominal, data, settings);
-  }
+  settings.should_stop = arguments.should_stop;
+  settings.progress = arguments.progress;
+  const diagnose::Calibration calibration = diagnose::calibrate(nominal, data, settings);
   std::vector<diagnose::Comparison> comparisons;
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     std::vector<plant::Start> starts;
     for (std::size_t p = 0; p < parts[r].size(); ++p)
       starts.push_back(fitted[r][p] ? calibration.starts_of_recordings[*fitted[r][p]]
-                                    : start_of_part(calibration.fitted, parts[r][p], noise[r]));
+                                    : start_of_part(calibration.fitted, parts[r][p], noise[r], arguments.should_stop));
     comparisons.push_back(
         diagnose::compare(calibration.fitted, starts, parts[r], noise[r], arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
   }
@@ -230,7 +220,6 @@ int calibrate_command(const CalibrateArguments& arguments) {
   const std::string names =
       name_of(recordings.front().name) + (recordings.size() > 1 ? " and " + std::to_string(recordings.size() - 1) + " more" : "");
 
-  const std::filesystem::path out = arguments.out;
   std::string yaml = "# Calibrated by `sinew calibrate` on " + names + ", from " + name_of(arguments.plant) + ".\n";
   for (const auto& e : calibration.estimates)
     if (is_parameter(e))
@@ -281,28 +270,51 @@ int calibrate_command(const CalibrateArguments& arguments) {
   page.footer.push_back("nominal plant: " + arguments.plant);
   page.footer.push_back("seed " + std::to_string(arguments.seed) + ", " + std::to_string(arguments.starts) + " starts");
   page.footer.push_back("sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")");
-  const std::string html = report::to_html(page);
-  const std::string figure = report::stacked_svg(paper_figure(comparisons.front(), recordings.front()), 720, 640);
+  Calibrated result;
+  result.files = {{"report.html", report::to_html(page)},
+                  {"figure.svg", report::stacked_svg(paper_figure(comparisons.front(), recordings.front()), 720, 640)},
+                  {"plant.yaml", yaml},
+                  {"calibration.json", json.dump(2) + "\n"}};
+  result.words = oddities;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (recordings.size() > 1) result.words += (r ? "\n" : "") + recordings[r].name + "\n";
+    result.words += report::to_text(error_table(comparisons[r]));
+    for (const std::string& line : findings(comparisons[r])) result.words += report::wrap(line) + "\n";
+  }
+  result.words += "\n" + report::to_text(parameters) + "\n" + report::wrap(signs_sentence(calibration) + untold_sentence(calibration)) +
+                  "\n" + report::wrap(starts_sentence(calibration)) + "\n";
+  return result;
+}
+
+namespace {
+
+int calibrate_command(const CalibrateArguments& arguments) {
+  Outputs outputs(arguments.out, {.files = arguments.recordings, .yaml = {arguments.plant}}, arguments.overwrite);
+  outputs.claim(files_of_calibration());
+  std::optional<EndsSoon> ends_soon(&outputs);
+  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+  const plant::System& system = nominal.system();
+  static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
+  std::vector<sim::Recording> recordings;
+  for (const std::string& file : arguments.recordings) recordings.push_back(read_recording_of(file, nominal));
+  Calibrated result;
+  {
+    Progress progress("calibrate");
+    CalibrateRequest request = arguments;
+    request.should_stop = interrupted;
+    request.progress = [&](double share) { progress.show(share); };
+    result = calibrated(request, nominal, std::move(recordings));
+  }
   ends_soon.reset();
-  outputs.stage("report.html", html);
-  outputs.stage("figure.svg", figure);
-  outputs.stage("plant.yaml", yaml);
-  outputs.stage("calibration.json", json.dump(2) + "\n");
+  for (const auto& [name, content] : result.files) outputs.stage(name, content);
   outputs.commit();
 
   if (arguments.json) {
-    std::printf("%s\n", json.dump(2).c_str());
+    std::fputs(result.files.at("calibration.json").c_str(), stdout);
     return 0;
   }
-  std::fputs(oddities.c_str(), stdout);
-  for (std::size_t r = 0; r < recordings.size(); ++r) {
-    if (recordings.size() > 1) std::printf("%s%s\n", r ? "\n" : "", recordings[r].name.c_str());
-    std::fputs(report::to_text(error_table(comparisons[r])).c_str(), stdout);
-    for (const std::string& line : findings(comparisons[r])) std::printf("%s\n", report::wrap(line).c_str());
-  }
-  std::printf("\n%s\n%s\n%s\nplant:  %s\nreport: %s\n", report::to_text(parameters).c_str(),
-              report::wrap(signs_sentence(calibration) + untold_sentence(calibration)).c_str(),
-              report::wrap(starts_sentence(calibration)).c_str(), (out / "plant.yaml").string().c_str(),
+  const std::filesystem::path out = arguments.out;
+  std::printf("%splant:  %s\nreport: %s\n", result.words.c_str(), (out / "plant.yaml").string().c_str(),
               (out / "report.html").string().c_str());
   return 0;
 }
@@ -311,6 +323,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
 
 void add_calibrate(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<CalibrateArguments>();
+  arguments->threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   CLI::App* command = program.add_subcommand("calibrate", "Fit a plant to recordings.");
   command->add_option("recordings", arguments->recordings, "recordings in CSV")->required();
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();

@@ -414,19 +414,25 @@ sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Re
   return result;
 }
 
-sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant) {
-  sim::Recording recording = sim::read_recording(path, plant.system());
+void check_recording(const sim::Recording& recording, const plant::Plant& plant) {
   const bool measured = std::any_of(recording.samples.begin(), recording.samples.end(), [](const sim::Sample& sample) {
     return std::any_of(sample.channels.begin(), sample.channels.end(), [](double value) { return !std::isnan(value); });
   });
   if (!measured) {
     std::string names;
     for (const auto& channel : plant.system().channels()) names += (names.empty() ? "" : ", ") + channel.column;
-    throw sim::InputError(
-        {.file = path, .key = names, .value = "nothing", .advice = "no row has a measurement: there is nothing to compare a plant with"});
+    throw sim::InputError({.file = recording.name,
+                           .key = names,
+                           .value = "nothing",
+                           .advice = "no row has a measurement: there is nothing to compare a plant with"});
   }
   if (const auto mistaken = diagnose::mistaken_column(plant, recording))
-    throw sim::InputError({.file = path, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
+    throw sim::InputError({.file = recording.name, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
+}
+
+sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant) {
+  sim::Recording recording = sim::read_recording(path, plant.system());
+  check_recording(recording, plant);
   return recording;
 }
 

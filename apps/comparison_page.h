@@ -43,6 +43,7 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
 // A recording that a plant is fitted to or compared with, refused where one of its columns is not what its name says, and where nothing
 // is measured in it. Throws InputError.
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
+void check_recording(const sim::Recording& recording, const plant::Plant& plant);  // the same, of one that is read
 
 // What is said of a recording before anything is made of it, a sentence each: what it is too poor for (where it is `alone`: another
 // recording may have what this one lacks), pauses, rows that look misread.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew diagnose: where a plant and recordings differ, which physics is missing, the plant with it, and how much better
 // that is.
+#include "apps/diagnose.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,14 +34,9 @@ namespace {
 
 constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or held out
 
-struct DiagnoseArguments {
-  std::vector<std::string> training, held_out, without, ignored;
-  std::string plant, out;
-  std::vector<std::string> noise;
-  double fit_until_s = std::numeric_limits<double>::infinity();
-  std::int64_t seed = 1;
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  bool at_rest = false, json = false, overwrite = false;
+struct DiagnoseArguments : DiagnoseRequest {
+  std::string out;
+  bool json = false, overwrite = false;
 };
 
 std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& names, const plant::System& system) {
@@ -89,15 +86,13 @@ void check_apart(const DiagnoseArguments& arguments) {
   for (const std::string& path : arguments.held_out) check("--heldout", path);
 }
 
-sim::Recording read_checked(const std::string& path, const plant::Plant& nominal, double fit_until_s, bool training) {
-  sim::Recording recording = read_recording_of(path, nominal);
-  if (training && diagnose::samples_until(recording, fit_until_s) < least_samples)
-    throw sim::InputError({.file = path,
+void check_long_enough(const sim::Recording& recording, double fit_until_s) {
+  if (diagnose::samples_until(recording, fit_until_s) < least_samples)
+    throw sim::InputError({.file = recording.name,
                            .key = "--fit-until",
                            .value = std::isfinite(fit_until_s) ? sim::shortest(fit_until_s) : "the end",
                            .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
                                      sim::shortest(recording.samples.front().time_s) + " s"});
-  return recording;
 }
 
 // A pause ends a recording: what follows begins with a state of its own. A part that is after --fit-until is held out.
@@ -114,35 +109,27 @@ void cut_at_pauses(std::vector<sim::Recording>& training, std::vector<sim::Recor
   held_out = std::move(predicted);
 }
 
-void print_wrapped(const std::string& text, std::size_t indent) {
+std::string wrapped(const std::string& text, std::size_t indent) {
   std::string lines = report::wrap(text, report::terminal_columns, indent);
   for (std::size_t at = 0; (at = lines.find(no_break, at)) != std::string::npos;) lines.replace(at, std::string(no_break).size(), " ");
-  std::printf("%s\n", lines.c_str());
+  return lines + "\n";
 }
 
-void print_part(const char* heading, const std::vector<std::string>& paragraphs) {
-  std::printf("\n%s\n", heading);
-  for (const std::string& paragraph : paragraphs) print_wrapped(paragraph, 2);
+std::string part(const std::string& heading, const std::vector<std::string>& paragraphs) {
+  std::string text = "\n" + heading + "\n";
+  for (const std::string& paragraph : paragraphs) text += wrapped(paragraph, 2);
+  return text;
 }
 
-void print_words(const DiagnosisWords& words) {
-  print_wrapped(words.verdict, 0);
-  print_part("Where", words.where);
-  print_part("What", words.what);
-  print_part("Modelled", words.modelled);
-  print_part("Better", words.better);
-  print_part("What next", words.next);
+std::string text_of(const DiagnosisWords& words) {
+  return wrapped(words.verdict, 0) + part("Where", words.where) + part("What", words.what) + part("Modelled", words.modelled) +
+         part("Better", words.better) + part("What next", words.next);
 }
 
-int diagnose_command(const DiagnoseArguments& arguments) {
-  const std::filesystem::path out = arguments.out;
-  check_apart(arguments);
-  InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
-  read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
-  Outputs outputs(out, read, arguments.overwrite);
-  outputs.claim(files_of_diagnosis(arguments));
-  std::optional<EndsSoon> ends_soon(&outputs);
+}  // namespace
 
+Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nominal, std::vector<sim::Recording> training,
+                    std::vector<sim::Recording> held_out) {
   DiagnosisInputs inputs;
   inputs.training = arguments.training;
   inputs.held_out = arguments.held_out;
@@ -150,18 +137,13 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   inputs.seed = arguments.seed;
   inputs.ignored = arguments.ignored;
   diagnose::DiagnosisSettings& settings = inputs.settings;
-  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
-  // Before any recording is read: what is wrong with the option does not wait for them.
-  static_cast<void>(noise_of_option(arguments.noise, nominal.system(), diagnose::per_channel(nominal.system())));
   settings.search.without = chosen_effects(arguments.without, nominal.system());
   settings.search.seed = static_cast<std::uint64_t>(arguments.seed);
   settings.search.threads = arguments.threads;
-  settings.search.fit.should_stop = interrupted;
+  settings.search.fit.should_stop = arguments.should_stop;
   settings.start = arguments.at_rest ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
   if (std::isfinite(arguments.fit_until_s)) settings.fit_until_s = arguments.fit_until_s;
-  std::vector<sim::Recording> training, held_out;
-  for (const std::string& path : arguments.training) training.push_back(read_checked(path, nominal, arguments.fit_until_s, true));
-  for (const std::string& path : arguments.held_out) held_out.push_back(read_checked(path, nominal, arguments.fit_until_s, false));
+  for (const sim::Recording& recording : training) check_long_enough(recording, arguments.fit_until_s);
   std::vector<sim::Recording*> all;
   for (auto* recordings : {&training, &held_out})
     for (sim::Recording& recording : *recordings) all.push_back(&recording);
@@ -192,47 +174,77 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   cut_at_pauses(training, held_out, arguments.fit_until_s);
   if (training.size() + held_out.size() > given)
     settings.start = diagnose::StartPolicy::estimated;  // at rest at most the first part begins
-  for (std::size_t k = given + 1; k <= training.size() + held_out.size(); ++k)
-    outputs.claim({"heldout_prediction_" + std::to_string(k) + ".csv"});
-  InputHashes hashes{{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
-  for (const auto* paths : {&arguments.training, &arguments.held_out})
-    for (const std::string& path : *paths) hashes[path] = sim::sha256(sim::read_file(path));
+  std::mutex one_at_a_time;
+  settings.search.progress = [&](double share, const std::string& doing) {
+    const std::lock_guard lock(one_at_a_time);
+    if (arguments.progress) arguments.progress(share, doing);
+  };
+  const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
 
-  diagnose::Diagnosis diagnosis;
-  {
-    Progress progress("diagnose");
-    std::mutex one_at_a_time;
-    settings.search.progress = [&](double share, const std::string& doing) {
-      const std::lock_guard lock(one_at_a_time);
-      progress.show(share, doing);
-    };
-    diagnosis = diagnose::diagnose(nominal, training, held_out, settings);
-  }
-
-  const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, hashes);
+  const nlohmann::ordered_json json = diagnosis_json(diagnosis, inputs, arguments.hashes);
   std::map<std::string, std::string> files{{"diagnosis.json", json.dump(2) + "\n"},
                                            {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
                                            {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
   files.merge(prediction_files(diagnosis));
   if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
-  const std::string run = diagnosis_run_json(diagnosis, inputs, hashes, files);
+  files["run.json"] = diagnosis_run_json(diagnosis, inputs, arguments.hashes, files);
+  std::string oddities;
+  for (const Oddities& of : inputs.oddities) {
+    oddities += of.recording + "\n";
+    for (const std::string& line : of.lines) oddities += report::wrap(line, report::terminal_columns, 2) + "\n";
+    oddities += "\n";
+  }
+  return {std::move(files), std::move(oddities), text_of(diagnosis_words(diagnosis, inputs))};
+}
+
+namespace {
+
+int diagnose_command(const DiagnoseArguments& arguments) {
+  const std::filesystem::path out = arguments.out;
+  check_apart(arguments);
+  InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
+  read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
+  Outputs outputs(out, read, arguments.overwrite);
+  const std::vector<std::string> names = files_of_diagnosis(arguments);
+  outputs.claim(names);
+  std::optional<EndsSoon> ends_soon(&outputs);
+
+  const plant::Plant nominal = sim::read_plant_file(arguments.plant);
+  // Before any recording is read: what is wrong with the options does not wait for them.
+  static_cast<void>(noise_of_option(arguments.noise, nominal.system(), diagnose::per_channel(nominal.system())));
+  static_cast<void>(chosen_effects(arguments.without, nominal.system()));
+  std::vector<sim::Recording> training, held_out;
+  for (const std::string& path : arguments.training) {
+    training.push_back(read_recording_of(path, nominal));
+    check_long_enough(training.back(), arguments.fit_until_s);
+  }
+  for (const std::string& path : arguments.held_out) held_out.push_back(read_recording_of(path, nominal));
+  DiagnoseRequest request = arguments;
+  request.hashes = {{arguments.plant, sim::sha256(sim::read_file(arguments.plant))}};
+  for (const auto* paths : {&arguments.training, &arguments.held_out})
+    for (const std::string& path : *paths) request.hashes[path] = sim::sha256(sim::read_file(path));
+  request.should_stop = interrupted;
+  Diagnosed result;
+  {
+    Progress progress("diagnose");
+    request.progress = [&](double share, const std::string& doing) { progress.show(share, doing); };
+    result = diagnosed(request, nominal, std::move(training), std::move(held_out));
+  }
   ends_soon.reset();
   if (interrupted()) throw diagnose::Stopped{};
-  for (const auto& [name, content] : files) outputs.stage(name, content);
-  outputs.stage("run.json", run);
+  for (const auto& [name, content] : result.files) {
+    // Parts between pauses are predicted one by one: further files, none of which was there.
+    if (std::find(names.begin(), names.end(), name) == names.end()) outputs.claim({name});
+    outputs.stage(name, content);
+  }
   outputs.commit();
 
   if (arguments.json) {
-    std::printf("%s\n", json.dump(2).c_str());
+    std::fputs(result.files.at("diagnosis.json").c_str(), stdout);
     return 0;
   }
-  for (const Oddities& of : inputs.oddities) {
-    std::printf("%s\n", of.recording.c_str());
-    for (const std::string& line : of.lines) std::printf("%s\n", report::wrap(line, report::terminal_columns, 2).c_str());
-    std::printf("\n");
-  }
-  print_words(diagnosis_words(diagnosis, inputs));
-  std::printf("\nplant:  %s\nreport: %s\n", (out / "plant.yaml").string().c_str(), (out / "report.html").string().c_str());
+  std::printf("%s%s\nplant:  %s\nreport: %s\n", result.oddities.c_str(), result.words.c_str(), (out / "plant.yaml").string().c_str(),
+              (out / "report.html").string().c_str());
   return 0;
 }
 
@@ -240,6 +252,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
 
 void add_diagnose(CLI::App& program, int& exit_code) {
   auto arguments = std::make_shared<DiagnoseArguments>();
+  arguments->threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   CLI::App* command = program.add_subcommand("diagnose", "Find the physics that a plant leaves out, from recordings of the limb.");
   command->add_option("--train", arguments->training, "recordings in CSV to learn from, one or several of the same limb")
       ->required()

@@ -8,7 +8,11 @@
 namespace sinew::apps {
 
 std::vector<std::string> emulator_command(const std::string& scenario, const std::vector<std::string>& faults) {
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  // Beside the program, or where it is installed.
+  const std::filesystem::path bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  std::filesystem::path here = bin;
+  const std::filesystem::path installed = bin.parent_path() / "lib/sinew";
+  if (!std::filesystem::exists(bin / "sinew-emulator") && std::filesystem::exists(installed)) here = installed;
   for (const char* name : {"sinew-emulator", "firmware.elf"})
     if (!std::filesystem::exists(here / name))
       throw sim::InputError(

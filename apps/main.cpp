@@ -69,6 +69,9 @@ int main(int argc, char** argv) {
   apps::add_hil_faults(program, exit_code);
   apps::add_investigate(program, exit_code);
   apps::add_doctor(program, exit_code);
+  apps::add_schema(program, exit_code);
+  apps::add_completion(program, exit_code);
+  apps::add_man(program, exit_code);
   apps::add_rules_for_all(program);
   apps::watch_for_interrupts();
   try {

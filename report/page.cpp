@@ -33,7 +33,7 @@ constexpr int selector_px = 38;             // and the range selector
 constexpr int scatter_labels_px = 54;       // around a scatter plot
 constexpr std::size_t band_lane_px = 16;
 // In a narrow window a column of words is as wide as this allows, so that none stands at one word a line, and a table that does not fit
-// scrolls. The widths in page_style.cpp belong to these.
+// scrolls. The widths in page.css belong to these.
 constexpr std::size_t narrow_words_ch = 24, narrow_header_ch = 14;
 constexpr std::size_t narrow_ch_px = 8, narrow_padding_px = 14;
 constexpr std::size_t phone_px = 388, small_window_px = 728;  // what is left of a window of 420 px, and of 760 px

@@ -5,7 +5,7 @@
 
 namespace sinew::report {
 
-// What to_html puts into every page beside its content. page_style.cpp and page_script.cpp hold the text; the
+// What to_html puts into every page beside its content: page.css and page.js, embedded at build (cmake/embed.cmake). The
 // classes and data attributes that join them to the markup are those that page.cpp writes.
 extern const std::string_view page_style;
 extern const std::string_view page_script;

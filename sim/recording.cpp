@@ -27,7 +27,7 @@ constexpr double periods_averaged = 10.0;  // a step of more than ten blocks of 
 constexpr double latest_time_s = 1e10;     // beyond it, seconds no longer resolve a sample well
 constexpr double day_ms = 86'400'000.0;
 constexpr std::size_t logger_preamble_lines = 2;
-constexpr std::size_t header_search_lines = 10;
+constexpr std::size_t preamble_search_lines = 10;
 constexpr std::size_t listed_names = 30;
 
 constexpr std::string_view time_column = "time_s";
@@ -191,7 +191,7 @@ std::string comment_of(std::string_view line) {
 // Whether one of the first lines begins with the column of the logger's clock.
 bool looks_like_logger(std::string_view text, std::string_view logger_clock) {
   if (logger_clock.empty()) return false;
-  for (std::size_t i = 0; i < header_search_lines && !text.empty(); ++i) {
+  for (std::size_t i = 0; i < preamble_search_lines && !text.empty(); ++i) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     if (same_name(first_field(text.substr(0, end)), logger_clock, false)) return true;
     text.remove_prefix(std::min(end + 1, text.size()));
@@ -618,7 +618,7 @@ Recording parse_logger(std::string_view text, std::string name, const plant::Sys
   const Format format = logger_format(logger, recording.columns);
   std::string advice =
       "expected two lines of preamble, then the logger's " + std::to_string(1 + logger.columns.size() + logger.unused.size()) + " columns";
-  while (notes.preamble_lines < header_search_lines && lines.next()) {
+  while (notes.preamble_lines < preamble_search_lines && lines.next()) {
     const std::string_view line = lines.line(), first = first_field(line);
     if (same_name(first, logger.clock_column, false)) {
       if (notes.preamble_lines != logger_preamble_lines) lines.count(notes.unusual_preamble, line.data());

@@ -1,34 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "sim/fields.h"
 #include "sim/plain_text.h"
 #include "sim/plant_file.h"
-#include "sim/scenario.h"
+#include "sim/scenario_fields.h"
 #include "sim/text.h"
 #include "sim/yaml.h"
 
 namespace sinew::sim {
 namespace {
-
-template <class Self, class Visitor>
-void sensor_fields(Self& self, const std::string& unit, Visitor&& visit) {
-  visit(self.noise, Key{"noise_" + unit, {0.0, 100.0}, "standard deviation of white noise"});
-  visit(self.step, Key{"step_" + unit, {0.0, 100.0}, "quantisation; 0: none"});
-  visit(self.bias, Key{"bias_" + unit, {-1000.0, 1000.0}, "added to every sample"});
-  visit(self.dropout_fraction, Key{"dropout_fraction", fraction, "share of samples that are missing"});
-}
-template <class Self, class Visitor>
-void stuck_fields(Self& self, Visitor&& visit) {
-  visit(self.from_s, Key{"from_s", any_time_s, "begin", true});
-  visit(self.until_s, Key{"until_s", any_time_s, "end", true});
-}
-template <class Self, class Visitor>
-void numerics_fields(Self& self, Visitor&& visit) {
-  visit(self.numerics.method, Key{"method", {}, "cvode, arkode or automatic"});
-  visit(self.numerics.relative_tolerance, Key{"relative_tolerance", {1e-13, 1e-2}, "of the integrator"});
-  visit(self.restart_period_s, Key{"restart_period_s", {0.001, 1e6}, "checkpoints can be taken this often"});
-}
 
 void complain_unless_ordered(const YamlValue& value, double from, double until, std::string_view from_key, std::string_view until_key) {
   if (!(from < until)) {
@@ -36,16 +16,6 @@ void complain_unless_ordered(const YamlValue& value, double from, double until, 
       if (entry.key == until_key) entry.value.complain("must lie after " + std::string(from_key) + " = " + shortest(from));
     value.complain(std::string(from_key) + " must lie before " + std::string(until_key));
   }
-}
-
-// Keys of a signal end in the unit of its input.
-Key key_for(const plant::InputInfo& input, const Key& key) {
-  constexpr std::string_view any = "_fraction";
-  if (!key.name.ends_with(any) || input.unit.text.empty()) return key;
-  Key result = key;
-  result.name.replace(key.name.size() - any.size(), any.size(), "_" + std::string(input.unit.text));
-  result.range = input.range;
-  return result;
 }
 
 Signal read_signal(const YamlValue& value, const plant::InputInfo& input) {
@@ -140,17 +110,6 @@ SensorSettings read_sensor(const YamlValue& value, SensorSettings settings, cons
   return settings;
 }
 
-// Keys are those of the states, with angles in degrees as everywhere in files.
-std::string start_key(const plant::StateInfo& state) {
-  std::string key = state.key;
-  const std::size_t at = key.rfind("_rad");
-  if (at != std::string::npos) key.replace(at, 4, "_deg");
-  return key;
-}
-plant::Range start_range(const plant::StateInfo& state) {
-  if (state.key.ends_with("_fraction")) return fraction;
-  return {-1000.0, 1000.0};
-}
 double start_unit(const plant::StateInfo& state) {
   const auto& unit = state.unit.text;
   return unit == plant::units::rad.text || unit == plant::units::rad_s.text ? plant::radians_per_degree : 1.0;
@@ -184,6 +143,26 @@ void write_sensor(std::string& text, const std::string& name, const SensorSettin
 
 }  // namespace
 
+Key key_for(const plant::InputInfo& input, const Key& key) {
+  constexpr std::string_view any = "_fraction";
+  if (!key.name.ends_with(any) || input.unit.text.empty()) return key;
+  Key result = key;
+  result.name.replace(key.name.size() - any.size(), any.size(), "_" + std::string(input.unit.text));
+  result.range = input.range;
+  return result;
+}
+
+std::string start_key(const plant::StateInfo& state) {
+  std::string key = state.key;
+  const std::size_t at = key.rfind("_rad");
+  if (at != std::string::npos) key.replace(at, 4, "_deg");
+  return key;
+}
+plant::Range start_range(const plant::StateInfo& state) {
+  if (state.key.ends_with("_fraction")) return fraction;
+  return {-1000.0, 1000.0};
+}
+
 std::int64_t Scenario::ticks() const { return std::llround(duration_s / sample_period_s) + 1; }
 std::int64_t Scenario::restart_ticks() const { return std::max<std::int64_t>(1, std::llround(restart_period_s / sample_period_s)); }
 double Scenario::time_s(std::int64_t tick) const {
@@ -212,8 +191,8 @@ Scenario parse_scenario(std::string_view text, const std::filesystem::path& file
     scenario.seed = seed->whole_number();
     if (scenario.seed < 0) seed->complain("must not be negative");
   }
-  scenario.duration_s = duration->number_in({0.1, 1e6});
-  if (period) scenario.sample_period_s = period->number_in({0.001, 60.0});
+  scenario.duration_s = duration->number_in(durations_s);
+  if (period) scenario.sample_period_s = period->number_in(sample_periods_s);
   if (plant) scenario.plant = read_plant(*plant, folder);
   const plant::System& system = scenario.plant.system();
   scenario.sensors = usual_sensors(system);

@@ -6,6 +6,8 @@
 """
 import math
 import re
+import shutil
+import subprocess
 import sys
 
 import test_cli as cli
@@ -138,6 +140,66 @@ def test_data_at_hand():
         check(f"{name}: the suggested map converts", result.returncode == 0 and again.returncode == 0, said(again))
 
 
+def test_formats():
+    """Recordings as MATLAB and HDF5 files, read back by other libraries."""
+    header, rows = None, []
+    for line in (ROOT / "scenarios/demo/recording.csv").read_text().splitlines():
+        if not line.startswith("#"):
+            fields = line.split(",")
+            if header is None:
+                header = fields
+            else:
+                rows.append([float(field) if field else math.nan for field in fields])
+    wanted = dict(zip(header, zip(*rows)))
+    check("the demo's recording has samples that are missing", any(math.isnan(value) for values in wanted.values() for value in values))
+
+    def same(found):
+        return sorted(found) == sorted(wanted) and all(
+            len(found[name]) == len(wanted[name]) and all(a == b or math.isnan(a) and math.isnan(b) for a, b in zip(found[name], wanted[name]))
+            for name in wanted)
+
+    for name in ("a.mat", "a.h5"):
+        result = sinew("convert", ROOT / "scenarios/demo/recording.csv", name)
+        check(f"a recording is written as {name}", result.returncode == 0 and f"written: {name}" in result.stdout, said(result))
+        before = cli.content(name)
+        refused(f"{name} is there already", ["convert", ROOT / "scenarios/demo/recording.csv", name], "is there already")
+        sinew("convert", ROOT / "scenarios/demo/recording.csv", name, "--overwrite")
+        check(f"{name}: the same recording gives the same bytes", cli.content(name) == before)
+        # By matio and by the HDF5 library, which read the files of loggers.
+        map_text = "format: 1\ntime: {column: time_s, unit: s}\ncolumns:\n" + "".join(f"  {c}: {{column: {c}}}\n" for c in header[1:])
+        result = sinew("convert", name, "back.csv", "--map", write("back.map.yaml", map_text), "--overwrite")
+        check(f"{name}: a map reads it", result.returncode == 0, said(result))
+        if result.returncode == 0:
+            check(f"{name}: and every number is there", same(columns("back.csv")))
+    try:
+        import h5py
+
+        with h5py.File(cli.folder / "a.h5") as file:
+            check("a.h5: h5py reads every number", same({key: file[key][:].tolist() for key in file}))
+    except ImportError:
+        print("SKIPPED: HDF5 files in h5py, which is not installed (python3-h5py)")
+    script = "s = load('a.mat'); n = fieldnames(s); for k = 1:numel(n), printf('%s', n{k}); printf(' %.17g', s.(n{k})); printf('\\n'); end"
+    if shutil.which("octave-cli"):
+        told = subprocess.run(["octave-cli", "--eval", script], cwd=cli.folder, capture_output=True, text=True).stdout
+        lines = [line.split() for line in told.splitlines()]
+        check("a.mat: Octave reads every number", same({line[0]: [float(x) for x in line[1:]] for line in lines}))
+    else:
+        try:
+            import scipy.io
+
+            found = scipy.io.loadmat(cli.folder / "a.mat")
+            check("a.mat: SciPy reads every number", same({key: found[key].ravel().tolist() for key in found if not key.startswith("__")}))
+        except ImportError:
+            print("SKIPPED: MATLAB files in Octave or SciPy, neither of which is installed")
+    sinew("run", ROOT / "scenarios/step.yaml", "--out", "step")
+    result = sinew("convert", "step/truth.csv", "truth.mat")
+    check("truth.csv is written as truth.mat", result.returncode == 0, said(result))
+    write("twice.csv", "time_s,a.b,a_b\n0,1,2\n1,3,4\n")
+    refused("two columns of one name in MATLAB", ["convert", "twice.csv", "twice.mat"], r"a_b.*\n.*as another column is")
+    write("word.csv", "time_s,a\n0,1\n1,one\n")
+    refused("a word among numbers", ["convert", "word.csv", "word.h5"], r"word.csv:3:3.*one")
+
+
 def test_reference():
     """The examples of docs/convert.md are maps that the program reads."""
     page = (ROOT / "docs/convert.md").read_text()
@@ -151,4 +213,4 @@ def test_reference():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_convert", (test_map, test_wrong_input, test_suggest, test_data_at_hand, test_reference)))
+    sys.exit(cli.run_tests("test_convert", (test_map, test_wrong_input, test_suggest, test_data_at_hand, test_formats, test_reference)))

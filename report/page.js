@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/page_assets.h"
-
-namespace sinew::report {
-
 // Reads the data that page.cpp embeds (its layout is described there) and brings the plots to life. Text from the
 // data reaches the document through textContent alone, except dygraphs' y label, which is escaped first.
-const std::string_view page_script = R"js(
+
 (function () {
   'use strict';
   const data = JSON.parse(document.getElementById('report-data').textContent);
@@ -106,7 +102,7 @@ const std::string_view page_script = R"js(
   // Shows [from, to], kept inside the full range, in every plot of the axis at the next frame.
   function show(axis, from, to) {
     const full = axis.full[1] - axis.full[0];
-    let width = Math.min(Math.max(to - from, full * 1e-6), full);
+    const width = Math.min(Math.max(to - from, full * 1e-6), full);
     from = Math.min(Math.max(from, axis.full[0]), axis.full[1] - width);
     axis.window = [from, from + width];
     if (axis.pending === null) axis.pending = requestAnimationFrame(function () { apply(axis); });
@@ -229,7 +225,7 @@ const std::string_view page_script = R"js(
         context.fillStyle = 'rgba(' + tints[band.tint % tints.length] + ',.12)';
         context.fillRect(left, area.y, Math.max(right - left, 1), area.h);
       }
-      spec.series.forEach(function (series, i) {
+      spec.series.forEach(function (series) {
         if (series.lower && graph.visibility()[series.columns[0]]) draw_area(context, graph, series);
       });
       const range = graph.yAxisRange();
@@ -275,7 +271,7 @@ const std::string_view page_script = R"js(
       if (!strip) return;
       const area = graph.getArea();
       strip.textContent = '';
-      spec.bands.forEach(function (band, i) {
+      spec.bands.forEach(function (band) {
         if (band.label === '' || band.to < axis.window[0] || band.from > axis.window[1]) return;
         const left = Math.max(graph.toDomXCoord(band.from), area.x);
         let right = area.x + area.w;
@@ -821,6 +817,3 @@ const std::string_view page_script = R"js(
   addEventListener('beforeprint', function () { print(true); });
   addEventListener('afterprint', function () { print(false); });
 })();
-)js";
-
-}  // namespace sinew::report

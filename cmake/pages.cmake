@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# Manual pages and completions, as the program itself prints them: cmake -DSINEW=program -DOUTPUT=folder -P pages.cmake
+function(printed file)
+  execute_process(COMMAND ${SINEW} ${ARGN} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+  file(WRITE ${OUTPUT}/${file} "${text}")
+endfunction()
+file(REMOVE_RECURSE ${OUTPUT})
+printed(man/sinew.1 man)
+file(READ ${OUTPUT}/man/sinew.1 page)
+string(REGEX MATCHALL "BR sinew[^ ]+ \\(1\\)" commands "${page}")
+foreach(command IN LISTS commands)
+  string(REGEX REPLACE "^BR sinew..([^ ]+) .*" "\\1" command "${command}")
+  string(REPLACE "\\-" "-" command "${command}")
+  printed(man/sinew-${command}.1 man ${command})
+endforeach()
+printed(bash/sinew completion bash)
+printed(zsh/_sinew completion zsh)
+printed(fish/sinew.fish completion fish)
