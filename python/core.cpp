@@ -489,9 +489,9 @@ struct Rollout {
   double rmse;
 };
 
-Rollout rollout(const model::Model& predictor, const Recording& recording, bool hold_missing) {
-  const model::Series series =
-      model::series_of(recording.data, predictor.task, hold_missing ? model::Missing::held : model::Missing::refused);
+Rollout rollout(model::Predictor& predictor, const Recording& recording, bool hold_missing) {
+  const model::Task& task = predictor.about().task;
+  const model::Series series = model::series_of(recording.data, task, hold_missing ? model::Missing::held : model::Missing::refused);
   model::Vector<double> open, step;
   computed([&](const std::function<bool()>&) {
     open = model::rollout(predictor, series);
@@ -500,7 +500,7 @@ Rollout rollout(const model::Model& predictor, const Recording& recording, bool 
   });
   const auto count = static_cast<std::size_t>(series.samples());
   const auto of = [&](const auto& values) { return vector(count, [&](std::size_t k) { return values(static_cast<model::Index>(k)); }); };
-  return {predictor.task.predicted.name,
+  return {task.predicted.name,
           vector(count, [&](std::size_t k) { return series.first_s + static_cast<double>(k) * model::period_s; }),
           of(series.y),
           of(open),
@@ -650,12 +650,11 @@ PYBIND11_MODULE(_core, module) {
       .def_readonly("open_loop", &python::Rollout::open_loop)
       .def_readonly("one_step", &python::Rollout::one_step)
       .def_readonly("rmse", &python::Rollout::rmse);
-  py::class_<model::Model>(module, "Predictor")
-      .def(py::init([](const std::filesystem::path& path) { return model::read_model(apps::weights_path(path.string())); }),
-           py::arg("path"))
-      .def_property_readonly("case", [](const model::Model& m) { return m.task.paper_case; })
-      .def_property_readonly("predicted", [](const model::Model& m) { return m.task.predicted.name; })
-      .def_property_readonly("trained_on", [](const model::Model& m) { return text(m.trained_on); })
+  py::class_<model::Predictor>(module, "Predictor")
+      .def(py::init([](const std::filesystem::path& path) { return apps::read_predictor_at(path.string()); }), py::arg("path"))
+      .def_property_readonly("case", [](const model::Predictor& p) { return p.about().task.paper_case; })
+      .def_property_readonly("predicted", [](const model::Predictor& p) { return p.about().task.predicted.name; })
+      .def_property_readonly("trained_on", [](const model::Predictor& p) { return text(p.about().trained_on); })
       .def("rollout", &rollout, py::arg("recording"), py::kw_only(), py::arg("hold_missing") = false);
 
   module.def("_calibrate", &calibrate);

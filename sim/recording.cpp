@@ -12,6 +12,7 @@
 
 #include "plant/systems.h"
 #include "sim/input_error.h"
+#include "sim/table.h"
 #include "sim/text.h"
 
 namespace sinew::sim {
@@ -96,13 +97,6 @@ std::string list(const Names& names) {
   }
   if (names.size() > listed_names) text += " and " + std::to_string(names.size() - listed_names) + " more";
   return text;
-}
-
-double lower_median(std::vector<double> values) {
-  if (values.empty()) return not_a_number;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The text of a file, line by line; knows the place of everything in it, which is worked out only for messages.

@@ -15,7 +15,7 @@ namespace {
 
 // Small, and with every path in use: two streams of which one feeds itself from the second step on.
 struct Small {
-  Shape shape{3, 4, 5, false};
+  sinew::model::Shape shape{3, 4, 5, false};
   Index steps = 4, streams = 2;
   Weights<double> weights{shape};
   Stretch<double> stretch;
