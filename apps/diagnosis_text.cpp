@@ -322,10 +322,10 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (d.by_paths)
     text += found.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.gain) + ". " : "";
-  else if (alone)
+  else if (alone && d.laws.empty())
     text += "Why: it explains " + percent(d.explained_share) + " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
-  else
+  else if (d.laws.empty())
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
   text += rivals_words(d, found);
   return text;
@@ -445,7 +445,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   } else if (!d.laws.empty()) {
     text.push_back("The catalogue's own forms leave more than noise. With " + std::string(d.laws.size() == 1 ? "a curve" : "curves") +
                    (d.effects.empty() ? ", and no name," : " beside what has a name,") + " the plant explains " +
-                   percent(d.explained_share) + " of what " + left_open_words(d) + ", and predicts held-out data better than without.");
+                   percent(d.explained_share) + " of what " + left_open_words(d) + ", and predicts held-out data no worse than without.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "
@@ -541,7 +541,10 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
     text = "plant.yaml is the plant with all its parameters fitted; nothing is added to it." +
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
   else if (!d.laws.empty())
-    text = "plant.yaml is the plant with " + std::string(d.effects.empty() ? "" : "these effects and ") +
+    text = "plant.yaml is the plant with " +
+           std::string(d.effects.empty()       ? ""
+                       : d.effects.size() == 1 ? "this effect and "
+                                               : "these effects and ") +
            (d.laws.size() == 1 ? "this law" : "these laws") + " (`laws:`) in it, and all parameters fitted again.";
   else if (d.effects.empty() || d.wandering)
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +

@@ -177,6 +177,7 @@ double refit_with_truth(const plant::Plant& nominal, const prove::Concealed& con
     }
   }
   settings.search.without = all_effects(system);
+  settings.search.most_laws = 0;
   settings.certain_unrest = 0.0;  // only the fit is wanted
   settings.search.guess = guess;
   const diagnose::Diagnosis known = diagnose::diagnose(with_truth, training, held_out, settings);
@@ -273,6 +274,7 @@ Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
   const Given given(one, nominal.system());
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
+  core_alone.search.most_laws = 0;
   core_alone.certain_unrest = 0.0;  // only the fit is wanted
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, core_alone);
   if (lacks_baselines(one, kept)) kept["baselines"] = baselines(diagnosis, given.settings);

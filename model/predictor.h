@@ -96,8 +96,8 @@ std::string bytes_of(const Predictor& predictor, Layout layout = Layout::keras2)
 
 // For the kinds. The kind that a file names: in an attribute of its own where another predictor is inside, else in its description.
 std::string kind_named_in(const Hdf5File& file, const std::string& name, const Unsaid& unsaid);
-// Their description in the attribute `sinew`: task, kind, what it was trained on, ARX, and what the kind itself has to say, `own_json`, with a checksum over
-// all that; and back again.
+// Their description in the attribute `sinew`: task, kind, what it was trained on, ARX, and what the kind itself has to say, `own_json`,
+// with a checksum over all that; and back again.
 Hdf5File described_file(const AboutPredictor& about, const std::string& own_json);
 AboutPredictor read_description(const Hdf5File& file, const std::string& name, const Unsaid& unsaid, std::string& own_json);
 

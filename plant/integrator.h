@@ -23,8 +23,8 @@ namespace sinew::plant {
 enum class Method {
   cvode,       // BDF; the reference
   arkode,      // explicit Runge-Kutta
-  rosenbrock,  // linearly implicit Runge-Kutta, for fits: few steps whatever is stiff; asked for sensitivities, `automatic` is taken
   automatic,   // arkode, unless an eigenvalue of the Jacobian says that the plant is stiff for it
+  rosenbrock,  // linearly implicit Runge-Kutta, for fits: few steps whatever is stiff; asked for sensitivities, `automatic` is taken
 };
 
 struct NumericalSettings {

@@ -32,7 +32,7 @@ Residual residual_of(const Prediction& prediction, const diagnose::PerChannel& s
                   {channels.size(), Eigen::VectorXd::Constant(n, std::nan(""))}};
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const auto& core = prediction.before;
+    const auto& core = prediction.fitted;
     for (std::size_t u = 0; u < inputs; ++u) result.features(k, static_cast<Eigen::Index>(u)) = samples[i].inputs[u];
     for (const plant::ChannelId c : channels.ids())
       result.features(k, static_cast<Eigen::Index>(inputs + c.index)) = core[c][i] / spreads[c];

@@ -12,14 +12,27 @@ struct Core {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.heat_capacity_J_K,
-          Declaration{.name = "heat_capacity_J_K", .symbol = "C", .unit = units::J_K, .range = {10.0, 1e5}, .typical = 4200.0,
-                      .prior_deviation = 1000.0, .meaning = "heat that warms it by one kelvin", .source = "a litre of water"});
-    visit(self.heat_loss_W_K,
-          Declaration{.name = "heat_loss_W_K", .symbol = "h", .unit = units::W_K, .range = {0.01, 100.0}, .typical = 1.0,
-                      .prior_deviation = 1.0, .meaning = "heat lost for each kelvin above the room"});
-    visit(self.room_degC, Declaration{.name = "room_degC", .symbol = "T_room", .unit = units::degC, .range = {-20.0, 60.0},
-                                      .typical = 20.0, .meaning = "temperature of the room, read off a thermometer"});
+    visit(self.heat_capacity_J_K, Declaration{.name = "heat_capacity_J_K",
+                                              .symbol = "C",
+                                              .unit = units::J_K,
+                                              .range = {10.0, 1e5},
+                                              .typical = 4200.0,
+                                              .prior_deviation = 1000.0,
+                                              .meaning = "heat that warms it by one kelvin",
+                                              .source = "a litre of water"});
+    visit(self.heat_loss_W_K, Declaration{.name = "heat_loss_W_K",
+                                          .symbol = "h",
+                                          .unit = units::W_K,
+                                          .range = {0.01, 100.0},
+                                          .typical = 1.0,
+                                          .prior_deviation = 1.0,
+                                          .meaning = "heat lost for each kelvin above the room"});
+    visit(self.room_degC, Declaration{.name = "room_degC",
+                                      .symbol = "T_room",
+                                      .unit = units::degC,
+                                      .range = {-20.0, 60.0},
+                                      .typical = 20.0,
+                                      .meaning = "temperature of the room, read off a thermometer"});
   }
 };
 
@@ -65,14 +78,30 @@ std::shared_ptr<const System> make_kettle(const Description& structure, const st
       .words = "the kettle",
       .states = {{"temperature_degC", units::degC, 50.0}},
       .inputs = {{.column = "power_W", .name = "heater", .part = "heater", .words = "power", .unit = Unit{"W"}, .range = {0.0, 5000.0}}},
-      .channels = {{.info = {.column = "temperature_degC", .words = "temperature", .unit_words = "°C", .unit = units::degC,
-                             .range = {-50.0, 200.0}, .noise = 0.1, .step = 0.0, .short_name = "temperature", .kind = "temperature"},
+      .channels = {{.info = {.column = "temperature_degC",
+                             .words = "temperature",
+                             .unit_words = "°C",
+                             .unit = units::degC,
+                             .range = {-50.0, 200.0},
+                             .noise = 0.1,
+                             .step = 0.0,
+                             .short_name = "temperature",
+                             .kind = "temperature"},
                     .shows = "temperature_degC"}},
-      .entries = {{.group = {.name = "heat", .words = "the balance of heat", .unit = "W", .typical = 20.0, .correlation_time_s = 60.0,
+      .entries = {{.group = {.name = "heat",
+                             .words = "the balance of heat",
+                             .unit = "W",
+                             .typical = 20.0,
+                             .correlation_time_s = 60.0,
                              .places = {"thermal"}},
-                   .state = "temperature_degC", .divided_by = "heat_capacity_J_K"},
-                  {.group = {.name = "reading", .words = "the thermometer's reading", .unit = "K", .typical = 0.5,
-                             .correlation_time_s = 60.0, .places = {"sensor"}},
+                   .state = "temperature_degC",
+                   .divided_by = "heat_capacity_J_K"},
+                  {.group = {.name = "reading",
+                             .words = "the thermometer's reading",
+                             .unit = "K",
+                             .typical = 0.5,
+                             .correlation_time_s = 60.0,
+                             .places = {"sensor"}},
                    .channel = "temperature_degC"}},
       .drives = {{.channel = ChannelId{0}, .input = InputId{0}, .sense = 1.0}}};
   return std::make_shared<SmallSystem<kettle::Core, kettle::Now, kettle::Effects>>(lists, structure, own);

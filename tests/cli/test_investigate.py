@@ -104,7 +104,9 @@ def test_trip_and_resumed():
     result = sinew(*arguments, timeout=600)
     check("after the trip the same command goes on, with what was recorded", result.returncode == 0
           and state("tripped")["recordings"][0]["recorded"]["used"] and state("tripped")["ending"]["why"] != "interrupted", said(result))
-    refused("another seed into the same folder", [*arguments, "--seed", "4"], r"seed.*\n.*begun with", cli.WRONG_INPUT)
+    other_seed = list(arguments)
+    other_seed[other_seed.index("--seed") + 1] = "4"
+    refused("another seed into the same folder", other_seed, r"seed.*\n.*begun with", cli.WRONG_INPUT)
 
 
 def test_bad_input():

@@ -55,10 +55,10 @@ TEST_CASE("open loop: a path's values, with intervals that take its errors as th
   REQUIRE(values.usable);
   const plant::Plant model = values.model();
   for (const plant::ParameterId p : values.problem->parameters()) CHECK(model.get(p) == polished.model.get(p));
-  // Errors of degrees that last for seconds leave far more open than as many independent ones.
+  // Errors that last for seconds leave more open than as many independent ones of the same size, which `polished` takes them for.
   const auto p = testing::parameter("heat_loss_A_W_K");
   for (std::size_t u = 0; u < values.problem->parameters().size(); ++u)
-    if (values.problem->parameters()[u] == p) CHECK(values.deviation(u) > 2.0 * polished.of.deviation(u));
+    if (values.problem->parameters()[u] == p) CHECK(values.deviation(u) > 1.2 * polished.of.deviation(u));
 }
 
 TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
