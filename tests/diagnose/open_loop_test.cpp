@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "diagnose/score.h"
@@ -56,9 +57,13 @@ TEST_CASE("open loop: a path's values, with intervals that take its errors as th
   const plant::Plant model = values.model();
   for (const plant::ParameterId p : values.problem->parameters()) CHECK(model.get(p) == polished.model.get(p));
   // Errors that last for seconds leave more open than as many independent ones of the same size, which `polished` takes them for.
-  const auto p = testing::parameter("heat_loss_A_W_K");
-  for (std::size_t u = 0; u < values.problem->parameters().size(); ++u)
-    if (values.problem->parameters()[u] == p) CHECK(values.deviation(u) > 1.2 * polished.of.deviation(u));
+  // What is known little better than before is left as it was.
+  double largest = 0.0;
+  for (std::size_t u = 0; u < values.problem->parameters().size(); ++u) {
+    CHECK(values.deviation(u) > 0.99 * polished.of.deviation(u));
+    largest = std::max(largest, values.deviation(u) / polished.of.deviation(u));
+  }
+  CHECK(largest > 1.3);
 }
 
 TEST_CASE("open loop: cross-validation prefers the right plant, and asks of every sample once" * long_when_sanitized) {
