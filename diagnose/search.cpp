@@ -704,8 +704,7 @@ bool is_own(const plant::System& system, const std::vector<plant::EffectId>& nam
   const auto& places = system.entry_groups()[law.entry].places;
   return std::any_of(names.begin(), names.end(), [&](plant::EffectId e) {
     const plant::EffectInfo& effect = system.effects()[e];
-    return std::find(places.begin(), places.end(), effect.place) != places.end() &&
-           (effect.argument.empty() || effect.argument == argument_of(system, law));
+    return std::find(places.begin(), places.end(), effect.place) != places.end() && effect.argument == argument_of(system, law);
   });
 }
 
