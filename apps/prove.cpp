@@ -112,7 +112,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     for (const plant::EffectId e : one.names) terms.push_back(system.effects()[e].name);
     for (const plant::EffectId e : one.explanation.effects())
       if (with_laws.effects()[e].law) terms.push_back(plant::law_words(with_laws, with_laws.laws()[*with_laws.effects()[e].law]));
-    result["bent"].push_back({{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"unrest", one.explanation.unrest}});
+    result["bent"].push_back({{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"process_noise", one.explanation.unrest}});
   }
   result["laws"] = Json::array();
   for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));

@@ -15,18 +15,8 @@ using namespace sinew::diagnose;
 
 namespace {
 
-plant::VariableId variable(std::string_view name) {
-  const auto& all = testing::limb_system().variables();
-  for (const plant::VariableId v : all.ids())
-    if (all[v].name == name) return v;
-  throw std::out_of_range(std::string(name));
-}
-plant::EntryGroupId group(std::string_view name) {
-  const auto& all = testing::limb_system().entry_groups();
-  for (const plant::EntryGroupId g : all.ids())
-    if (all[g].name == name) return g;
-  throw std::out_of_range(std::string(name));
-}
+using testing::group;
+using testing::variable;
 plant::Law law_at(std::string_view entry, std::vector<plant::VariableId> argument, std::vector<plant::VariableId> factor = {}) {
   return {.entry = group(entry), .argument = std::move(argument), .factor = std::move(factor), .knots = {}, .curve = {}};
 }
@@ -107,6 +97,7 @@ TEST_CASE("bent: the same physics in a form that no effect has is named, with it
   CHECK(is_own(found.best.system(), found.bent.front().names, law_of(found)));
   CHECK(nothing_left(found, {}));
   CHECK(found.rounds.front().accepted);
+  CHECK(found.bent.front().names == std::vector<plant::EffectId>{testing::effect("duty_deadband")});
 }
 
 TEST_CASE("bent: physics without a name has a place and a curve" * long_when_sanitized) {

@@ -15,18 +15,8 @@ using namespace sinew;
 
 namespace {
 
-plant::VariableId variable(std::string_view name) {
-  const auto& all = testing::limb_system().variables();
-  for (const plant::VariableId v : all.ids())
-    if (all[v].name == name) return v;
-  throw std::out_of_range(std::string(name));
-}
-plant::EntryGroupId group(std::string_view name) {
-  const auto& all = testing::limb_system().entry_groups();
-  for (const plant::EntryGroupId g : all.ids())
-    if (all[g].name == name) return g;
-  throw std::out_of_range(std::string(name));
-}
+using testing::group;
+using testing::variable;
 
 // The thermocouples read too much in the middle of their range: no effect of the catalogue.
 plant::Law bow() {

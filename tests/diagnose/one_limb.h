@@ -2,6 +2,8 @@
 // A limb with known parameters, and recordings of it, for the tests of diagnose/.
 #pragma once
 
+#include <stdexcept>
+
 #include "diagnose/explanation.h"
 #include "plant/limb/limb.h"
 #include "sim/scenario.h"
@@ -13,6 +15,18 @@ namespace sinew::testing {
 inline const plant::System& limb_system() { return *plant::two_coil_limb(); }
 inline plant::ParameterId parameter(std::string_view key) { return limb_system().parameter(key); }
 inline plant::EffectId effect(std::string_view name) { return limb_system().effect(name); }
+inline plant::VariableId variable(std::string_view name) {
+  const auto& all = limb_system().variables();
+  for (const plant::VariableId v : all.ids())
+    if (all[v].name == name) return v;
+  throw std::out_of_range(std::string(name));
+}
+inline plant::EntryGroupId group(std::string_view name) {
+  const auto& all = limb_system().entry_groups();
+  for (const plant::EntryGroupId g : all.ids())
+    if (all[g].name == name) return g;
+  throw std::out_of_range(std::string(name));
+}
 inline constexpr plant::ChannelId temperature_A{0}, temperature_B{1}, angle{2};
 
 // Babbling of `duration_s`; noise-free sensors.
