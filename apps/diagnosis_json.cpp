@@ -24,6 +24,8 @@ ordered_json per_channel(const Diagnosis& d, const PerChannel& values) {
 
 std::string name_of(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].name); }
 
+std::string family_name(const Diagnosis& d, plant::EffectId effect) { return name_of(d, plant::family_of(effects_of(d), effect)); }
+
 ordered_json names_of(const Diagnosis& d, const std::vector<plant::EffectId>& effects) {
   ordered_json json = ordered_json::array();
   for (const plant::EffectId e : effects) json.push_back(name_of(d, e));
@@ -38,10 +40,11 @@ ordered_json windows_json(const diagnose::WorstTime& worst) {
 
 ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found) {
   const auto& info = effects_of(d)[found.effect];
-  ordered_json json{{"name", info.name},
+  ordered_json json{{"name", family_name(d, found.effect)},
                     {"place", info.place},
                     {"confidence", found.confidence},
                     {"form", found.bent ? "bent" : "catalogue"}};
+  if (info.form_of) json["by"] = info.name;  // as in plant.yaml
   json["parameters"] = ordered_json::object();
   for (const auto& parameter : found.parameters) {
     const auto& declared = parameters_of(d)[parameter.parameter].declaration;
@@ -166,7 +169,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   }
   json["laws"] = ordered_json::array();
   for (const auto& found : d.laws) json["laws"].push_back(law_json(d, found));
-  json["ambiguous_with"] = names_of(d, d.ambiguous_with);
+  json["ambiguous_with"] = ordered_json::array();
+  for (const plant::EffectId e : d.ambiguous_with) json["ambiguous_with"].push_back(family_name(d, e));
   if (d.experiment)
     json["experiment"] = {{"effect", effects_of(d)[d.experiment->effect].name},
                           {"rival", effects_of(d)[d.experiment->rival].name},

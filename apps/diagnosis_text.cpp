@@ -21,7 +21,8 @@ constexpr double goes_with_share = 0.3;  // of what is left: a variable that acc
 
 // What was found, as clauses.
 std::string found_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
-  return std::string(effects_of(d)[found.effect].words) + (found.bent ? ", in a form of its own" : "");
+  const plant::EffectId name = plant::family_of(effects_of(d), found.effect);
+  return std::string(effects_of(d)[name].words) + (found.bent ? ", in a form of its own" : "");
 }
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
@@ -133,8 +134,7 @@ std::string verdict_words(const Diagnosis& d) {
       }
       if (!d.effects.empty()) {
         std::vector<std::string> named;
-        for (const auto& found : d.effects)
-          named.push_back("that " + std::string(effects_of(d)[found.effect].words) + ", " + probability_words(found.confidence));
+        for (const auto& found : d.effects) named.push_back("that " + found_words(d, found) + ", " + probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
                     ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
                     : "More is missing than the catalogue explains, but part of it has a name: ") +
@@ -316,8 +316,11 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = effects_of(d)[found.effect];
   std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") + std::string(info.words) +
-                     ". In the catalogue it is " + std::string(info.name) + ", which acts in " + place_words(system_of(d), info.place) +
-                     "; " + probability_words(found.confidence) + ". The equation becomes " + std::string(info.equation);
+                     ". In the catalogue it is " +
+                     (info.form_of ? effect_name(d, *info.form_of) + ", here in another form (" + effect_name(d, found.effect) + ")"
+                                   : effect_name(d, found.effect)) +
+                     ", which acts in " + place_words(system_of(d), info.place) + "; " + probability_words(found.confidence) +
+                     ". The equation becomes " + std::string(info.equation);
   const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (d.by_paths)
@@ -413,7 +416,11 @@ std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
-  const std::size_t tried = catalogue_size(d) - inputs.settings.search.without.size();
+  std::vector<plant::EffectId> without = inputs.settings.search.without;
+  for (const plant::EffectId e : system_of(d).without_laws()->effects().ids())
+    if (const auto& form_of = effects_of(d)[e].form_of; form_of && std::find(without.begin(), without.end(), *form_of) != without.end())
+      without.push_back(e);
+  const std::size_t tried = catalogue_size(d) - without.size();
   if (d.verdict == Verdict::consistent) {
     std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
     if (!inputs.settings.search.without.empty())

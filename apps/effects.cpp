@@ -35,6 +35,7 @@ std::string markdown_row(std::string_view name, const Declaration& d) {
 // What an effect asks of others, in words; empty for most.
 std::string terms(const plant::System& system, const plant::EffectInfo& effect) {
   std::string text;
+  if (effect.form_of) text = "Another form of " + std::string(system.effects()[*effect.form_of].name) + ": a diagnosis gives it that name.";
   if (effect.needs) text = "Needs " + std::string(system.effects()[*effect.needs].name) + ".";
   std::string hidden;
   for (const auto& [parameter, factor] : effect.hides)
@@ -82,6 +83,7 @@ std::string json(const plant::System& system) {
   for (const auto& effect : system.effects()) {
     if (effect.law) continue;  // not of the catalogue
     nlohmann::ordered_json one{{"name", effect.name}, {"place", effect.place}, {"equation", effect.equation}, {"words", effect.words}};
+    if (effect.form_of) one["form_of"] = system.effects()[*effect.form_of].name;
     if (effect.needs) one["needs"] = system.effects()[*effect.needs].name;
     for (const auto& [parameter, factor] : effect.hides) one["widens"][system.parameters()[parameter].key()] = factor;
     for (const plant::ParameterId p : effect.parameters) one["parameters"].push_back(json_of(system.parameters()[p].declaration));

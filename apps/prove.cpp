@@ -88,8 +88,12 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   for (const auto& found : diagnosis.effects) {
     const auto& info = system.effects()[found.effect];
     const auto& strength = system.parameters()[info.strength].declaration;
-    Json effect{{"name", info.name},  {"place", info.place},       {"confidence", found.confidence},
-                {"gain", found.gain}, {"strength", strength.name}, {"null", strength.null_value.value_or(0.0)}};
+    Json effect{{"name", system.effects()[plant::family_of(system.effects(), found.effect)].name},
+                {"place", info.place},
+                {"confidence", found.confidence},
+                {"gain", found.gain},
+                {"strength", strength.name},
+                {"null", strength.null_value.value_or(0.0)}};
     effect["parameters"] = Json::object();  // none where the strength is no constant
     for (const auto& p : found.parameters)
       effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {{"value", p.value},
@@ -98,7 +102,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();
-  for (const plant::EffectId e : diagnosis.ambiguous_with) result["ambiguous_with"].push_back(system.effects()[e].name);
+  for (const plant::EffectId e : diagnosis.ambiguous_with)
+    result["ambiguous_with"].push_back(system.effects()[plant::family_of(system.effects(), e)].name);
   result["cannot_be_seen"] = Json::array();
   for (const auto& other : diagnosis.others)
     if (!other.can_be_seen) result["cannot_be_seen"].push_back(system.effects()[other.effect].name);

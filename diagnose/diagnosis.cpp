@@ -16,6 +16,14 @@ constexpr double two_suffice_share = 0.98;            // of the misfit: a third 
 
 bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
+// The same effect, or one that is another form of it.
+bool of_one_family(const plant::System& system, plant::EffectId one, plant::EffectId other) {
+  return plant::family_of(system.effects(), one) == plant::family_of(system.effects(), other);
+}
+bool has_family(const plant::System& system, const std::vector<plant::EffectId>& all, plant::EffectId one) {
+  return std::any_of(all.begin(), all.end(), [&](plant::EffectId e) { return of_one_family(system, e, one); });
+}
+
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
                        const plant::NumericalSettings& numerics) {
   Agreement result;
@@ -138,6 +146,7 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
 // An effect, and what fits in its place.
 FoundEffect described(plant::EffectId effect, const Search& search) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+  result.bent = search.core.system().effects()[effect].form_of.has_value();
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
   return result;
 }
@@ -150,7 +159,8 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
       result.chance = round.chance;
     }
   double others = 1.0;
-  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
+  for (const auto& [rival, loss] : result.rivals)
+    if (!of_one_family(diagnosis.search.core.system(), rival, effect)) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
   if (something_left)
     result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
@@ -168,7 +178,7 @@ FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const D
   for (const Bent& one : tried) {
     const double odds = std::exp(one.log_odds - tried.front().log_odds);
     all += odds;
-    if (contains(one.names, effect))
+    if (has_family(diagnosis.search.core.system(), one.names, effect))
       with += odds;
     else
       without = std::max(without, one.log_odds);
@@ -188,9 +198,10 @@ std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
 
 FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const DiagnosisSettings& settings) {
   FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+  result.bent = proposals.system->effects()[effect].form_of.has_value();
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
-    if (contains(one.effects, effect)) continue;
+    if (has_family(*proposals.system, one.effects, effect)) continue;
     if (result.gain == 0.0) result.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
     // What does in its place, the others kept.
     const double loss = best.log_odds - one.log_odds;
@@ -275,7 +286,7 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
   Parsimony result;
   const auto others = [&](double share) {
     std::vector<plant::EffectId> alone = enough_alone(search, share);
-    std::erase_if(alone, [&](plant::EffectId e) { return contains(effects, e); });
+    std::erase_if(alone, [&](plant::EffectId e) { return has_family(search.core.system(), effects, e); });
     return alone;
   };
   if (something_left) result.as_good = others(settings.least_explained_share);
@@ -576,6 +587,7 @@ class Diagnoser {
     calibration.numerics = numerics();
     calibration.should_stop = search_.fit.should_stop;
     calibration.along_the_path = true;
+    calibration.iterations_per_pass = 8;  // the next pass begins from there, with deviations of its own
     try {
       const Fitted path = calibrated(given_, data_, calibration);
       const std::vector<Series> models = predicted_by(path);
@@ -593,7 +605,7 @@ class Diagnoser {
   }
 
   void add_rival(plant::EffectId effect) {
-    if (!contains(result_.ambiguous_with, effect)) result_.ambiguous_with.push_back(effect);
+    if (!has_family(system(), result_.ambiguous_with, effect)) result_.ambiguous_with.push_back(effect);
   }
 
   // What cannot be told from what was found, and whether it may be something else in another form.
@@ -602,7 +614,7 @@ class Diagnoser {
                      [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
     for (const FoundEffect& effect : result_.effects)
       for (const auto& [rival, loss] : effect.rivals)
-        if (loss < settings_.ambiguous_loss && !contains(effects_, rival)) add_rival(rival);
+        if (loss < settings_.ambiguous_loss && !has_family(system(), effects_, rival)) add_rival(rival);
     if (result_.effects.empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, something_left_ && !result_.by_paths, settings_);

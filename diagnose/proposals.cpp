@@ -224,9 +224,9 @@ class Proposer {
     const Scores scores = score(core, candidates, settings_.threads);
     for (const std::size_t s : scores.best) {
       const Effects alone{scores.all[s].effect};
-      if (!scores.all[s].blind) begun.push_back({alone, guess_with(core, scores.all[s]), {}});
-      // Where the core has gone far without it, or the score says nothing of it.
-      if (scores.all[s].blind || begins_far(scores.all[s].effect)) begun.push_back({alone, from_belief(alone), {}});
+      begun.push_back({alone, guess_with(core, scores.all[s]), {}});
+      // Where the core has gone far without it, or the score is of a finite step.
+      if (scores.all[s].is_difference || begins_far(scores.all[s].effect)) begun.push_back({alone, from_belief(alone), {}});
       // One belief is one start, and such a fit has several ends.
       if (begins_far(scores.all[s].effect)) {
         const plant::Plant plant = with(alone);
@@ -270,7 +270,7 @@ class Proposer {
       for (const std::size_t s : scores.best) {
         const Score& one = scores.all[s];
         const bool far = begins_far(one.effect);
-        if (!one.blind && !far && scored++ >= settings_.scored) continue;
+        if (!far && scored++ >= settings_.scored) continue;
         const Effects effects = joined(parent, one.effect);
         if (all_.contains(effects)) continue;
         begun.push_back({effects, guess_with(at, one), {}});
@@ -466,8 +466,11 @@ class Proposer {
 
 double Proposals::probability_of(plant::EffectId effect) const {
   double sum = 0.0;
+  const auto& effects = system->effects();
   for (const Proposal& one : all)
-    if (holds(one.effects, effect)) sum += one.probability;
+    if (std::any_of(one.effects.begin(), one.effects.end(),
+                    [&](plant::EffectId e) { return plant::family_of(effects, e) == plant::family_of(effects, effect); }))
+      sum += one.probability;
   return sum;
 }
 
@@ -478,8 +481,10 @@ Proposals propose(const Fitted& core, const std::vector<FitData>& data, const Pr
 std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without) {
   std::vector<plant::EffectId> result;
   for (const plant::EffectId e : plant.system().effects().ids()) {
-    const auto& needs = plant.system().effects()[e].needs;
-    if (!plant.is_on(e) && !plant.system().effects()[e].law && !holds(without, e) && (!needs || plant.is_on(*needs))) result.push_back(e);
+    const plant::EffectInfo& effect = plant.system().effects()[e];
+    // Without a name no form of it.
+    if (holds(without, e) || (effect.form_of && holds(without, *effect.form_of))) continue;
+    if (!plant.is_on(e) && !effect.law && (!effect.needs || plant.is_on(*effect.needs))) result.push_back(e);
   }
   return result;
 }

@@ -35,7 +35,7 @@ struct ProposalSettings {
   std::vector<plant::EffectId> without;  // effects that may not be named
   std::size_t most_effects = 4;
   std::size_t width = 3;   // proposals that are gone on from
-  std::size_t scored = 6;  // effects of the score test's ranking that are added to each; those it is blind for besides
+  std::size_t scored = 6;  // effects of the score test's ranking that are added to each
   std::size_t pairs = 6;   // of the joint score test's ranking, fitted at first
   std::size_t laws = 4;    // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
   int most_laws = 2;       // in one proposal
@@ -53,12 +53,12 @@ struct Proposal {
 };
 
 struct Proposals {
-  std::vector<Proposal> all;                    // most probable first; the plant as given is among them
-  std::size_t answer = 0;                       // of `all`
-  std::vector<FitData> yardstick;               // the data with the deviations under which all were compared
-  std::shared_ptr<const plant::System> system;  // with every law that was tried: effects of `all` are ids of it
-  std::size_t cells = 0;                        // in which a law was sought
-  double probability_of(plant::EffectId effect) const;
+  std::vector<Proposal> all;                            // most probable first; the plant as given is among them
+  std::size_t answer = 0;                               // of `all`
+  std::vector<FitData> yardstick;                       // the data with the deviations under which all were compared
+  std::shared_ptr<const plant::System> system;          // with every law that was tried: effects of `all` are ids of it
+  std::size_t cells = 0;                                // in which a law was sought
+  double probability_of(plant::EffectId effect) const;  // in any of its forms
 };
 
 // `core`: the plant as given, fitted. `data`: deviations are the sensors' noise.

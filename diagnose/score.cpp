@@ -65,8 +65,26 @@ bool is_two_sided(const plant::Declaration& strength) {
 struct Job {
   plant::Plant plant;
   std::vector<std::size_t> scores;  // indices into Scores::all, one a column
-  bool difference = false;          // between the path with the effect as it is in `plant` and the one without
+  bool difference = false;          // between the path with the one effect as it is in `plant` and the one without
 };
+
+// Of what calibration absorbs all but this share of, what is left is rounding, and its direction says nothing.
+constexpr double absorbed_share = 1e-4;
+// Of the typical strength, at which differences are taken: less than what is looked for, and far from rounding.
+constexpr double difference_share = 0.5;
+
+// Whether derivatives at the null say nothing of an effect: they are nothing, or the same whatever its shape.
+bool says_nothing(const Scores& scores, plant::EffectId effect) {
+  const Score* first = nullptr;
+  bool several = false;
+  for (const Score& score : scores.all) {
+    if (score.effect != effect || score.column.size() == 0) continue;
+    if (first && score.visible_share >= absorbed_share && std::abs(score.column.dot(first->column)) <= 0.999) return false;
+    several = several || first;
+    if (!first) first = &score;
+  }
+  return !first || several;
+}
 
 }  // namespace
 
@@ -148,6 +166,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
       if (!column.allFinite()) return;
       rest.whiten(column);
       Score& score = result.all[job.scores.front()];
+      score.is_difference = true;
       const plant::ParameterId strength = system.effects()[score.effect].strength;
       const auto& declared = system.parameters()[strength].declaration;
       judge(score, column.col(0), job.plant.get(strength) - declared.null_value.value_or(0.0) * declared.unit.internal_per_unit, true);
@@ -168,21 +187,28 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
   };
   sim::in_parallel(jobs.size(), threads, run);
 
-  // Of a column that calibration absorbs all but this share of, what is left is rounding, and its direction says
-  // nothing.
-  constexpr double absorbed_share = 1e-4;
-  // At the null of some effects (a body that stores heat, and is given none) the shape does not matter to first order:
-  // what is seen there is not what the effect would do, and only a fit can tell.
+  jobs.clear();
   for (const plant::EffectId e : candidates) {
-    std::vector<std::size_t> mine;
-    for (std::size_t i = 0; i < result.all.size(); ++i)
-      if (result.all[i].effect == e && result.all[i].column.size() > 0) mine.push_back(i);
-    const bool same = mine.size() > 1 && std::all_of(mine.begin(), mine.end(), [&](std::size_t i) {
-                        return result.all[i].visible_share < absorbed_share ||
-                               std::abs(result.all[i].column.dot(result.all[mine.front()].column)) > 0.999;
-                      });
-    for (const std::size_t i : mine) result.all[i].blind = same;
+    const plant::ParameterId strength = system.effects()[e].strength;
+    const auto& declared = system.parameters()[strength].declaration;
+    if (declared.kind == plant::Kind::toggle || !says_nothing(result, e)) continue;
+    const std::size_t known = result.all.size();
+    for (std::size_t i = 0; i < known; ++i) {
+      if (result.all[i].effect != e) continue;
+      // The same shape, by a difference.
+      const Score shape = result.all[i];
+      result.all[i] = Score();
+      result.all[i].effect = e;
+      result.all[i].shape = shape.shape;
+      result.all[i].two_sided = shape.two_sided;
+      jobs.push_back({with_effect(fitted, e), {i}, true});
+      plant::Plant& with = jobs.back().plant;
+      for (const auto& [key, value] : shape.shape) with.set(system.parameter(key), value);
+      with.set(strength,
+               (*declared.null_value + difference_share * (declared.typical - *declared.null_value)) * declared.unit.internal_per_unit);
+    }
   }
+  sim::in_parallel(jobs.size(), threads, run);
 
   for (const plant::EffectId e : candidates) {
     std::size_t best = result.all.size();

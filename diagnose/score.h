@@ -6,7 +6,9 @@
 // with s = dy/dphi at phi = 0, J the columns of everything that is fitted, and P what remains of a column after the fit
 // has absorbed what it can. One integration along the path gives the columns of many effects at once. Where an
 // effect has a shape that vanishes at the null (a time constant, a threshold), s is made on a grid of it (Davies 1987,
-// Biometrika 74:33). Effects that are either there or not have a difference for a column.
+// Biometrika 74:33). Where the derivative says nothing of an effect, the column is a difference: between the path with the effect at
+// half its typical strength (or there at all) and the one without. So it is with effects that are either there or not, whose first
+// derivative is nothing (a lag that a held input passes), and whose shape does not matter to first order (a body that stores heat).
 #pragma once
 
 #include "diagnose/explanation.h"
@@ -23,7 +25,7 @@ struct Score {
   double visible_share = 0.0;           // s^T P s / s^T V^-1 s: what calibration cannot absorb, 0 to 1
   double smallest_seen = 0.0;           // |phi| at which S would be 25 on average, internal units
   bool two_sided = false;               // physics allows the strength on both sides of its null
-  bool blind = false;                   // at the null the shape does not matter to first order: only a fit can tell
+  bool is_difference = false;           // the derivative at the null says nothing
   Eigen::VectorXd column;               // P^(1/2) s of length 1, in the sense that physics allows: what only it does to the data
 };
 

@@ -19,15 +19,14 @@ namespace {
 // Where the fit of one more effect begins: with the shape that scored best and the strength that the score says, `phi`
 // from its null in internal units, within reason.
 void begin_with(Guess& guess, const plant::System& system, const Score& score, double phi) {
-  if (!score.blind)
-    for (const auto& [key, value] : score.shape) guess.values[key] = value;
+  for (const auto& [key, value] : score.shape) guess.values[key] = value;
   const plant::ParameterId strength = system.effects()[score.effect].strength;
   const auto& declared = system.parameters()[strength].declaration;
   if (declared.kind == plant::Kind::toggle) return;
   const double unit = declared.unit.internal_per_unit;
   const double null = *declared.null_value * unit, typical = declared.typical * unit - null;
   const double most = 2.0 * std::abs(typical), least = 0.1 * std::abs(typical);
-  double step = score.blind ? typical : phi;
+  double step = phi;
   if (std::abs(step) < least) step = score.statistic > 0.0 && step != 0.0 ? std::copysign(least, step) : 0.1 * typical;
   guess.values[system.parameters()[strength].key()] = null + std::clamp(step, -most, most);
 }
@@ -168,8 +167,7 @@ class Searcher {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if (score.blind || (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())))
-        candidates.push_back({score.effect, score, {}});
+      if (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())) candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
     ExplanationSettings shortly = settings_.fit;
@@ -179,17 +177,6 @@ class Searcher {
     std::atomic<std::size_t> done{0};
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       candidates[i].explanation = with_added(at, candidates[i].score, guess_with(at, candidates[i].score), shortly);
-      if (candidates[i].score.blind) {  // from a weaker one too
-        Guess weaker = guess_with(at, candidates[i].score);
-        const plant::ParameterId strength = system_.effects()[candidates[i].effect].strength;
-        const auto& declared = system_.parameters()[strength].declaration;
-        double& value = weaker.values[system_.parameters()[strength].key()];
-        value =
-            *declared.null_value * declared.unit.internal_per_unit + 0.3 * (value - *declared.null_value * declared.unit.internal_per_unit);
-        const Explanation other = with_added(at, candidates[i].score, weaker, shortly);
-        if (other.usable && (!candidates[i].explanation.usable || other.log_posterior > candidates[i].explanation.log_posterior))
-          candidates[i].explanation = other;
-      }
       tell(from + 0.7 * (to - from) * static_cast<double>(++done) / static_cast<double>(candidates.size()), doing);
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
@@ -520,7 +507,7 @@ class Searcher {
     result.best = winner.explanation;
   }
 
-  // Pairs that promise most by their joint score, and the best alone with each effect that the score is blind for.
+  // Pairs that promise most by their joint score.
   struct Pair {
     const Score *one, *other;
     double statistic, root, other_root;
@@ -530,8 +517,7 @@ class Searcher {
     const auto& all = first.scores.all;
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t j = i + 1; j < all.size(); ++j) {
-        if (all[i].effect == all[j].effect || all[i].blind || all[j].blind || all[i].column.size() == 0 || all[j].column.size() == 0)
-          continue;
+        if (all[i].effect == all[j].effect || all[i].column.size() == 0 || all[j].column.size() == 0) continue;
         const JointScore found = joint(all[i], all[j]);
         auto& kept = best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
         if (found.statistic > kept.statistic) kept = {&all[i], &all[j], found.statistic, found.root, found.other_root};
@@ -541,14 +527,6 @@ class Searcher {
       if (pair.statistic > 0.0) pairs.push_back(pair);
     std::stable_sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.statistic > b.statistic; });
     if (pairs.size() > settings_.pairs) pairs.resize(settings_.pairs);
-    for (const std::size_t s : first.scores.best) {
-      const Score& blind = first.scores.all[s];
-      if (!blind.blind) continue;
-      std::size_t partners = 0;
-      for (const Candidate& candidate : first.candidates)
-        if (candidate.explanation.usable && candidate.effect != blind.effect && !candidate.score.blind && partners++ < 2)
-          pairs.push_back({&candidate.score, &blind, 0.0, candidate.score.root, 0.0});
-    }
     return pairs;
   }
 

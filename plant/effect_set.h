@@ -140,6 +140,12 @@ void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<P
     }
     effects.push_back(std::move(info));
   });
+  values.each_effect([&](auto index, auto& instances) {
+    using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
+    if constexpr (requires { Effect::form_of; })
+      for (const EffectId other : effects.ids())
+        if (effects[other].name == Effect::form_of) effects[EffectId{index}].form_of = other;
+  });
 }
 
 // The parts that have values of their own, by effect. Throws DescriptionError where effect or part is not there.

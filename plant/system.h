@@ -115,6 +115,8 @@ struct EffectInfo {
   std::string_view grown_unit = "";
   // What this acts on is brought by another effect: without that it cannot be on.
   std::optional<EffectId> needs = std::nullopt;
+  // The same physics by another equation: a finding has the other's name, in a form of its own.
+  std::optional<EffectId> form_of = std::nullopt;
   // Of these parameters a recording shows less where this is on: what is believed of them then is wider by the factor.
   std::vector<std::pair<ParameterId, double>> hides = {};
   // Where this is no effect of the catalogue but a law: which of System::laws().
@@ -199,6 +201,9 @@ class Equations {
 };
 
 using EffectsOn = std::vector<bool>;  // by EffectId
+
+// The effect whose name a finding of this one has.
+inline EffectId family_of(const ListOf<EffectId, EffectInfo>& effects, EffectId e) { return effects[e].form_of.value_or(e); }
 
 class System : public std::enable_shared_from_this<System> {
  public:

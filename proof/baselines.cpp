@@ -172,19 +172,19 @@ Json select_by_bic(const diagnose::Diagnosis& diagnosis, const diagnose::Diagnos
     plant::EffectId added;
     for (const std::size_t s : scores.best) {
       const diagnose::Score& score = scores.all[s];
-      if (!score.blind && tried++ >= 3) continue;
+      if (tried++ >= 3) continue;
       const diagnose::Explanation with = diagnose::explain(diagnose::with_effect(best.problem->centres(), score.effect), data,
                                                            diagnose::guess_with(best, score), least_squares);
       if (!with.usable) continue;
       weighed.push_back({names, bic(with)});
-      weighed.back().names.push_back(best.system().effects()[score.effect].name);
+      weighed.back().names.push_back(best.system().effects()[plant::family_of(best.system().effects(), score.effect)].name);
       if (better.usable && bic(with) >= bic(better)) continue;
       better = with;
       added = score.effect;
     }
     if (!better.usable || bic(better) >= bic(best)) break;
     best = better;
-    names.push_back(best.system().effects()[added].name);
+    names.push_back(best.system().effects()[plant::family_of(best.system().effects(), added)].name);
   }
   Json result{{"effects", names}, {"weights", weights_of(weighed)}};
   for (const Prediction& prediction : diagnosis.predictions) {

@@ -9,11 +9,13 @@
 #include "plant/limb/effects/ambient_drift.h"
 #include "plant/limb/effects/angle_sensor_drift.h"
 #include "plant/limb/effects/angle_sensor_lag.h"
+#include "plant/limb/effects/angle_sensor_second_order.h"
 #include "plant/limb/effects/body_heat_storage.h"
 #include "plant/limb/effects/coil_slack.h"
 #include "plant/limb/effects/convection_nonlinearity.h"
 #include "plant/limb/effects/cross_heating.h"
 #include "plant/limb/effects/cubic_stiffening.h"
+#include "plant/limb/effects/driver_lag.h"
 #include "plant/limb/effects/dry_friction.h"
 #include "plant/limb/effects/duty_deadband.h"
 #include "plant/limb/effects/fatigue.h"
@@ -31,15 +33,17 @@
 #include "plant/limb/effects/supply_sag.h"
 #include "plant/limb/effects/thermocouple_heat_sink.h"
 #include "plant/limb/effects/thermocouple_lag.h"
+#include "plant/limb/effects/thermocouple_two_lags.h"
 #include "plant/limb/effects/viscoelastic_creep.h"
 
 namespace sinew::plant {
 
 template <class S>
 using Effects =
-    std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>, SheathHeatStorage<S>,
-               CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>, DutyDeadband<S>,
-               ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>,
-               DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorDrift<S>>;
+    std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleTwoLags<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>,
+               SheathHeatStorage<S>, CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>,
+               DriverLag<S>, DutyDeadband<S>, ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, Fatigue<S>, MinorLoops<S>,
+               RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>,
+               AngleSensorLag<S>, AngleSensorSecondOrder<S>, AngleSensorDrift<S>>;
 
 }  // namespace sinew::plant

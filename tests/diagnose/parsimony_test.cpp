@@ -43,6 +43,12 @@ TEST_CASE("parsimony: where something is left, what explains nearly all alone is
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).as_good == std::vector<plant::EffectId>{effect("input_delay")});
 }
 
+TEST_CASE("parsimony: another form of what was found is no rival of it") {
+  CHECK(parsimony_of({effect("driver_lag")}, searched({{"driver_lag", 0.97}, {"input_delay", 0.95}}), true, {}).as_good.empty());
+  CHECK(parsimony_of({effect("driver_lag")}, searched({{"driver_lag", 0.97}, {"thermocouple_lag", 0.95}}), true, {}).as_good ==
+        std::vector<plant::EffectId>{effect("thermocouple_lag")});
+}
+
 TEST_CASE("parsimony: two effects that need each other stand; two of which either would do may be one") {
   const std::vector<plant::EffectId> both{effect("cubic_stiffening"), effect("hard_stop")};
   CHECK(parsimony_of(both, searched({{"cubic_stiffening", 0.95}, {"hard_stop", 0.3}}), false, {}).none());

@@ -70,6 +70,32 @@ TEST_CASE("score: a gain of nothing is certain to come by chance, a large one ha
   for (std::size_t i = 0; i < scores.all.size(); ++i) CHECK(scores.all[i].statistic == again.all[i].statistic);
 }
 
+TEST_CASE("score: where the derivative at the null says nothing, a difference at half the typical strength speaks") {
+  const sim::Recording recording = recorded_with("driver_lag.time_constant_s", 0.15);
+  const Explanation core = explain(plant::default_plant(), data_of(recording), {}, {});
+  const Scores scores =
+      score(core, {testing::effect("driver_lag"), testing::effect("angle_sensor_second_order"), testing::effect("duty_deadband")}, 2);
+  for (const Score& one : scores.all) {
+    CHECK(one.is_difference == (one.effect != testing::effect("duty_deadband")));
+    CHECK(one.column.size() > 0);
+  }
+  const Score& found = scores.all[scores.best.front()];
+  CHECK(found.effect == testing::effect("driver_lag"));
+  CHECK(found.statistic > 100.0);
+  CHECK(std::abs(found.strength - 0.15) < 0.05);  // half the typical strength is 0.15 s
+}
+
+TEST_CASE("search: a driver's lag is found as a form of the delay of the inputs" * long_when_sanitized) {
+  const sim::Recording lagging = recorded_with("driver_lag.time_constant_s", 0.5);
+  const Search found = search(plant::default_plant(), data_of(lagging), {});
+  REQUIRE(found.best.effects() == std::vector<plant::EffectId>{testing::effect("driver_lag")});
+  CHECK(plant::family_of(testing::limb_system().effects(), testing::effect("driver_lag")) == testing::effect("input_delay"));
+  SearchSettings without;
+  without.without = {testing::effect("input_delay")};
+  const Search unnamed = search(plant::default_plant(), data_of(lagging), without);
+  for (const plant::EffectId e : unnamed.best.effects()) CHECK(e != testing::effect("driver_lag"));
+}
+
 TEST_CASE("start: guesses on the branches of the hysteresis where the loop is open, none where both coils are cold") {
   const sim::Recording whole = testing::recorded(testing::babbling(60.0));
   const auto guesses_from = [&](std::size_t first) {

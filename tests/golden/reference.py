@@ -83,6 +83,7 @@ EFFECTS = {
     "junction": {"heat_capacity_J_K": 0.5, "conductance_W_K": 0.06, "relative_power": 0.7, "cooling_rate_1_s": 0.03},
     "junction_layer": {"conductance_W_K": 0.04, "heat_capacity_J_K": 0.6, "heat_loss_W_K": 0.015},
     "thermocouple_lag": {"time_constant_s": 1.5},
+    "thermocouple_two_lags": {"time_constant_s": 1.2, "second_share": 0.4},
     "thermocouple_heat_sink": {"gain": 0.85},
     "body_heat_storage": {"conductance_W_K": 0.015, "heat_capacity_J_K": 3.0, "heat_loss_W_K": 0.02},
     "sheath_heat_storage": {"conductance_W_K": 0.04, "heat_capacity_J_K": 1.5, "heat_loss_W_K": 0.025},
@@ -93,6 +94,7 @@ EFFECTS = {
     "ambient_drift": {"rate_K_s": 0.1},
     "resistance_change": {"relative_increase": 0.2},
     "supply_sag": {"source_resistance_Ohm": 0.3},
+    "driver_lag": {"time_constant_s": 0.45},
     "duty_deadband": {"threshold_fraction": 0.08},
     "input_delay": {"delay_s": 0.37},
     "stress_shift": {"shift_K_N": 0.8},
@@ -106,6 +108,7 @@ EFFECTS = {
     "coil_slack": {"enabled": True},
     "hard_stop": {"stiffness_Nm_rad": 0.5, "angle_deg": 14.0},
     "angle_sensor_lag": {"time_constant_s": 0.4},
+    "angle_sensor_second_order": {"time_s": 0.25, "damping": 0.6},
     "angle_sensor_drift": {"rate_deg_s": 0.05},
 }
 
@@ -134,6 +137,11 @@ def cases():
     table["combination_thermal"] = (
         PERTURBED,
         pick("minor_loops", "latent_heat", "convection_nonlinearity", "ambient_drift", "thermocouple_lag", "thermocouple_heat_sink"),
+    )
+    table["combination_filters"] = (
+        PERTURBED,
+        pick("driver_lag", "duty_deadband", "junction", "thermocouple_two_lags", "thermocouple_heat_sink",
+             "angle_sensor_second_order", "angle_sensor_drift"),
     )
     return table
 
@@ -165,7 +173,9 @@ def schedule():
 # ---------------------------------------------------------------------------------------------------------------
 # The equations
 
-TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB, JA, JB, LA, LB = range(19)
+STATES = 27
+(TA, TB, XA, XB, TH, OM, TBODY, MA, MB, TV, TM, NA, NB, SA, SB, JA, JB, LA, LB,
+ UA, UB, FA, FB, GA, GB, TF, OF) = range(STATES)
 
 
 def sigmoid_down(z):
@@ -194,6 +204,11 @@ class Plant:
             return effects[effect][name] if effect in effects else null
 
         self.tau_s = value("thermocouple_lag", "time_constant_s", 0.0)
+        self.tau_1 = value("thermocouple_two_lags", "time_constant_s", 0.0)
+        self.r_2 = value("thermocouple_two_lags", "second_share", 1.0)
+        self.tau_u = value("driver_lag", "time_constant_s", 0.0)
+        self.tau_f = value("angle_sensor_second_order", "time_s", 0.0)
+        self.zeta = value("angle_sensor_second_order", "damping", 1.0)
         self.g = value("thermocouple_heat_sink", "gain", 1.0)
         self.G_b = value("body_heat_storage", "conductance_W_K", 0.0)
         self.C_b = value("body_heat_storage", "heat_capacity_J_K", 1.0)
@@ -287,9 +302,12 @@ class Plant:
         n = (y[NA], y[NB])
         theta, omega = y[TH], y[OM]
         T_inf = self.ambient(t)
-        out = [0.0] * 19
+        out = [0.0] * STATES
 
-        # CHOICE order in the actuation: delay, dead band, resistance, and the sag with the currents of all these.
+        # CHOICE order in the actuation: delay, lag, dead band, resistance, and the sag with the currents of all these.
+        if self.tau_u != 0:
+            out[UA], out[UB] = [(u[j] - y[UA + j]) / self.tau_u for j in (0, 1)]
+            u = (y[UA], y[UB])
         v = [max(0.0, x - self.u_0) for x in u]
         R = [self.R[j] * (1 + self.rho * xi[j]) for j in (0, 1)]
         # CHOICE supply_sag: I = (u_A/R_A + u_B/R_B) V at the sagged V = V_s - R_src I, solved for V.
@@ -342,6 +360,9 @@ class Plant:
             out[NA + j] = abs(dxi) / 2
             if self.tau_s != 0:
                 out[MA + j] = (followed - y[MA + j]) / self.tau_s
+            if self.tau_1 != 0:
+                out[FA + j] = (followed - y[FA + j]) / self.tau_1
+                out[GA + j] = (y[FA + j] - y[GA + j]) / (self.r_2 * self.tau_1)
         out[TBODY] = (self.G_b * (T[0] - y[TBODY]) + self.G_b * (T[1] - y[TBODY]) - self.h_b * (y[TBODY] - T_inf)) / self.C_b
 
         M = self.elastic_moment(theta, F[0], F[1])
@@ -354,6 +375,9 @@ class Plant:
         out[TV] = (theta - y[TV]) / self.tau_v
         if self.tau_th != 0:
             out[TM] = (theta - y[TM]) / self.tau_th
+        if self.tau_f != 0:
+            out[TF] = y[OF]
+            out[OF] = (theta - y[TF] - 2 * self.zeta * self.tau_f * y[OF]) / self.tau_f**2
         return out
 
     def start(self):
@@ -368,7 +392,9 @@ class Plant:
 
         z, info, flag, message = fsolve(residual, [0.0, 0.99, 0.99], xtol=1e-14, full_output=True)
         assert max(abs(r) for r in residual(z)) < 1e-12, message
-        y = [0.0] * 19
+        y = [0.0] * STATES
+        y[FA] = y[FB] = y[GA] = y[GB] = T
+        y[TF] = z[0]
         y[TA] = y[TB] = y[TBODY] = y[MA] = y[MB] = y[SA] = y[SB] = y[JA] = y[JB] = y[LA] = y[LB] = T
         y[TH] = y[TV] = y[TM] = z[0]
         y[XA], y[XB] = z[1], z[2]
@@ -378,9 +404,9 @@ class Plant:
         # CHOICE the junction first, whose bead is late, then the heat sink; the lag first, then the drift; the offset last.
         T_inf = self.ambient(t)
         body = (y[JA], y[JB]) if self.C_x != 0 else (y[TA], y[TB])
-        bead = (y[MA], y[MB]) if self.tau_s != 0 else body
+        bead = (y[MA], y[MB]) if self.tau_s != 0 else (y[GA], y[GB]) if self.tau_1 != 0 else body
         T = [T_inf + self.g * (x - T_inf) for x in bead]
-        theta = (y[TM] if self.tau_th != 0 else y[TH]) + self.d_th * t
+        theta = (y[TM] if self.tau_th != 0 else y[TF] if self.tau_f != 0 else y[TH]) + self.d_th * t
         return T[0], T[1], math.degrees(theta) + self.p["angle_offset_deg"]
 
     def simulate(self, duty, times, rtol=RTOL):
@@ -388,8 +414,8 @@ class Plant:
         breaks = {k / 10 + self.d for k in range(len(duty))} | {0.0, float(self.t_e)} | set(times)
         breaks = sorted(b for b in breaks if 0 <= b <= times[-1])
         starts = [k / 10 + self.d for k in range(len(duty))]
-        tolerance = numpy.full(19, 1e-11)
-        tolerance[[TA, TB, TBODY, MA, MB, SA, SB, JA, JB, LA, LB]] = 1e-9
+        tolerance = numpy.full(STATES, 1e-11)
+        tolerance[[TA, TB, TBODY, MA, MB, SA, SB, JA, JB, LA, LB, FA, FB, GA, GB]] = 1e-9
         y = self.start()
         states = {0.0: list(y)}
         k = -1

@@ -39,19 +39,22 @@ Distance distance(const Plant& limb, const std::vector<std::vector<double>>& lef
   return result;
 }
 
-// Effects that the physical limb asked for after the reference: on their own, for with them the others meet other corners.
-constexpr std::array asked_for{"sheath_heat_storage", "junction", "junction_layer"};
+// Effects that came after the reference: on their own, for with them the others meet other corners.
+constexpr std::array bodies{"sheath_heat_storage", "junction", "junction_layer"};
+constexpr std::array filters{"driver_lag", "thermocouple_two_lags", "angle_sensor_second_order"};
 
-Plant limb_with_what_was_asked_for() {
+Plant limb_of(const std::array<const char*, 3>& names) {
   Plant limb = default_plant();
-  for (const char* name : asked_for) turn_on_typical(limb, effect_id(name));
+  for (const char* name : names) turn_on_typical(limb, effect_id(name));
   return limb;
 }
 
 Plant limb_with_everything() {
   Plant limb = default_plant();
   for (const EffectId e : effects().ids())
-    if (std::find(asked_for.begin(), asked_for.end(), effects()[e].name) == asked_for.end()) turn_on_typical(limb, e);
+    if (std::find(bodies.begin(), bodies.end(), effects()[e].name) == bodies.end() &&
+        std::find(filters.begin(), filters.end(), effects()[e].name) == filters.end())
+      turn_on_typical(limb, e);
   set_in_file_units(limb, "airflow_change.onset_s", 12.34);
   set_in_file_units(limb, "dry_friction.smoothing_rad_s", 0.5);  // so that the fixed step below is stable
   return limb;
@@ -63,8 +66,9 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
   // A step is held to the tolerance. Some dozens of steps add up before a state forgets them, and a step over the corner of
   // an envelope is worse than it looks to the solver: that is the factor of 50. The angular velocity, which feels both most,
   // sets the largest error, twenty times the mean. Which corners a step meets is chance, so that a tolerance ten times
-  // smaller may gain little, but not twice in a row.
-  for (const Plant& limb : {default_plant(), limb_with_what_was_asked_for(), limb_with_everything()}) {
+  // smaller may gain little, but not twice in a row. The estimate of ARKODE's method is of order three, so that its steps shorten
+  // with the cube root of the tolerance, and below 1e-7, where that and not stability sets them, as many more add up.
+  for (const Plant& limb : {default_plant(), limb_of(bodies), limb_of(filters), limb_with_everything()}) {
     const auto limit = states(limb, Method::cvode, 1e-12);
     for (const Method method : {Method::cvode, Method::arkode}) {
       double before = 1.0, before_that = 1.0;
@@ -73,8 +77,9 @@ TEST_CASE("the error falls with the tolerance and stays within fifty times of it
         const double mean = std::sqrt(error.mean_square);
         CAPTURE(method);
         CAPTURE(tolerance);
-        CHECK(mean < 50.0 * tolerance);
-        CHECK(error.largest < 1000.0 * tolerance);
+        const double steps = method == Method::arkode ? std::max(1.0, std::cbrt(1e-7 / tolerance)) : 1.0;
+        CHECK(mean < 50.0 * steps * tolerance);
+        CHECK(error.largest < 1000.0 * steps * tolerance);
         CHECK(mean < 0.2 * before_that);
         before_that = before;
         before = mean;

