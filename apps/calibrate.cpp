@@ -121,7 +121,8 @@ plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part
 }
 
 nlohmann::ordered_json calibration_json(const CalibrateRequest& arguments, const diagnose::Calibration& calibration,
-                                        const std::vector<diagnose::Comparison>& comparisons) {
+                                        const std::vector<diagnose::Comparison>& comparisons,
+                                        const std::vector<std::vector<std::string>>& oddities) {
   nlohmann::ordered_json json;
   json["program"] = "sinew " + sim::this_build().version;
   json["commit"] = sim::this_build().commit;
@@ -131,6 +132,9 @@ nlohmann::ordered_json calibration_json(const CalibrateRequest& arguments, const
   json["seed"] = arguments.seed;
   for (const plant::ParameterId p : calibration.flipped_signs)
     json["flipped_signs"].push_back(calibration.fitted.system().parameters()[p].key());
+  json["doubts"] = nlohmann::ordered_json::array();
+  for (std::size_t r = 0; r < oddities.size(); ++r)
+    if (!oddities[r].empty()) json["doubts"].push_back({{"recording", arguments.recordings[r]}, {"lines", oddities[r]}});
   json["starts_agree"] = calibration.several_starts_agree;
   for (const auto& outcome : calibration.outcomes)
     json["starts"].push_back(
@@ -167,9 +171,9 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
   ignore(arguments.ignored, system, all);
   // Each part between pauses begins with a state of its own, as each recording does.
   std::vector<std::vector<sim::Recording>> parts;
-  std::vector<std::vector<std::string>> doubts;
+  std::vector<std::vector<std::string>> odd;  // about each recording
   for (sim::Recording& recording : recordings) {
-    doubts.push_back(doubts_of(nominal, recording, diagnose::noise_of(system, recording), recordings.size() == 1));
+    odd.push_back(oddities_of(nominal, recording, diagnose::noise_of(system, recording), recordings.size() == 1));
     parts.push_back(usable_parts(recording));
     recording = joined(recording, parts.back());
   }
@@ -226,7 +230,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
       yaml += "#   " + e.unknown.name + " +- " + report::significant(in_file_units(e, e.standard_error), 2) +
               (e.told() ? "\n" : ", which the data cannot tell\n");
   yaml += sim::plant_file_text(calibration.fitted);
-  const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparisons);
+  const nlohmann::ordered_json json = calibration_json(arguments, calibration, comparisons, odd);
 
   report::Page page;
   page.title = "Calibration on " + names;
@@ -239,7 +243,10 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
     off.items = findings(comparisons[r]);
     page.blocks.push_back(off);
     page.blocks.push_back(error_table(comparisons[r]));
-    for (auto& block : comparison_blocks(comparisons[r], recordings[r])) page.blocks.push_back(std::move(block));
+    for (auto& block : comparison_blocks(comparisons[r], recordings[r])) {
+      if (auto* part = std::get_if<report::Section>(&block); part && r > 0) part->depth = 3;
+      page.blocks.push_back(std::move(block));
+    }
   }
   report::Section told;
   told.heading = "Parameters";
@@ -255,16 +262,15 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
     page.blocks.push_back(first_values);
   }
   std::string oddities;
-  for (const sim::Recording& recording : recordings) {
-    std::string notes = recording.notes.summary();
-    for (const std::string& doubt : doubts[static_cast<std::size_t>(&recording - recordings.data())]) notes += doubt + "\n";
-    if (!notes.empty()) oddities += (recordings.size() > 1 ? name_of(recording.name) + ":\n" : "") + notes;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    if (!odd[r].empty() && recordings.size() > 1) oddities += name_of(recordings[r].name) + ":\n";
+    for (const std::string& line : odd[r]) oddities += line + "\n";
   }
   if (!oddities.empty()) {
-    report::Section odd;
-    odd.heading = "What was odd about the recording";
-    odd.text = oddities;
-    page.blocks.push_back(odd);
+    report::Section section;
+    section.heading = "What was odd about the recording";
+    section.text = oddities;
+    page.blocks.push_back(section);
   }
   for (const std::string& file : arguments.recordings) page.footer.push_back("recording: " + file);
   page.footer.push_back("nominal plant: " + arguments.plant);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "diagnose/columns.h"
 #include "diagnose/suitability.h"
@@ -383,6 +384,15 @@ std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recordi
   return lines;
 }
 
+std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                     bool alone) {
+  std::vector<std::string> lines;
+  std::istringstream notes(recording.notes.summary());
+  for (std::string line; std::getline(notes, line);) lines.push_back(line);
+  for (std::string& doubt : doubts_of(plant, recording, noise, alone)) lines.push_back(std::move(doubt));
+  return lines;
+}
+
 namespace {
 constexpr std::size_t least_samples_of_part = 20;
 }
@@ -394,16 +404,14 @@ std::vector<sim::Recording> usable_parts(const sim::Recording& recording) {
   return parts.empty() ? std::vector{recording} : parts;
 }
 
-void check_fitted_samples(std::size_t count, const std::string& first_recording) {
+void check_fitted_samples(std::size_t count, const std::string& first_recording, const std::string& what_to_do) {
   constexpr std::size_t most = 200'000;
   if (count > most)
-    throw sim::InputError(
-        {.file = first_recording,
-         .key = "samples to fit",
-         .value = std::to_string(count),
-         .advice = "at most " + std::to_string(most) +
-                   " are fitted at once; --fit-until takes the first part of a recording, and more than an hour at 10 Hz adds "
-                   "little"});
+    throw sim::InputError({.file = first_recording,
+                           .key = "samples to fit",
+                           .value = std::to_string(count),
+                           .advice = "at most " + std::to_string(most) + " are fitted at once; " + what_to_do +
+                                     ", and more than an hour at 10 Hz adds little"});
 }
 
 sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Recording>& parts) {
@@ -426,6 +434,10 @@ void check_recording(const sim::Recording& recording, const plant::Plant& plant)
                            .value = "nothing",
                            .advice = "no row has a measurement: there is nothing to compare a plant with"});
   }
+  check_columns(recording, plant);
+}
+
+void check_columns(const sim::Recording& recording, const plant::Plant& plant) {
   if (const auto mistaken = diagnose::mistaken_column(plant, recording))
     throw sim::InputError({.file = recording.name, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
 }

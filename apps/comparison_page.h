@@ -44,17 +44,22 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
 // is measured in it. Throws InputError.
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
 void check_recording(const sim::Recording& recording, const plant::Plant& plant);  // the same, of one that is read
+void check_columns(const sim::Recording& recording, const plant::Plant& plant);    // of that, what columns are
 
 // What is said of a recording before anything is made of it, a sentence each: what it is too poor for (where it is `alone`: another
 // recording may have what this one lacks), pauses, rows that look misread.
 std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
                                    bool alone = true);
+// All that is odd about a recording: what was noted in reading it, and then the doubts.
+std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
+                                     bool alone = true);
 
 // Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
 // longer.
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording);
-// Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each.
-void check_fitted_samples(std::size_t count, const std::string& first_recording);
+// Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each. `what_to_do`: a clause.
+void check_fitted_samples(std::size_t count, const std::string& first_recording,
+                          const std::string& what_to_do = "--fit-until takes the first part of a recording");
 // Their samples, one part after the other: what is compared and shown.
 sim::Recording joined(const sim::Recording& recording, const std::vector<sim::Recording>& parts);
 

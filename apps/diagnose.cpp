@@ -11,7 +11,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 #include <thread>
 
 #include "apps/app.h"
@@ -164,10 +163,7 @@ Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nomina
   for (auto* recordings : {&training, &held_out})
     for (const sim::Recording& recording : *recordings) {
       std::vector<std::string> lines =
-          doubts_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1);
-      std::istringstream notes(recording.notes.summary());
-      std::size_t at = 0;
-      for (std::string line; std::getline(notes, line);) lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(at++), line);
+          oddities_of(nominal, recording, diagnose::noise_of(nominal.system(), recording), recordings->size() == 1);
       if (!lines.empty()) inputs.oddities.push_back({recording.name, lines});
     }
   const std::size_t given = training.size() + held_out.size();

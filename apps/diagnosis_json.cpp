@@ -187,7 +187,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                      {"share_of_error", d.located.worst.share_of_error},
                      {"while", d.located.while_words},
                      {"cannot_be_told_from", d.located.cannot_be_told_from},
-                     {"calibrated", per_channel(d, fitted_rmse(d))},
+                     {"calibrated", per_channel(d, d.located.rmse)},
                      {"noise", per_channel(d, d.located.noise)}};
   ordered_json shares = ordered_json::array();
   for (const auto& share : d.located.shares)

@@ -454,7 +454,7 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
   for (const Prediction& prediction : d.predictions) {
     if (prediction.training == held_out || shown == 3) continue;
     ++shown;
-    report::Section part = section(file_name(prediction.recording->name), 2);
+    report::Section part = section(file_name(prediction.recording->name), shown == 1 ? 2 : 3);
     part.text = prediction.training ? "The plants saw this recording in part: what is shaded was held out."
                                     : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);

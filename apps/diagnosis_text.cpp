@@ -90,7 +90,7 @@ std::string too_little_words(const Diagnosis& d) {
   if (2 * seen >= others.size()) return "";
   return std::string(seen == 0 ? "Nothing" : "Little") +
          " can be said: " + (d.gate.size() > 1 ? "these recordings show" : "this recording shows") + " too little. Of " +
-         std::to_string(others.size()) + " effects " +
+         std::to_string(others.size()) + " effects that could be missing alone " +
          (seen == 0 ? "none would have been seen at its usual size."
                     : "only " + std::to_string(seen) + " would have been seen at usual size, and " +
                           (seen == 1 ? "it is not there." : "none of these is there."));
@@ -205,9 +205,15 @@ bool leads(const Diagnosis& d, std::string_view place) {
   return mine == largest;
 }
 
+// Whether what is before is the better of two fits, channel by channel.
+bool has_both_weightings(const Diagnosis& d) {
+  const auto& calibrated = d.held_out.calibrated;
+  return !added_effects(d).empty() && std::any_of(calibrated.begin(), calibrated.end(), [](double rmse) { return std::isfinite(rmse); });
+}
+
 std::vector<std::string> where_words(const Diagnosis& d) {
   const auto& located = d.located;
-  const diagnose::PerChannel rmse = fitted_rmse(d);
+  const diagnose::PerChannel& rmse = located.rmse;
   const auto off = [&](plant::ChannelId c) {
     return channel_value(channels_of(d)[c], rmse[c]) + " off (noise: " + channel_value(channels_of(d)[c], located.noise[c]) + ")";
   };
@@ -218,6 +224,8 @@ std::vector<std::string> where_words(const Diagnosis& d) {
       "With its parameters fitted and nothing added, the plant's " + channels_of(d)[located.channel].words + " is " + off(located.channel);
   if (!others.empty()) first += "; " + listed(others);
   first += ".";
+  if (has_both_weightings(d))
+    first += " These are errors on the data that was fitted; on held-out data, the same plant is what is called before, below.";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
   if (d.verdict == Verdict::consistent)
     return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
@@ -869,21 +877,6 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
 }
 
 bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
-
-diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& d) {
-  diagnose::PerChannel rmse = diagnose::per_channel(system_of(d));
-  for (const plant::ChannelId c : channels_of(d).ids()) {
-    double squares = 0.0, count = 0.0;
-    for (const auto& prediction : d.predictions)
-      for (std::size_t k = 0; prediction.training && k < prediction.time_s.size(); ++k) {
-        if (prediction.held_out[k] || std::isnan(prediction.measured[c][k])) continue;
-        squares += std::pow(prediction.before[c][k] - prediction.measured[c][k], 2);
-        count += 1.0;
-      }
-    rmse[c] = std::sqrt(squares / count);
-  }
-  return rmse;
-}
 
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& d) {
   std::vector<FittedValue> all;

@@ -81,9 +81,6 @@ std::string file_name(const std::string& path);
 std::string listed(const std::vector<std::string>& parts);                          // "a, b and c"
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
 
-// RMSE of the calibrated core, sample by sample, where it was fitted; units of files.
-diagnose::PerChannel fitted_rmse(const diagnose::Diagnosis& diagnosis);
-
 // Parameters of the repaired plant that were fitted, without weights of laws; units of files, 95 % intervals within what is allowed.
 struct FittedValue {
   plant::ParameterId parameter;

@@ -177,6 +177,24 @@ investigate::Step given_step(const std::string& name) {
   return step;
 }
 
+// Of one recording, in a folder of its own; the one that says that all are there is last.
+std::vector<std::string> files_of_recording() { return {"scenario.yaml", "recording.csv", "wire.bin", "timed.csv", "session.json"}; }
+
+// Files of recordings in `out` that this investigation has not made: another one's, or a person's.
+std::vector<std::string> files_of_others(const fs::path& out, const investigate::Investigation& state) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(out)) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_directory() || !name.starts_with("recording_") ||
+        std::any_of(state.steps.begin(), state.steps.end(), [&](const auto& step) { return step.status && step.name == name; }))
+      continue;
+    for (const std::string& file : files_of_recording())
+      if (fs::exists(fs::symlink_status(entry.path() / file))) names.push_back((fs::path(name) / file).string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 std::int64_t number_of(const std::string& name) { return std::stoll(name.substr(name.rfind('_') + 1)); }
 
 sim::Recording read_kept(const fs::path& folder, const plant::Plant& plant) {
@@ -187,22 +205,23 @@ sim::Recording read_kept(const fs::path& folder, const plant::Plant& plant) {
 // A session each, with the board at a port or in the emulator; files in a folder each.
 class SessionLimb : public investigate::Limb {
  public:
-  SessionLimb(const InvestigateArguments& arguments, const plant::Plant& plant, const fs::path& out, Board& board)
-      : arguments_(arguments), plant_(plant), out_(out), board_(board) {}
+  // `read`: what the command reads. `unwritten`: given recordings that are not in `out`, by the names of their steps.
+  SessionLimb(const InvestigateArguments& arguments, const plant::Plant& plant, const fs::path& out, const InputPaths& read,
+              std::map<std::string, sim::Recording> unwritten, Board& board)
+      : arguments_(arguments), plant_(plant), out_(out), read_(read), unwritten_(std::move(unwritten)), board_(board) {}
 
   investigate::Recorded record(const sim::Scenario& scenario, const std::string& name) override {
-    const fs::path folder = out_ / name;
-    fs::create_directories(folder);
+    Outputs outputs(out_ / name, read_, arguments_.overwrite);
+    outputs.claim(files_of_recording());
     std::map<std::string, std::string> files{{"scenario.yaml", sim::to_yaml(scenario)}};
-    sim::write_file_whole(folder / "scenario.yaml", files["scenario.yaml"]);
+    const fs::path scenario_file = outputs.stage("scenario.yaml", files["scenario.yaml"]);
     const hil::MonotonicClock clock;
     hil::SessionSettings settings;
     std::unique_ptr<hil::Link> link;
     std::string limb = arguments_.port;
     if (arguments_.emulate) {
       limb = emulated_limb;
-      std::vector<std::string> command =
-          emulator_command((folder / "scenario.yaml").string(), first_ ? arguments_.faults : std::vector<std::string>{});
+      std::vector<std::string> command = emulator_command(scenario_file.string(), first_ ? arguments_.faults : std::vector<std::string>{});
       command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
       if (!arguments_.effect.empty())
         command.insert(command.end(),
@@ -228,21 +247,27 @@ class SessionLimb : public investigate::Limb {
     const hil::SessionResult result = hil::run_session(scenario, logged, settings);
     files["recording.csv"] = result.recording_csv;
     files["wire.bin"] = logged.log();
-    sim::write_file_whole(folder / "recording.csv", files["recording.csv"]);
-    sim::write_file_whole(folder / "wire.bin", files["wire.bin"]);
     sim::Recording recording = timed.recording();
-    sim::write_file_whole(folder / "timed.csv", sim::to_csv(recording));
-    sim::write_file_whole(folder / "session.json", hil::session_json(scenario, settings, result, limb, files));
+    outputs.stage("recording.csv", files["recording.csv"]);
+    outputs.stage("wire.bin", files["wire.bin"]);
+    outputs.stage("timed.csv", sim::to_csv(recording));
+    outputs.stage("session.json", hil::session_json(scenario, settings, result, limb, files));
+    outputs.commit();
     if (!result.brought_to_rest) board_.say("the device did not confirm that it is disarmed; its dead-man takes the duty away by itself");
     return {std::move(recording), result.status, result.why,
             Json::parse(result.report_json).value("commands_lowered_by_host", std::int64_t{0})};
   }
-  sim::Recording read(const std::string& name) override { return read_kept(out_ / name, plant_); }
+  sim::Recording read(const std::string& name) override {
+    const auto kept = unwritten_.find(name);
+    return kept == unwritten_.end() ? read_kept(out_ / name, plant_) : kept->second;
+  }
 
  private:
   const InvestigateArguments& arguments_;
   const plant::Plant& plant_;
   fs::path out_;
+  InputPaths read_;
+  std::map<std::string, sim::Recording> unwritten_;
   Board& board_;
   bool first_ = true;
 };
@@ -394,6 +419,27 @@ int replay_investigation(const fs::path& out, int threads) {
   return 1;
 }
 
+std::string concealed_text(const InvestigateArguments& arguments) {
+  prove::Settings how;
+  how.strength = arguments.strength;
+  const prove::ConcealedLimb limb =
+      prove::conceal(prove::kind_of_name(arguments.effect), static_cast<std::uint64_t>(arguments.limb_seed), how);
+  Json truth{{"note", "What is concealed in the emulated limb. No computation reads this file."},
+             {"kind", arguments.effect},
+             {"seed", arguments.limb_seed},
+             {"strength", arguments.strength},
+             {"effects", Json::array()}};
+  for (const prove::TruthEffect& effect : limb.effects)
+    truth["effects"].push_back({{"name", effect.name},
+                                {"form", effect.form},
+                                {"place", effect.place},
+                                {"in_catalogue", effect.in_catalogue},
+                                {"parameters", effect.parameters},
+                                {"words", effect.words}});
+  truth["core"] = limb.core_parameters;
+  return truth.dump(2) + "\n";
+}
+
 int investigate_command(InvestigateArguments arguments) {
   if (arguments.replay) return replay_investigation(arguments.out, arguments.threads);
   if (arguments.plant.empty()) throw sim::InputError({.key = "--plant", .advice = "is needed: the plant to begin from, in YAML"});
@@ -414,14 +460,16 @@ int investigate_command(InvestigateArguments arguments) {
     }
   }
   if (arguments.emulate) emulator_command(arguments.plant, {});  // says so where it is not built
-  std::vector<std::string> given;
+  std::vector<sim::Recording> given;
+  std::size_t samples = 0;
   for (const std::string& path : arguments.training) {
-    const sim::Recording recording = read_recording_of(path, plant);
-    if (recording.duration_s() < 20.0)
+    given.push_back(read_recording_of(path, plant));
+    samples += given.back().samples.size();
+    if (given.back().duration_s() < 20.0)
       throw sim::InputError(
-          {.file = path, .key = "--train", .value = sim::shortest(recording.duration_s()) + " s", .advice = "must last 20 s or more"});
-    given.push_back(sim::to_csv(recording));
+          {.file = path, .key = "--train", .value = sim::shortest(given.back().duration_s()) + " s", .advice = "must last 20 s or more"});
   }
+  if (!given.empty()) check_fitted_samples(samples, arguments.training.front(), "give fewer recordings, or the first part of them");
 
   const InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
   Outputs outputs(arguments.out, read, arguments.overwrite);
@@ -455,42 +503,31 @@ int investigate_command(InvestigateArguments arguments) {
     }
   }
   outputs.claim({"plant.yaml", std::string(state_file), "story.txt", "report.html", "concealed.json"}, goes_on);
-  for (const std::string& path : arguments.training) outputs.claim_in_parts(fs::path(path).filename().string());
-
-  Board board;
-  if (!goes_on && !arguments.dry) {
-    sim::write_file_whole(out / "plant.yaml", plant_yaml);
-    if (!arguments.effect.empty()) {
-      prove::Settings how;
-      how.strength = arguments.strength;
-      const prove::ConcealedLimb limb =
-          prove::conceal(prove::kind_of_name(arguments.effect), static_cast<std::uint64_t>(arguments.limb_seed), how);
-      Json truth{{"note", "What is concealed in the emulated limb. No computation reads this file."},
-                 {"kind", arguments.effect},
-                 {"seed", arguments.limb_seed},
-                 {"strength", arguments.strength},
-                 {"effects", Json::array()}};
-      for (const prove::TruthEffect& effect : limb.effects)
-        truth["effects"].push_back({{"name", effect.name},
-                                    {"form", effect.form},
-                                    {"place", effect.place},
-                                    {"in_catalogue", effect.in_catalogue},
-                                    {"parameters", effect.parameters},
-                                    {"words", effect.words}});
-      truth["core"] = limb.core_parameters;
-      sim::write_file_whole(out / "concealed.json", truth.dump(2) + "\n");
-    }
-  }
+  outputs.claim(files_of_others(out, state));
+  std::map<std::string, sim::Recording> unwritten;
   if (!goes_on)
     for (std::size_t k = 0; k < given.size(); ++k) {
       char name[32];
       std::snprintf(name, sizeof name, "recording_%02zu", k + 1);
-      fs::create_directories(out / name);
-      sim::write_file_whole(out / name / "recording.csv", given[k]);
       state.steps.push_back(given_step(name));
+      unwritten.emplace(name, given[k]);
     }
 
-  SessionLimb limb(arguments, plant, out, board);
+  Board board;
+  if (!goes_on && !arguments.dry) {
+    outputs.stage("plant.yaml", plant_yaml);
+    if (!arguments.effect.empty()) outputs.stage("concealed.json", concealed_text(arguments));
+    for (const auto& [name, recording] : unwritten) {
+      const std::string file = name + "/recording.csv";
+      outputs.claim({file});
+      outputs.stage(file, sim::to_csv(recording));
+    }
+    unwritten.clear();
+    outputs.stage(std::string(state_file), state_text(identity, settings, state));
+    outputs.commit();
+  }
+
+  SessionLimb limb(arguments, plant, out, read, std::move(unwritten), board);
   std::optional<EndsSoon> ends_soon;
   investigate::Hooks hooks;
   const auto save = [&](const investigate::Investigation& now) {

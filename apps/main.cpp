@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <sstream>
 
 #include "apps/app.h"
 #include "diagnose/calibrate.h"
@@ -81,7 +82,10 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "%s\n", meant.c_str());
       return 2;
     }
-    const int code = program.exit(e);
+    std::stringstream wrong;
+    const int code = program.exit(e, std::cout, wrong);
+    for (std::string line; std::getline(wrong, line);)  // may quote an argument, with whatever is in it
+      std::fprintf(stderr, "%s\n", sim::printable(line, std::string::npos).c_str());
     return code == 0 ? written(0) : 2;
   } catch (const diagnose::Stopped&) {
     std::fputs("stopped; nothing was written\n", stderr);

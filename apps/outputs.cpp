@@ -345,15 +345,17 @@ void Outputs::check_not_input(const fs::path& file) const {
 
 void Outputs::claim(const std::vector<std::string>& names, bool goes_on) {
   std::vector<std::string> there;
-  const std::vector<std::string> session = files_of_physical_session(folder_);
+  std::map<fs::path, std::vector<std::string>> sessions;  // of the folders that the files are in
   for (const std::string& name : names) {
-    const fs::path file = folder_ / name;
+    const fs::path file = folder_ / name, around = file.parent_path();
     check_not_input(file);
     claimed_.push_back(name);
     if (!is_there(file)) continue;
     if (fs::is_directory(fs::symlink_status(file))) refuse(folder_, name + " there is a folder; give another folder");
-    if (std::find(session.begin(), session.end(), name) != session.end())
-      throw sim::InputError({.file = (folder_ / "session.json").string(),
+    if (!sessions.contains(around)) sessions[around] = files_of_physical_session(around);
+    const std::vector<std::string>& session = sessions[around];
+    if (std::find(session.begin(), session.end(), file.filename().string()) != session.end())
+      throw sim::InputError({.file = (around / "session.json").string(),
                              .key = "--out",
                              .value = folder_.string(),
                              .advice = "a session is there already, and cannot be made again; give another --out"});

@@ -432,6 +432,7 @@ class Proof {
   void make_answers(const plant::System& system) {
     Progress making("making recordings");
     for (const ProofCase& one : cases_) {
+      if (interrupted()) throw diagnose::Stopped{};  // nothing is written yet
       making.show(static_cast<double>(answers_.size()) / static_cast<double>(cases_.size()), one.id());
       answers_[one.id()] = answer_of(one, make_case(one, system).truth);
     }
@@ -453,6 +454,7 @@ class Proof {
 
   void write_recordings(const plant::System& system) const {
     for (const ProofCase& one : cases_) {
+      if (interrupted()) return;
       const Made of_case = make_case(one, system);
       const fs::path folder = out_ / "recordings" / one.id();
       fs::create_directories(folder);

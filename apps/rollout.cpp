@@ -59,8 +59,9 @@ int rollout_command(const RolloutArguments& arguments) {
   const sim::Columns columns = arguments.plant.empty() ? columns_for(about.task) : sim::columns_of(*system_for(arguments.plant));
   const sim::Column& predicted = about.task.predicted;
   const std::string unit = unit_words(predicted);
-  const model::Series whole =
-      series_of_paths({arguments.recording}, columns, about.task, HUGE_VAL, missing_by(arguments.hold_missing, arguments.resample)).front();
+  const model::Series whole = series_of_paths({arguments.recording}, columns, about.task, HUGE_VAL,
+                                              missing_by(arguments.hold_missing, arguments.resample), arguments.plant)
+                                  .front();
   // Samples from the first one to a time, never more than there are.
   const auto samples_in = [&](double duration_s) {
     return static_cast<model::Index>(std::lround(std::clamp(duration_s / model::period_s, 0.0, static_cast<double>(whole.samples()))));

@@ -74,7 +74,7 @@ int train_command(const TrainArguments& arguments) {
   const model::Task task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
   const std::string unit = unit_words(task.predicted);
   const auto data = series_of_paths(arguments.data, sim::columns_of(*system), task, arguments.until_s,
-                                    missing_by(arguments.hold_missing, arguments.resample));
+                                    missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
   std::unique_ptr<model::Predictor> from;
   if (!arguments.from.empty()) from = read_predictor_at(arguments.from, {.task = task, .method = {}, .lowest = {}, .highest = {}});
   std::optional<plant::Plant> plant;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "apps/comparison_page.h"
 #include "model/linear.h"
 #include "model/set.h"
 #include "plant/systems.h"
@@ -42,11 +43,40 @@ sim::Columns columns_for(const model::Task& task) {
   return among(needed.inputs, usual.inputs) && among(needed.channels, usual.channels) ? usual : needed;
 }
 
+namespace {
+
+// Columns of files that are not what their names say, by a plant that has these columns.
+class ColumnCheck {
+ public:
+  ColumnCheck(const std::string& plant_file, const sim::Columns& columns)
+      : is_usual_(plant_file.empty()), plant_(is_usual_ ? plant::default_plant() : sim::read_plant_file(plant_file)) {
+    applies_ = sim::columns_of(plant_.system()) == columns;
+  }
+  void operator()(const sim::Recording& recording) const {
+    if (!applies_) return;
+    try {
+      check_columns(recording, plant_);
+    } catch (const sim::InputError& e) {
+      sim::InputFault fault = e;
+      if (is_usual_) fault.advice += "\nthe plant is the usual one, since none was given; --plant names another";
+      throw sim::InputError(std::move(fault));
+    }
+  }
+
+ private:
+  bool is_usual_, applies_ = false;
+  plant::Plant plant_;
+};
+
+}  // namespace
+
 std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
-                                    double until_s, model::Missing missing) {
+                                    double until_s, model::Missing missing, const std::string& plant_file) {
+  const ColumnCheck check(plant_file, columns);
   std::vector<Series> all;
   for (const std::string& path : paths)
     for (sim::Recording& recording : model::read_set(path, columns)) {
+      if (!std::filesystem::is_directory(path)) check(recording);
       const auto late =
           std::find_if(recording.samples.begin(), recording.samples.end(), [&](const sim::Sample& s) { return s.time_s > until_s; });
       recording.samples.erase(late, recording.samples.end());

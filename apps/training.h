@@ -23,9 +23,10 @@ std::optional<plant::ChannelId> channel_named(const plant::System& system, const
 // The usual plant's columns, all of which are checked in reading, where the task's are among them; else the task's own.
 sim::Columns columns_for(const model::Task& task);
 // Recordings of sets and files (these with the columns given), as a task sees them. `until_s`: what comes later in a recording
-// is left out.
+// is left out. Throws InputError where a column of a file is not what its name says: by the plant file, or where that is empty by the
+// usual plant, if it has these columns. Sets were simulated, and are taken as they are.
 std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
-                                           double until_s, model::Missing missing);
+                                           double until_s, model::Missing missing, const std::string& plant_file);
 
 // Of --hold-missing and --resample.
 model::Missing missing_by(bool hold_missing, bool resample);

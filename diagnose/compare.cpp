@@ -34,6 +34,8 @@ ChannelError error_of(const std::vector<double>& residual, std::size_t begin, st
   return error;
 }
 
+}  // namespace
+
 WorstTime worst_of(const std::vector<double>& time_s, const std::vector<double>& residual) {
   WorstTime worst;
   const double first_s = time_s.front();
@@ -62,8 +64,6 @@ WorstTime worst_of(const std::vector<double>& time_s, const std::vector<double>&
   worst.share_of_error = sum / total;
   return worst;
 }
-
-}  // namespace
 
 std::size_t samples_until(const sim::Recording& recording, double until_s) {
   std::size_t count = 0;

@@ -27,6 +27,9 @@ struct WorstTime {
   std::vector<std::pair<double, double>> windows_s;  // merged, in time's order, recording's own time
 };
 
+// `residual`: one value a sample, at least one sample; NaN where nothing was measured.
+WorstTime worst_of(const std::vector<double>& time_s, const std::vector<double>& residual);
+
 struct Comparison {
   std::shared_ptr<const plant::System> system;  // of the plant that was compared
   std::vector<double> time_s;                   // of the recording

@@ -648,7 +648,7 @@ class Diagnoser {
 
   // The equation that is wrong: of what varies, of the effect, or else by the forcing that accounts for most.
   void place(const std::optional<Wandering>& wandering) {
-    result_.located = locate(core(), gated_training_, search_.seed);
+    result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
     const auto& groups = system().entry_groups();
     const plant::EntryGroupId leading = result_.located.shares.front().group;
     if (something_is_left(result_.verdict))

@@ -163,40 +163,40 @@ LeftOver left_over(const Explanation& at, plant::EntryGroupId group) {
   return result;
 }
 
-Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, std::uint64_t seed) {
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, const std::vector<Prediction>& predictions,
+               std::uint64_t seed) {
   Located result;
   const plant::System& system = core.system();
   const auto& groups = system.entry_groups();
-  const auto& rows = core.blocks->rows();
   const auto& blocks = core.blocks->blocks();
-  const PerChannel nothing = per_channel(system);
-  std::vector<PerChannel> squares(recordings.size(), nothing), counts(recordings.size(), nothing);
-  PerChannel all_squares = nothing, all_counts = nothing;
-  result.rmse = result.noise = nothing;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double r = core.residual(static_cast<Eigen::Index>(i));
-    squares[rows[i].recording][rows[i].channel] += r * r * rows[i].count;
-    counts[rows[i].recording][rows[i].channel] += rows[i].count;
-  }
+  result.rmse = result.noise = per_channel(system);
   double worst = -1.0;
-  for (const plant::ChannelId c : nothing.ids()) {
+  for (const plant::ChannelId c : result.rmse.ids()) {
+    double all_squares = 0.0, all_count = 0.0;
     for (std::size_t r = 0; r < recordings.size(); ++r) {
-      const double deviation = core.problem->data()[r].deviation[c];
-      all_squares[c] += squares[r][c] * deviation * deviation;
-      all_counts[c] += counts[r][c];
-      result.noise[c] += deviation / static_cast<double>(recordings.size());
-      if (counts[r][c] > 0.0 && squares[r][c] / counts[r][c] > worst) {
-        worst = squares[r][c] / counts[r][c];
+      const Prediction& prediction = predictions[r];
+      double squares = 0.0, count = 0.0;
+      for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
+        if (prediction.held_out[k] || std::isnan(prediction.measured[c][k])) continue;
+        squares += std::pow(prediction.before[c][k] - prediction.measured[c][k], 2);
+        ++count;
+      }
+      all_squares += squares;
+      all_count += count;
+      result.noise[c] += prediction.noise[c] / static_cast<double>(recordings.size());
+      const double in_noise = squares / (count * std::pow(prediction.noise[c], 2));
+      if (count > 0.0 && in_noise > worst) {
+        worst = in_noise;
         result.channel = c;
         result.worst_recording = r;
       }
     }
-    result.rmse[c] = all_counts[c] > 0.0 ? std::sqrt(all_squares[c] / all_counts[c]) : std::nan("");
+    result.rmse[c] = all_count > 0.0 ? std::sqrt(all_squares / all_count) : std::nan("");
   }
-  const FitData& data = core.problem->data()[result.worst_recording];
-  const Comparison comparison = compare(core.model(), core.start(result.worst_recording), recordings[result.worst_recording],
-                                        data.deviation, 1e300, core.problem->numerics());
-  result.worst = comparison.worst[result.channel];
+  const Prediction& there = predictions[result.worst_recording];
+  std::vector<double> error = there.before[result.channel];
+  for (std::size_t k = 0; k < error.size(); ++k) error[k] -= there.measured[result.channel][k];
+  result.worst = worst_of(there.time_s, error);
   result.while_words = describe(system, recordings[result.worst_recording], result.worst.windows_s);
 
   Path path;
@@ -214,7 +214,7 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
       recording = blocks[b].recording;
       stretch_end_s = blocks[b].time_s + bootstrap_block_s;
     }
-    for (const plant::ChannelId c : nothing.ids())
+    for (const plant::ChannelId c : result.rmse.ids())
       if (blocks[b].row[c] != Blocks::no_row)
         for (const plant::EntryGroupId g : groups.ids()) {
           if (groups[g].is_nuisance) continue;

@@ -4,6 +4,7 @@
 
 #include "diagnose/compare.h"
 #include "diagnose/explanation.h"
+#include "diagnose/held_out.h"
 
 namespace sinew::diagnose {
 
@@ -16,7 +17,7 @@ struct PlaceShare {
 
 struct Located {
   plant::ChannelId channel{};                    // with the largest error in units of noise
-  PerChannel rmse, noise;                        // of the calibrated core on what was fitted
+  PerChannel rmse, noise;                        // of what is `before` (held_out.h), on what was fitted
   std::vector<PlaceShare> shares;                // by falling likelihood; the surroundings are not among them
   std::string place;                             // of the effect, or by the forcing that accounts best; empty if consistent
   std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
@@ -39,9 +40,11 @@ struct LeftOver : Dependence {
   std::size_t entry = 0;  // index into System::entries()
 };
 
-// `recordings`: those that were fitted, as they were read. Places that the forcings' likelihoods speak for, without
-// any effect's name.
-Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, std::uint64_t seed);
+// `recordings`: those that were fitted, as they were read; `predictions`: of these, in their order, and maybe of others after them. How far
+// off, in which channel and when is said of what is `before`; places are those that the forcings' likelihoods speak for, about the core,
+// without any effect's name.
+Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, const std::vector<Prediction>& predictions,
+               std::uint64_t seed);
 
 // The forcing that accounts best for what an explanation leaves, against the variables that it may depend on.
 LeftOver left_over(const Explanation& at, plant::EntryGroupId group);

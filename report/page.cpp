@@ -245,6 +245,7 @@ class Writer {
       std::visit([this](const auto& content) { write(content); }, block);
     }
     end_scatters();
+    end_screen();
   }
 
   bool has_plots() const { return plot_count_ > 0; }
@@ -268,6 +269,7 @@ class Writer {
  private:
   std::vector<TimeAxis> axes_;
   std::string body_;
+  bool on_screen_only_ = false;  // within what is not printed
   std::string plots_;
   std::vector<std::string> times_;
   std::map<std::string, std::size_t> index_of_times_;
@@ -319,12 +321,22 @@ class Writer {
     if (!caption.empty()) body_ += "<p class=\"caption\">" + escaped(caption) + "</p>\n";
   }
 
+  void end_screen() {
+    if (on_screen_only_) body_ += "</div>\n";
+    on_screen_only_ = false;
+  }
+
   void write(const Section& section) {
+    end_screen();
     if (section.depth <= 1) {
       contents_.push_back(section.heading);
       body_ += "<h2 id=\"section-" + std::to_string(contents_.size()) + "\">" + escaped(section.heading) + "</h2>\n";
     } else {
       body_ += "<h3>" + escaped(section.heading) + "</h3>\n";
+    }
+    if (section.depth > 2) {
+      body_ += "<p class=\"paper\">On the screen only, to keep this short on paper.</p>\n<div class=\"screen\">\n";
+      on_screen_only_ = true;
     }
     write_paragraphs(section.text);
     write_items(section.items, false);

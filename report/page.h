@@ -20,7 +20,9 @@ struct Section {
   std::string heading{};
   std::string text{};  // a blank line starts a new paragraph
   std::vector<std::string> items{};
-  int depth = 1;  // 2: a part of the section before it, left out of the table of contents
+  // 2: a part of the section before it, left out of the table of contents. 3: the same, but on the screen only: on paper a line says so
+  // in place of what belongs to it.
+  int depth = 1;
 };
 
 struct Paragraph {

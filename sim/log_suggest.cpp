@@ -13,6 +13,7 @@
 
 #include "sim/input_error.h"
 #include "sim/log_map.h"
+#include "sim/plain_text.h"
 #include "sim/text.h"
 
 namespace sinew::sim {
@@ -412,6 +413,11 @@ class Suggestion {
     return "  # " + printable(name) + ": {column: " + printable(named(seen), 200) + "}   # " + range(seen) + length + "\n";
   }
 
+  static bool is_percent(const Seen& seen) {
+    return holds_any(seen.lower, {"%", "percent", "prozent", "pct"}) &&
+           std::none_of(seen.values.begin(), seen.values.end(), [](double value) { return value > 100.0; });
+  }
+
   std::string mapped(const Seen& seen) {
     std::string name = plain_name(log_.names[seen.column]);
     if (name.empty()) name = "column_" + std::to_string(seen.column + 1);
@@ -428,8 +434,8 @@ class Suggestion {
         break;
       case Looks::counts:
         name = duty_name(name);
-        keys += ", unit: counts_255";
-        looks = "PWM counts of 255";
+        keys += is_percent(seen) ? ", unit: percent" : ", unit: counts_255";
+        looks = is_percent(seen) ? "a duty in percent" : "PWM counts of 255";
         break;
       case Looks::temperature: {
         if (!holds_any(seen.lower, {"temp"})) name = "temperature_" + name;
@@ -501,7 +507,17 @@ std::string suggest_text_map(const std::string& text, const std::string& file) {
   } catch (InputError& error) {
     throw InputError({.file = file, .key = error.key, .advice = error.advice});
   }
-  return Suggestion(parse_text_log(text, file, layout), layout_yaml(layout)).text();
+  const Log log = parse_text_log(text, file, layout);
+  for (const std::string& name : log.names)
+    if (!is_plain_text(name))
+      throw InputError({.file = file,
+                        .line = log.header_line(),
+                        .key = "column",
+                        .value = name,
+                        .advice =
+                            "is not UTF-8 without control characters, so that no map can name it: save the file as UTF-8, where it is in "
+                            "Latin-1 by `iconv -f latin1 -t utf8`"});
+  return Suggestion(log, layout_yaml(layout)).text();
 }
 
 std::string suggest_map(const std::filesystem::path& path) {

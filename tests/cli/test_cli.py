@@ -568,8 +568,39 @@ def test_claims():
           "as `calibrate` weighs" in page, text)
     check("what is said: no place needs next to nothing in which the answer acts",
           not re.search(r"thermocouples' readings[^.;]* next to nothing", text), text)
+    located = answer["located"]
+    in_noise = {c: located["calibrated"][c] / located["noise"][c] for c in CHANNELS}
+    fitted = {name: of["fitted"]["rmse"] for name, of in json.loads(content("claims/calibrated/calibration.json"))["channels"].items()}
+    check("one before: where the plant fails is said of the channel that is furthest off before", located["channel"] == max(in_noise, key=in_noise.get), located)
+    check("one before: a channel that is better as `calibrate` weighs is as far off on fitted data as there",
+          all(math.isclose(located["calibrated"][c], fitted[c], rel_tol=0.02) for c in CHANNELS if both["calibrate"][c] < both["diagnose"][c]), (located, fitted))
+    check("one before: the text says how the errors under Where and those called before belong together",
+          "These are errors on the data that was fitted; on held-out data, the same plant is what is called before, below." in text, text)
     agrees("one value", "claims/diagnosed", result)
     check("a claimed gain: plant.yaml has the same before", "(core alone 0.05" in content("claims/diagnosed/plant.yaml").decode())
+
+
+def test_doubts():
+    """What is odd about a recording: the same in what is printed and in the JSON of each command."""
+    write("made_by.yaml", MADE_BY)
+    sinew("run", "made_by.yaml", "--out", "doubts/made")
+    lines = content("doubts/made/recording.csv").decode().splitlines()
+    header = next(k for k, line in enumerate(lines) if line.startswith("time_s"))
+    stuck = [line.rsplit(",", 1)[0] + ",5" for k, line in enumerate(lines[header + 1:]) if not 300 < k < 420]
+    write("doubts/stuck.csv", "\n".join([lines[header], *stuck]) + "\n")
+    calibrate = ["calibrate", "doubts/stuck.csv", "--plant", PAPER_LIMB, "--fit", "heat_loss_A_W_K", "--starts", 1]
+    said_by = sinew(*calibrate, "--out", "doubts/fit")
+    answers = {"calibrate": json.loads(content("doubts/fit/calibration.json")), "compare": json.loads(sinew("compare", "doubts/stuck.csv", "--plant", PAPER_LIMB, "--json").stdout)}
+    sinew("diagnose", "--train", "doubts/stuck.csv", "--plant", PAPER_LIMB, "--out", "doubts/diagnosed")
+    answers["diagnose"] = json.loads(content("doubts/diagnosed/diagnosis.json"))
+    doubts = answers["calibrate"].get("doubts")
+    check("doubts: calibration.json says that the bend sensor is stuck, and where nothing is recorded", doubts and doubts[0]["recording"] == "doubts/stuck.csv"
+          and "angle stays at 5°" in " ".join(doubts[0]["lines"]) and "Nothing is recorded" in " ".join(doubts[0]["lines"]), doubts)
+    check("doubts: diagnosis.json has the same", answers["diagnose"]["doubts"] == doubts, answers["diagnose"]["doubts"])
+    check("doubts: compare has the same, after what was noted in reading", doubts[0]["lines"][-len(answers["compare"]["doubts"]):] == answers["compare"]["doubts"], answers["compare"]["doubts"])
+    check("doubts: all of them are printed", all(line in said_by.stdout for line in doubts[0]["lines"]), said(said_by))
+    sinew(*calibrate[:1], "doubts/made/recording.csv", *calibrate[2:], "--out", "doubts/good")
+    check("doubts: of a recording that has nothing odd there are none", json.loads(content("doubts/good/calibration.json"))["doubts"] == [])
 
 
 def test_prove():
@@ -693,4 +724,4 @@ def run_tests(name, tests):
 
 if __name__ == "__main__":
     sys.exit(run_tests("test_cli", (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects,
-                                    test_convert, test_calibrate, test_compare, test_diagnose, test_claims, test_prove, test_interrupts)))
+                                    test_convert, test_calibrate, test_compare, test_diagnose, test_claims, test_doubts, test_prove, test_interrupts)))

@@ -169,14 +169,17 @@ def test_all():
         "diagnose": lambda f: ["diagnose", "--train", f, "--plant", limb, "--out", "out"],
         "diagnose --heldout": lambda f: ["diagnose", "--train", "good.csv", "--heldout", f, "--plant", limb, "--out", "out"],
         "train": lambda f: ["train", f, "--out", "out"],
+        "rollout": lambda f: ["rollout", "lstm", "--recording", f],
     }
+    emulates = (Path(cli.program).resolve().parent / "sinew-emulator").exists()
+    if emulates:
+        using["investigate"] = lambda f: ["investigate", "--train", f, "--plant", limb, "--emulate", "--out", "out"]
+    cli.sinew("train", "good.csv", "--updates", "1", "--out", "lstm")
     write("replay.yaml", "format: 1\nduration_s: 5\ninput: { replay: { recording: bad.csv } }\n")
     for what, text, words in read + by_plant:
         data = text if text is not None else "time_s"
         (cli.folder / "bad.csv").write_bytes(data.encode("utf-16" if text is None else "utf-8"))
         for name, line in using.items():
-            if name == "train" and (what, text, words) in by_plant:
-                continue  # a predictor has no plant to judge its columns by
             refused(f"{name}, {what}", line("bad.csv"), words)
     for name, line in using.items():
         refused(f"{name}, no such recording", line("none.csv"), r"none\.csv")
@@ -198,6 +201,8 @@ def test_all():
         "convert --map": lambda f: ["convert", "good.csv", "out.csv", "--map", f],
         "train --settings": lambda f: ["train", "good.csv", "--settings", f, "--out", "out"],
     }
+    if emulates:
+        plants["investigate --plant"] = lambda f: ["investigate", "--plant", f, "--emulate", "--out", "out"]
     for what, text, words in yaml_files():
         write("bad.yaml", text)
         for name, line in plants.items():
@@ -220,11 +225,13 @@ def test_all():
         "prove": ["prove", "--few"],
         "hil-faults": ["hil-faults"],
     }
+    if emulates:
+        outs["investigate"] = ["investigate", "--plant", limb, "--emulate"]
     for name, line in outs.items():
         refused(f"{name}, an empty --out", [*line, "--out", ""], r"must not be empty")
         refused(f"{name}, a file as --out", [*line, "--out", "good.csv"], r"a folder is needed|is a file|good\.csv")
         refused(f"{name}, /dev/full as --out", [*line, "--out", "/dev/full"], r"/dev/full|a folder is needed")
-    for name in ["run", "calibrate", "diagnose", "dataset", "train", "hil"]:
+    for name in ["run", "calibrate", "diagnose", "dataset", "train", "hil"] + ["investigate"] * emulates:
         for seed in ["9223372036854775808", "1e3", "-1", "inf", "99999999999999999999999", "0x7"]:
             refused(f"{name}, --seed {seed}", [*outs[name], "--out", "out", "--seed", seed], r"whole number|seed|arguments")
     # Names that cannot stand in YAML, in JSON or in a comment.
@@ -235,7 +242,7 @@ def test_all():
         lines |= {f"{key}, plant": line(name + ".yaml") for key, line in plants.items()}
         lines |= {f"{key}, --out": [*line, "--out", name] for key, line in outs.items()}
         lines |= {"convert": ["convert", name, "out.csv"], "convert, written to": ["convert", "good.csv", name + ".out"],
-                  "rollout": ["rollout", name, "--recording", name], "evaluate": ["evaluate", name, "--stress", name],
+                  "rollout, weights": ["rollout", name, "--recording", "good.csv"], "evaluate": ["evaluate", name, "--stress", name],
                   "replay": ["replay", name]}
         for key, line in lines.items():
             refused(f"{key}: a name with {what}", line, r"is not UTF-8 without control characters")
@@ -275,12 +282,14 @@ def test_all():
 
     # More samples than memory bears at once.
     (cli.folder / "long.csv").write_text(",".join(COLUMNS) + "\n" + "".join(f"{k / 10},0,0,25,25,0\n" for k in range(200100)))
-    for name in ("calibrate", "diagnose"):
-        refused(f"{name}, 200,100 samples", using[name]("long.csv"), r"samples to fit = 200100\n.*at most 200000 .*--fit-until")
+    for name in ["calibrate", "diagnose"] + ["investigate"] * emulates:
+        refused(f"{name}, 200,100 samples", using[name]("long.csv"), r"samples to fit = 200100\n.*at most 200000 .*(--fit-until|give fewer)")
     (cli.folder / "long.csv").unlink()
 
     for given, meant in [("diagnos", "diagnose"), ("calibrat", "calibrate"), ("rnu", "run"), ("paper_table", "paper-table")]:
         refused(f"sinew {given}", [given], rf"did you mean {meant}\?")
+    for line in (["completion", "ba\x1b[31msh"], ["schema", "\x1b[2Jplant"], ["run", "step.yaml", "--out", "out", "\x1b[31m"], ["\x1b]0;title\a"]):
+        refused(f"sinew {line[0]!r}, an argument with an escape", line, r"\\x1b")
     refused("sinew with no command at all near", ["xyzzyxyzzy"], r"xyzzyxyzzy is no command")
 
 
@@ -319,6 +328,7 @@ def test_interrupts():
     stopped("compare", ["compare", recording, "--plant", limb, "--out", "stopped"], 0.6)
     stopped("train", ["train", recording, "--out", "stopped"], 2.0)
     write("days.yaml", SCENARIO.replace("duration_s: 600", "duration_s: 900000"))
+    stopped("prove, while it makes its cases", ["prove", "--set", "development", "--seeds", "3", "--out", "stopped"], 1.0)
     stopped("run, which leaves a checkpoint", ["run", "days.yaml", "--out", "checkpoint"], 1.0)
     stopped("dataset, which keeps the runs that are whole", ["dataset", "days.yaml", "--runs", "3", "--out", "set"], 1.0)
 

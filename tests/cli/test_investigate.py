@@ -76,7 +76,7 @@ def test_stopped_and_resumed():
     arguments = call("stopped", "--budget", "90s")
     process = subprocess.Popen([cli.program, *map(str, arguments)], cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for _ in range(600):
-        if (cli.folder / "stopped/recording_01/scenario.yaml").exists():
+        if (cli.folder / "stopped/recording_01/.sinew.partial/scenario.yaml").exists():
             break
         time.sleep(0.05)
     time.sleep(0.6)  # of the machine's time: some seconds of the limb's
@@ -127,5 +127,39 @@ def test_bad_input():
           and "babble" in result.stdout and files_in("dry") is None, said(result))
 
 
+def test_what_is_there_is_kept():
+    """Recordings in the folders that it would write into: another investigation's, a person's, a session with the limb."""
+    write("made_by.yaml", cli.MADE_BY)
+    sinew("run", "made_by.yaml", "--out", "made")
+    recording = content("made/recording.csv").decode()
+    call_into = ["investigate", "--plant", cli.PAPER_LIMB, "--emulate", "--out"]
+    for name in "theirs/recording_01", "later/recording_03", "limb/recording_01", "given/recording_01":
+        (cli.folder / name).mkdir(parents=True)
+    write("theirs/recording_01/recording.csv", recording)
+    refused("a person's recording where it would write", [*call_into, "theirs"], r"^--out = theirs\n  holds results already: recording_01/recording\.csv\n.*--overwrite")
+    write("later/recording_03/timed.csv", recording)
+    refused("another's recording further on", [*call_into, "later"], r"holds results already: recording_03/timed\.csv\n")
+    sinew("hil", write("step.yaml", "format: 1\nduration_s: 5\n"), "--emulate", "--out", "session")
+    for name in "recording.csv", "wire.bin", "scenario.yaml":
+        (cli.folder / "limb/recording_01" / name).write_bytes(content(f"session/{name}"))
+    write("limb/recording_01/session.json", json.dumps(json.loads(content("session/session.json")) | {"limb": "/dev/ttyACM0"}))
+    write("given/recording_01/recording.csv", recording)
+    for option in [], ["--overwrite"]:
+        refused(" ".join(["a session with the limb where it would write", *option]), [*call_into, "limb", *option],
+                r"limb/recording_01/session\.json: --out = limb\n  a session is there already")
+        refused(" ".join(["over a recording that it is given", *option]),
+                [*call_into, "given", "--train", "given/recording_01/recording.csv", *option],
+                r"would overwrite given/recording_01/recording\.csv, which this command reads")
+    before = files_in("."), cli.all_files()
+    result = sinew(*call_into, "dry", "--train", "made/recording.csv", "--dry-run")
+    check("--dry-run with a recording: says what it would do, and writes nothing", result.returncode == 0
+          and "would run recording_02" in result.stdout and before == (files_in("."), cli.all_files()), said(result))
+    # A recording that is given takes the place of all files of another one.
+    write("theirs/recording_01/timed.csv", recording)
+    result = sinew(*call("theirs", "--budget", "60s", "--train", "made/recording.csv", "--overwrite"), timeout=600)
+    check("--overwrite: of another's recording nothing is left beside the given one", result.returncode == 0
+          and files_in("theirs/recording_01") == ["recording.csv"], said(result) + str(files_in("theirs")))
+
+
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_to_the_end, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))
+    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_what_is_there_is_kept, test_to_the_end, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))

@@ -262,6 +262,18 @@ TEST_CASE("a page of more than four sections has a table of contents") {
   CHECK_FALSE(contains(html, ">4b</a>"));
 }
 
+TEST_CASE("what is on the screen only ends with its section, and a line on paper stands in its place") {
+  const Page page{.title = "Words",
+                  .blocks = {Section{"One"}, Section{.heading = "long", .text = "much", .depth = 3}, Paragraph{"more"}, Section{"Two"}}};
+  const std::string html = to_html(page);
+  const std::size_t begins = html.find("<div class=\"screen\">"), ends = html.find("</div>", begins);
+  CHECK(contains(html, "<h3>long</h3>\n<p class=\"paper\">"));
+  CHECK(begins < html.find("much"));
+  CHECK(html.find("more") < ends);
+  CHECK(ends < html.find(">Two</h2>"));
+  CHECK(count(html, "class=\"screen\"") == 1);
+}
+
 TEST_CASE("a series without a colour gets one that no other has claimed") {
   TimePlot plot = small_plot();
   plot.series[1].color = okabe_ito::blue;

@@ -49,6 +49,21 @@ TEST_CASE("suggest: time, duty, temperature, angle and counts are known by name 
         "  # limit: {column: \"limit\"}   # always 115\n");
 }
 
+TEST_CASE("suggest: a duty whose name says percent is in percent, unless it goes beyond 100") {
+  std::string text = "time_s,PWM A [%],pwm_b_pct\n";
+  for (int i = 0; i < 20; ++i) text += shortest(0.1 * i) + "," + (i < 10 ? "60" : "0") + "," + (i < 10 ? "200" : "0") + "\n";
+  const std::string map = suggested(text);
+  CHECK(map.find("{column: \"PWM A [%]\", unit: percent}   # 0 to 60: looks like a duty in percent\n") != std::string::npos);
+  CHECK(map.find("{column: \"pwm_b_pct\", unit: counts_255}   # 0 to 200: looks like PWM counts of 255\n") != std::string::npos);
+}
+
+TEST_CASE("suggest: a header that is not UTF-8 is refused, since no map can name its columns") {
+  CHECK_THROWS_WITH_AS(suggest_text_map("time_s;T [\xb0"
+                                        "C]\n0;25\n0,1;26\n0,2;27\n",
+                                        "log.csv"),
+                       doctest::Contains("save the file as UTF-8"), InputError);
+}
+
 TEST_CASE("suggest: delimiter, decimal comma, clock, and no header") {
   CHECK(suggested("clock;x\n10:00:00,5;1,25\n10:00:01,5;1,5\n")
             .starts_with("format: 1\nfile: {delimiter: semicolon, decimal: comma}\ntime: {column: \"clock\", unit: clock}"));
