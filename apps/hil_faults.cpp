@@ -242,6 +242,10 @@ std::vector<Row> all_rows() {
   for (const char* after_us : {"50", "1700", "3300", "3600", "5600", "7000", "9000"})
     add("device", std::string("trips, and power goes ") + after_us + " us into the storing of the trip", Due::trip,
         {"sensor_open:A@", std::string("power_cut_in_storing@=") + after_us}, "latch_damaged|sensor_open");
+  // 0xd9 and 0xff are a new chip's; 0xfd is an Arduino Uno's.
+  add("device", "fuses: the watchdog may be turned off", Due::refusal, {"fuse_high@0=217"}, "the watchdog is not always on");
+  add("device", "fuses: no brown-out detection", Due::refusal, {"fuse_extended@0=255"}, "brown-out detection is off");
+  add("device", "fuses: brown-out detection at 2.7 V", Due::refusal, {"fuse_extended@0=253"}, "brown-out detection is off");
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
   add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
   add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected|not_following");

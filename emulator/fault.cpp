@@ -36,6 +36,8 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
     {"coil_welded", true, false, true, "the switch conducts whatever its gate says"},
     {"coil_open", true, false, true, "no current"},
     {"supply_V", false, true, true, "the coils' supply is VALUE V"},
+    {"fuse_high", false, true, false, "the chip's high fuse is VALUE, 0 to 255; from 0 s on"},
+    {"fuse_extended", false, true, false, "its extended fuse is VALUE, 0 to 255; from 0 s on"},
     {"time_ms", false, true, false, "the device's count of milliseconds becomes VALUE"},
 }};
 
@@ -90,6 +92,8 @@ Fault parse_fault(const std::string& text, const std::vector<std::string>& coils
   if (!from_s || !(*from_s >= 0.0 && *from_s < 1e6)) fail("the time must be seconds from 0 on");
   if (value.has_value() != descriptions[k].has_value) fail(value ? "takes no value" : "wants a value");
   fault.value = value.value_or(0.0);
+  if (fault.kind == FaultKind::fuse_high || fault.kind == FaultKind::fuse_extended)
+    if (!(fault.value >= 0.0 && fault.value <= 255.0) || fault.value != std::floor(fault.value)) fail("a fuse is a whole number, 0 to 255");
   fault.from_us = std::llround(*from_s * 1e6);
   if (lasts_s) {
     if (!descriptions[k].lasts) fail("happens at a moment and does not last");

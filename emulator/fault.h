@@ -33,6 +33,8 @@ enum class FaultKind {
   coil_welded,           // the switch conducts whatever its gate says
   coil_open,             // no current
   supply_V,              // VALUE volts
+  fuse_high,             // the chip's high fuse is VALUE: from the start alone, for a program reads it then
+  fuse_extended,         // the same of its extended fuse
   time_ms,               // the device's millisecond count becomes VALUE
   count
 };

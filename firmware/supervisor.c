@@ -44,6 +44,7 @@ static enum answer cool_and_believed(const struct supervisor* s) {
 
 enum answer supervisor_arm(struct supervisor* s, uint32_t now_us) {
   enum answer answer;
+  if (s->wrong_settings != 0) return ANSWER_SETTINGS;
   if (s->state == DEVICE_TRIPPED) return ANSWER_TRIPPED;
   answer = cool_and_believed(s);
   if (answer != ANSWER_DONE) return answer;

@@ -48,6 +48,7 @@ struct angle {
 
 struct supervisor {
   uint8_t state, trip_cause;
+  uint8_t wrong_settings; /* bits of board_setting, as the board found them when it started: while there is one, no arming */
   uint16_t duty[BOARD_COILS];
   uint32_t valid_until_us; /* of the duty */
   uint32_t last_tick_us, last_reading_us;
@@ -63,7 +64,7 @@ struct supervisor {
 };
 
 /* `latched`: the cause that was stored; TRIP_NONE: none. The bounds of the coils' heat begin at LIMIT_BOUND_START; a caller that kept
- * those of before a reset puts them into bound_uK. */
+ * those of before a reset puts them into bound_uK, and what the board found wrong with itself goes into wrong_settings. */
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us);
 
 /* A session begins or ends: zero duty, disarmed. A trip stays. */

@@ -110,6 +110,21 @@ TEST_CASE("device supervisor: it does not arm before both thermocouples have spo
   CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_DONE);
 }
 
+TEST_CASE("device supervisor: it does not arm a board whose brown-out level or watchdog is wrong, tripped or not") {
+  for (const std::uint8_t wrong : {SETTING_BROWN_OUT, SETTING_WATCHDOG}) {
+    Bench bench;
+    bench.s.wrong_settings = wrong;
+    bench.run(230);
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_SETTINGS);
+    CHECK(bench.s.state == DEVICE_DISARMED);
+    supervisor_trip(&bench.s, TRIP_SILENCE);
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_SETTINGS);
+    CHECK(supervisor_clear_trip(&bench.s, TRIP_SILENCE) == ANSWER_DONE);
+    bench.s.wrong_settings = 0;
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_DONE);
+  }
+}
+
 TEST_CASE("device supervisor: ten minutes of heating and cooling within the limits trip nothing") {
   Bench bench;
   bench.armed();
