@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-#define SUPERVISOR_READINGS 6u
+#define SUPERVISOR_READINGS 11u /* of which the line is taken: odd */
 
 /* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
 #define ON_STEP_us 8u
@@ -36,6 +36,7 @@ struct thermocouple {
   uint32_t on;                             /* duty times time since the last reading, in ON_us */
   int32_t should_have_moved_mK;            /* since the reading changed last, at the least */
   int32_t warmed_mK, expected_mK;          /* both through the same high pass */
+  uint8_t not_following, unexpected;       /* readings, one after the other, that say so */
   int32_t lagged_mK;                       /* what is expected of a thermocouple with the longest lag */
 };
 

@@ -24,6 +24,8 @@ uint32_t limits_hash(uint8_t coils) {
                                    LIMIT_FOLLOW_LAG_ms,
                                    LIMIT_FOLLOW_EXPECTED_mK,
                                    LIMIT_UNEXPECTED_mK,
+                                   LIMIT_FOLLOW_READINGS,
+                                   LIMIT_UNEXPECTED_READINGS,
                                    LIMIT_BOUND_HEATING_mK_s,
                                    LIMIT_BOUND_COOLING_1_ks,
                                    LIMIT_BOUND_RISE_cK,

@@ -107,6 +107,8 @@ def test_refusals():
     nine = f"plant: {{ limb: {{ segments: [{{name: s}}], coils: [{coils}], channels: [{shown}] }} }}\n"
     write("nine.yaml", "format: 1\nduration_s: 8\n" + nine)
     refused("hil with nine coils", ["hil", "nine.yaml", "--emulate", "--out", "o"], r"nine\.yaml: plant\.limb\.coils = 9\n  the wire to a board carries 1 to 8 coils")
+    result = subprocess.run([sys.executable, cli.ROOT / "tools/board_schematic", "--check"], capture_output=True, text=True)
+    check("docs/board.svg and board.net are as made, and sound", result.returncode == 0, result.stdout)
     hexadecimal = dict(re.findall(r"([lhe]fuse):w:(0x[0-9A-F]{2}):m", (cli.ROOT / "docs/hardware.md").read_text()))
     check("docs/hardware.md sets three fuses", sorted(hexadecimal) == ["efuse", "hfuse", "lfuse"], hexadecimal)
     set_so = [f"--fault=fuse_high@0={int(hexadecimal['hfuse'], 16)}", f"--fault=fuse_extended@0={int(hexadecimal['efuse'], 16)}"]
