@@ -46,8 +46,7 @@ std::vector<WellLimb> well_limbs() {
   const plant::System& system = base.system();
   std::vector<WellLimb> all{{"the paper's limb as it is", base}};
   const auto turn_on = [&](plant::Plant& limb, plant::EffectId e) {
-    for (const plant::ParameterId p : system.effects()[e].parameters)
-      limb.set_in_file_units(p, system.parameters()[p].declaration.typical);
+    for (const plant::ParameterId p : system.effects()[e].parameters) limb.set_in_file_units(p, system.parameters()[p].declaration.typical);
     limb.turn(e, true);
   };
   for (const plant::EffectId e : system.effects().ids()) {
@@ -75,7 +74,7 @@ constexpr std::array<std::string_view, 4> drive_words{"held", "steps", "random",
 class Commander {
  public:
   Commander(Drive drive, const plant::System& system, std::uint64_t seed) : drive_(drive), chance_(seed, "duty") {
-    if (drive == Drive::babbling) driver_.emplace(system, sim::BabbleInput{}, seed, 0.1);
+    if (drive == Drive::babbling) driver_.emplace(system, babbling_, seed, 0.1);
   }
   std::vector<double> duty(const sim::Measurement& measured, double time_s, const std::vector<double>& shown_degC) {
     std::vector<double> duty(shown_degC.size(), 0.0);
@@ -105,6 +104,7 @@ class Commander {
       for (double& level : level_) level = one() < 1.0 / 3.0 ? 0.25 + 0.45 * one() : 0.0;
     }
   }
+  const sim::Input babbling_ = sim::BabbleInput{};
   Drive drive_;
   sim::RandomStream chance_;
   std::uint64_t drawn_ = 0;
@@ -138,7 +138,8 @@ class Keeper {
     const double by_bound = without_uK >= most_uK ? 0.0 : (most_uK - without_uK) / (held_ms * LIMIT_BOUND_HEATING_mK_s);
     double sum_s = 0.0;
     for (const double one : on_s_[j]) sum_s += one;
-    double duty = shown_degC > 110.0 ? 0.0 : std::min({wanted, LIMIT_HIGHEST_DUTY / 10000.0, by_bound, std::max(0.0, budget_s - sum_s) / 0.1});
+    double duty =
+        shown_degC > 110.0 ? 0.0 : std::min({wanted, LIMIT_HIGHEST_DUTY / 10000.0, by_bound, std::max(0.0, budget_s - sum_s) / 0.1});
     duty = std::floor(std::max(0.0, duty) * DUTY_ONE) / DUTY_ONE;
     on_s_[j][at_[j]++ % on_s_[j].size()] = duty * 0.1;
     return duty;
@@ -263,9 +264,10 @@ int false_trips_command(const std::string& out_name, double hours, int threads, 
   for (const Session& one : sessions) {
     if (!one.watched.failure.empty()) throw std::runtime_error(limbs[one.limb].name + ": " + one.watched.failure);
     const std::string cause{hil::words(static_cast<trip_cause>(one.watched.cause))};
-    csv += limbs[one.limb].name + "," + sim::shortest(noises_K[one.noise]) + "," + std::string(drive_words[static_cast<std::size_t>(one.drive)]) +
-           "," + std::to_string(one.seed) + "," + sim::shortest(one.watched.armed_s) + "," + cause + "," +
-           sim::shortest(std::round(one.watched.hottest_degC * 100.0) / 100.0) + "\n";
+    csv += limbs[one.limb].name + "," + sim::shortest(noises_K[one.noise]) + "," +
+           std::string(drive_words[static_cast<std::size_t>(one.drive)]) + "," + std::to_string(one.seed) + "," +
+           sim::shortest(one.watched.armed_s) + "," + cause + "," + sim::shortest(std::round(one.watched.hottest_degC * 100.0) / 100.0) +
+           "\n";
     for (Sum* sum : {&all, &by_noise[one.noise], &by_limb[one.limb]}) {
       sum->armed_s += one.watched.armed_s;
       sum->hottest_degC = std::max(sum->hottest_degC, one.watched.hottest_degC);
@@ -286,22 +288,24 @@ int false_trips_command(const std::string& out_name, double hours, int threads, 
     std::snprintf(hours_text.data(), hours_text.size(), "%.2f", sum.armed_s / 3600.0);
     std::snprintf(hottest.data(), hottest.size(), "%.1f", sum.hottest_degC);
     std::printf("%-40s %5d sessions %8s h %4d false trips %s\n", name.c_str(), sum.sessions, hours_text.data(), sum.trips, causes.c_str());
-    return report::Row{{name, std::to_string(sum.sessions), hours_text.data(), std::to_string(sum.trips), causes.empty() ? "–" : causes,
-                        hottest.data()}};
+    return report::Row{
+        {name, std::to_string(sum.sessions), hours_text.data(), std::to_string(sum.trips), causes.empty() ? "–" : causes, hottest.data()}};
   };
   for (const auto& [l, sum] : by_limb) limb_table.rows.push_back(row(limbs[l].name, sum));
   for (std::size_t n = 0; n < noises_K.size(); ++n) noise_table.rows.push_back(row(sim::shortest(noises_K[n]) + " K", by_noise[n]));
   noise_table.rows.push_back(row("all", all));
   if (only.empty()) {
-    outputs.stage("false_trips.md",
-                  "# How often a limb that is well is taken for one that is not\n\n    sinew hil-false-trips --out " + out_name +
-                      (hours == 100.0 ? "" : " --hours " + sim::shortest(hours)) +
-                      "\n\nmade this page and `false_trips.csv`: sessions of five minutes from cold, of the paper's limb, of one with each effect "
-                      "of the\ncatalogue at its typical value, and of some whose thermocouples lag. Coils are held for minutes, stepped to 100 °C, "
-                      "driven at\nrandom, and babble. The device's supervisor is the firmware's own code, compiled for this machine; the host is one "
-                      "that keeps\nthe bound of the heat, the on-time, and gives a coil that shows 110 °C no duty. A trip ends its session. Goal: none "
-                      "in 100 hours.\n\n" +
-                      report::to_markdown(noise_table) + "\n" + report::to_markdown(limb_table));
+    outputs.stage(
+        "false_trips.md",
+        "# How often a limb that is well is taken for one that is not\n\n    sinew hil-false-trips --out " + out_name +
+            (hours == 100.0 ? "" : " --hours " + sim::shortest(hours)) +
+            "\n\nmade this page and `false_trips.csv`: sessions of five minutes from cold, of the paper's limb, of one with each effect "
+            "of the\ncatalogue at its typical value, and of some whose thermocouples lag. Coils are held for minutes, stepped to 100 °C, "
+            "driven at\nrandom, and babble. The device's supervisor is the firmware's own code, compiled for this machine; the host is one "
+            "that keeps\nthe bound of the heat, the on-time, and gives a coil that shows 110 °C no duty. A trip ends its session. Goal: "
+            "none "
+            "in 100 hours.\n\n" +
+            report::to_markdown(noise_table) + "\n" + report::to_markdown(limb_table));
     outputs.stage("false_trips.csv", csv);
   }
   outputs.commit();
@@ -323,7 +327,9 @@ void add_hil_false_trips(CLI::App& program, int& exit_code) {
   command->add_option("--hours", *hours, "of sessions, rounded up to whole rounds of all limbs, noises and drives")
       ->check(CLI::Range(0.01, 10000.0))
       ->capture_default_str();
-  command->add_option("--threads", *threads, "sessions at a time; the result is the same")->check(CLI::Range(1, 256))->capture_default_str();
+  command->add_option("--threads", *threads, "sessions at a time; the result is the same")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   command->add_option("--only", *only, "limbs whose name has this in it; nothing is written then");
   add_overwrite(*command, *overwrite);
   command->footer("Example:\n  sinew hil-false-trips --out results/hil --overwrite");

@@ -26,8 +26,8 @@ constexpr std::int64_t charge_pump_cycles = 20'000 * cycles_per_us;  // that its
 constexpr std::int64_t cycles_per_cell = 3400 * cycles_per_us;
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
-constexpr int spmcsr = 0x57, ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41, ocr1a = 0x88,
-              ocr1b = 0x8a;
+constexpr int spmcsr = 0x57, ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41,
+              ocr1a = 0x88, ocr1b = 0x8a;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {

@@ -91,7 +91,7 @@ class Board {
   std::int64_t write_begun_cycle_ = -1;  // of the EEPROM
   int written_cell_ = 0;
   bool writing_ = false;
-  std::int64_t swung_cycle_ = -1;  // PD7
+  std::int64_t swung_cycle_ = -1;                        // PD7
   std::array<std::uint8_t, 3> fuses_{0x62, 0xd9, 0xff};  // of a new chip
   std::array<std::uint8_t, 4> flash_begin_{};            // its first bytes, while a reading of the fuses stands in for them
   std::int64_t fuses_shown_cycle_ = -1;

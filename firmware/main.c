@@ -52,8 +52,8 @@ static uint32_t kept_bound_check[BOARD_COILS] __attribute__((section(".noinit"))
  * and it is tripped until somebody clears it. */
 static uint8_t EEMEM latched_cause[LATCH_BYTES] = {LATCH_BYTE_0(TRIP_NONE), LATCH_BYTE_1(TRIP_NONE)};
 
-/* What the fuses must be; it goes into the .elf and not into the .hex: a programmer writes them once (docs/hardware.md). Crystal of 16 MHz, no
- * bootloader, watchdog always on (a program cannot turn it off), EEPROM kept when the chip is erased, brown-out at 4.3 V. */
+/* What the fuses must be; it goes into the .elf and not into the .hex: a programmer writes them once (docs/hardware.md). Crystal of 16 MHz,
+ * no bootloader, watchdog always on (a program cannot turn it off), EEPROM kept when the chip is erased, brown-out at 4.3 V. */
 FUSES = {
     .low = 0xff,
     .high = FUSE_SPIEN & FUSE_WDTON & FUSE_EESAVE & FUSE_BOOTSZ0 & FUSE_BOOTSZ1,

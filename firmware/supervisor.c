@@ -177,7 +177,8 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
   t->on = 0;
   /* By what must have come of the duty and not by the duty: a coil in equilibrium stays where it is, and a reading without noise with it.
    */
-  sure_mK_s = heat_mK_s * LIMIT_STUCK_SURE_100 / 100 - (loss_mK_s > 0 ? loss_mK_s : 0);
+  sure_mK_s = (heat_mK_s - LIMIT_HEATING_mK_s / 100 * LIMIT_STUCK_DEADBAND / 100) * LIMIT_STUCK_SURE_100 / 100;
+  if (loss_mK_s > 0) sure_mK_s -= loss_mK_s;
   if (changed) t->should_have_moved_mK = 0;
   if (sure_mK_s > 0) t->should_have_moved_mK += sure_mK_s * period_ms / 1000;
   if (t->should_have_moved_mK > LIMIT_STUCK_mK) return TRIP_SENSOR_STUCK;
@@ -193,7 +194,8 @@ static uint8_t read_thermocouple(struct thermocouple* t, uint32_t raw, int32_t p
 }
 
 /* The line of least squares through the last SUPERVISOR_READINGS: its rise from one reading to the next in 1 / LINE_ONE of 0.01 K, and what
- * it will show a quarter of a second after the newest. Noise is less in it than in a reading, and a coil that warms steadily is not late. */
+ * it will show a quarter of a second after the newest. Noise is less in it than in a reading, and a coil that warms steadily is not late.
+ */
 #define LINE_HALF ((int32_t)(SUPERVISOR_READINGS / 2u))
 #define LINE_ONE (LINE_HALF * (LINE_HALF + 1) * (2 * LINE_HALF + 1) / 3)
 #define QUARTER_SECOND_ms 250

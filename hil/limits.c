@@ -16,6 +16,7 @@ uint32_t limits_hash(uint8_t coils) {
                                    LIMIT_JUNCTION_COLDEST_cdegC,
                                    LIMIT_JUNCTION_HOTTEST_cdegC,
                                    LIMIT_JUNCTION_JUMP_cK,
+                                   LIMIT_STUCK_DEADBAND,
                                    LIMIT_STUCK_mK,
                                    LIMIT_STUCK_SURE_100,
                                    LIMIT_HEATING_mK_s,

@@ -37,7 +37,8 @@ extern "C" {
 
 /* A reading that has not changed is stuck once heat must have moved it by this much: SURE hundredths of what the duty gives, less what the
  * shown rise loses. A coil in equilibrium is expected to stay, though it lose half as much again as below, or its thermocouple show 0.65 of
- * the rise. */
+ * the rise, and a driver do nothing with the first DEADBAND ten-thousandths of duty. */
+#define LIMIT_STUCK_DEADBAND ((int32_t)500)
 #define LIMIT_STUCK_mK ((int32_t)6000)
 #define LIMIT_STUCK_SURE_100 ((int32_t)65)
 
@@ -51,7 +52,7 @@ extern "C" {
 #define LIMIT_FOLLOW_EXPECTED_mK ((int32_t)6000) /* expected this much, and less than a quarter of it came: not following */
 #define LIMIT_UNEXPECTED_mK ((int32_t)9000)      /* warmed this much more than twice what was expected */
 /* For so many readings one after the other, since noise in one of them says nothing. */
-#define LIMIT_FOLLOW_READINGS 8u
+#define LIMIT_FOLLOW_READINGS 12u
 #define LIMIT_UNEXPECTED_READINGS 4u
 
 /* Of an angle, in the sum of 16 ADC conversions of 1023 at most: at the ends its wire is off, or there is no supply. */

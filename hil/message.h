@@ -53,9 +53,9 @@ enum answer {
   ANSWER_DONE = 0,
   ANSWER_WRONG_FIRMWARE = 1,
   ANSWER_WRONG_LIMITS = 2,
-  ANSWER_TRIPPED = 3,    /* clear the trip first */
-  ANSWER_HOT = 4,        /* a coil is not cool yet */
-  ANSWER_SENSOR = 5,     /* a sensor is not believed */
+  ANSWER_TRIPPED = 3,     /* clear the trip first */
+  ANSWER_HOT = 4,         /* a coil is not cool yet */
+  ANSWER_SENSOR = 5,      /* a sensor is not believed */
   ANSWER_OTHER_CAUSE = 6, /* the trip is another than the one that was to be cleared */
   ANSWER_SETTINGS = 7     /* the board itself is set wrongly: board_setting */
 };

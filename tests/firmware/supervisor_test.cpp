@@ -42,7 +42,7 @@ struct Bench {
   double shown_share = 1.0;  // of the rise, by both thermocouples
   double noise_K = 0.0;      // of every reading, white
   std::uint64_t reading = 0;
-  int angle_raw = -1;        // -1: a limb that bends as coil A gets warm and back as B does
+  int angle_raw = -1;  // -1: a limb that bends as coil A gets warm and back as B does
   int until_reading = 105, until_command = 1;
 
   explicit Bench(std::uint32_t begin_us = 0) : now_us(begin_us) { supervisor_start(&s, TRIP_NONE, now_us); }
