@@ -22,6 +22,7 @@
 #include "hil/session.h"
 #include "report/markdown.h"
 #include "sim/input_error.h"
+#include "sim/parallel.h"
 #include "sim/random.h"
 #include "sim/text.h"
 
@@ -414,8 +415,8 @@ struct Setting {
 };
 std::vector<Setting> all_settings() {
   return {{"0.45", scenario_text, "scenario.yaml", onset_s, phases_s.size()},
-          {"0.7", full_scenario_text, "full.yaml", full_onset_s, phases_s.size()},
-          {"hottest", slow_scenario_text, "slow.yaml", hot_onset_s, 2, true}};
+          {"0.7", full_scenario_text, "full.yaml", full_onset_s, 3},
+          {"hottest", slow_scenario_text, "slow.yaml", hot_onset_s, 1, true}};
 }
 
 // Whether the row's faults come at the onset. Those that have times of their own are the same in every phase.
@@ -560,14 +561,13 @@ FaultOutcome worst_of(const Row& row, const Setting& setting, const std::filesys
   return worst;
 }
 
-int faults_command(const std::string& out_name, const std::string& only, bool quick, bool overwrite) {
+int faults_command(const std::string& out_name, const std::string& only, bool quick, int threads, bool overwrite) {
   Outputs outputs(out_name, {}, overwrite);
   const std::vector<Setting> settings = all_settings();
   for (const Setting& one : settings) outputs.claim({one.file}, has_content(outputs.folder() / one.file, one.scenario));
   if (only.empty()) outputs.claim({"README.md", "faults.csv"});
   std::vector<std::filesystem::path> files;
   for (const Setting& one : settings) files.push_back(outputs.stage(one.file, one.scenario));
-  const std::filesystem::path trace_file = outputs.scratch("trace.csv");
   report::Table table, goals;
   table.header = {"", "fault", "due", "came", "PWM zero after [ms]"};
   for (const Setting& one : settings) table.header.push_back("wire, " + one.name + " [°C]");
@@ -609,22 +609,27 @@ int faults_command(const std::string& out_name, const std::string& only, bool qu
     table.rows.push_back({cells});
     std::fflush(stdout);
   };
-  for (const Row& row : all_rows()) {
-    if (!only.empty() && row.name.find(only) == std::string::npos) continue;
-    std::vector<std::pair<std::size_t, FaultOutcome>> outcomes;
-    for (std::size_t k = 0; k < settings.size(); ++k) {
+  std::vector<Row> rows;
+  for (Row& row : all_rows())
+    if (row.name.find(only) != std::string::npos) rows.push_back(std::move(row));
+  std::vector<std::vector<std::pair<std::size_t, FaultOutcome>>> outcomes(rows.size());
+  std::vector<std::filesystem::path> traces;
+  for (std::size_t i = 0; i < rows.size(); ++i) traces.push_back(outputs.scratch("trace_" + std::to_string(i) + ".csv"));
+  sim::in_parallel(rows.size(), threads, [&](std::size_t i) {
+    const Row& row = rows[i];
+    for (std::size_t k = 0; k < settings.size() && !interrupted(); ++k) {
       if (quick && k != (row.slow ? settings.size() - 1 : 0)) continue;
       if (row.slow && !settings[k].hottest) continue;
       // Nothing is heated, or the fault has a time of its own: one setting says all.
       if (k > 0 && !row.slow && (row.due == Due::refusal || !depends_on_onset(row))) continue;
       Setting setting = settings[k];
       // What takes a minute begins at the usual moment.
-      if (row.slow) setting.onset_s = onset_s, setting.hottest = false;
-      outcomes.emplace_back(k, worst_of(row, setting, files[k], trace_file));
-      if (interrupted()) return interrupted_exit_code;
+      if (row.slow) setting.onset_s = onset_s, setting.phases = phases_s.size(), setting.hottest = false;
+      outcomes[i].emplace_back(k, worst_of(row, setting, files[k], traces[i]));
     }
-    add(row, outcomes);
-  }
+  });
+  if (interrupted()) return interrupted_exit_code;
+  for (std::size_t i = 0; i < rows.size(); ++i) add(rows[i], outcomes[i]);
   if (only.empty())
     add({"link", "a second program opens the port", Due::refusal, {}, nullptr, nullptr, false, "", false}, {{0, second_opener()}});
   goals.header = {"goal", "measured", "reached"};
@@ -641,9 +646,9 @@ int faults_command(const std::string& out_name, const std::string& only, bool qu
       "\n\n"
       "made this page and `faults.csv`: the real firmware in the emulator, the plant behind its pins, in lock step (the same bytes every\n"
       "time). Coil A is heated; the fault comes while it is, in sessions at several places between two readings and two commands, of\n"
-      "which the worst is shown: at duty 0.45 after 5.5 s, at duty 0.7 after 3.5 s (five places each), and at the hottest that the "
-      "session\n"
-      "allows, after 44.5 s (two). What is there from the start is run for a minute. PWM zero: both gates low for good, from the fault "
+      "which the worst is shown: at duty 0.45 after 5.5 s (five places), at duty 0.7 after 3.5 s (three), and\n"
+      "at the hottest that the session allows, after 44.5 s (one). What is there from the start is run for a minute. PWM zero: both gates "
+      "low for good, from the fault "
       "on.\n"
       "Wire: the hottest that a coil gets; reading: the hottest that an amplifier shows. A coil's limit is " +
       number(LIMIT_COIL_cdegC / 100.0, "%.0f") + " °C.\n\n" + report::to_markdown(table) + "\n" + report::to_markdown(goals) +
@@ -695,12 +700,12 @@ const std::vector<Part>& all_parts() {
   return parts;
 }
 
-int pairs_command(const std::string& out_name, bool overwrite) {
+int pairs_command(const std::string& out_name, int threads, bool overwrite) {
   Outputs outputs(out_name, {}, overwrite);
   const Setting setting = all_settings().front();
   outputs.claim({setting.file}, has_content(outputs.folder() / setting.file, setting.scenario));
   outputs.claim({"pairs.md", "pairs.csv"});
-  const std::filesystem::path file = outputs.stage(setting.file, setting.scenario), trace_file = outputs.scratch("trace.csv");
+  const std::filesystem::path file = outputs.stage(setting.file, setting.scenario);
   std::map<std::string, Row> rows;
   for (const Row& row : all_rows()) rows.emplace(row.name, row);
   std::string csv = "first_part,first,second_part,second,came,zero_ms,wire_degC,reading_degC,as_due\n";
@@ -710,43 +715,58 @@ int pairs_command(const std::string& out_name, bool overwrite) {
   int count = 0, hot = 0, late = 0;
   double slowest_ms = 0.0;
   const std::vector<Part>& parts = all_parts();
+  struct Pair {
+    std::size_t p, q;
+    const char *first_name, *second_name;
+    Row both;
+    std::filesystem::path trace;
+    FaultOutcome outcome{};
+  };
+  std::vector<Pair> pairs;
   for (std::size_t p = 0; p < parts.size(); ++p)
     for (std::size_t q = p + 1; q < parts.size(); ++q)
       for (const char* first_name : parts[p].faults)
         for (const char* second_name : parts[q].faults) {
-          if (interrupted()) return interrupted_exit_code;
           const Row &first = rows.at(first_name), &second = rows.at(second_name);
           Row both{"pair", "", Due::cool, first.faults, first.to_device, first.from_device, true, "", false, first.latency};
           both.faults.insert(both.faults.end(), second.faults.begin(), second.faults.end());
           if (second.to_device) both.to_device = second.to_device;
           if (second.from_device) both.from_device = second.from_device;
           if (second.latency) both.latency = second.latency;
-          const FaultOutcome one = run_once(both, setting.onset_s, file, trace_file, false, after_pair_s);
-          // What the board can see of one of the two it must see of both.
-          const bool sees = first.due == Due::trip || second.due == Due::trip, not_armed = one.came.find("arming") != std::string::npos;
-          // Of faults that are there from the start the time is that of the other one, or there was no duty at all.
-          const double zero_ms = one.zero_ms < 0.0 ? HUGE_VAL : one.zero_ms;
-          const bool is_late = sees && !not_armed && !(zero_ms <= most_zero_ms), is_hot = one.peak_degC > most_degC;
-          ++count;
-          late += is_late;
-          hot += is_hot;
-          if (sees && !not_armed) slowest_ms = std::max(slowest_ms, zero_ms);
-          std::string came = one.came.substr(0, one.came.find('\n'));
-          std::replace(came.begin(), came.end(), ',', ';');
-          csv += std::string(parts[p].name) + ",\"" + first_name + "\"," + parts[q].name + ",\"" + second_name + "\"," + came + "," +
-                 number(one.zero_ms, "%.3f") + "," + number(one.peak_degC, "%.3f") + "," + number(one.peak_reading_degC, "%.2f") + "," +
-                 (is_late || is_hot ? "no" : "yes") + "\n";
-          report::Row row{{parts[p].name, first_name, parts[q].name, second_name, came, number(one.zero_ms, "%.0f"),
-                           number(one.peak_degC, "%.1f"), number(one.peak_reading_degC, "%.1f")}};
-          if (is_late || is_hot) bad.rows.push_back(row);
-          by_heat.emplace_back(one.peak_degC, std::move(row));
-          std::printf("%-55.55s %-55.55s %-20.20s %8s ms %6.1f degC %s\n", first_name, second_name, came.c_str(),
-                      number(one.zero_ms, "%.0f").c_str(), one.peak_degC,
-                      is_hot    ? "HOT"
-                      : is_late ? "LATE"
-                                : "");
-          std::fflush(stdout);
+          pairs.push_back({p, q, first_name, second_name, both, outputs.scratch("trace_" + std::to_string(pairs.size()) + ".csv")});
         }
+  sim::in_parallel(pairs.size(), threads, [&](std::size_t i) {
+    if (!interrupted()) pairs[i].outcome = run_once(pairs[i].both, setting.onset_s, file, pairs[i].trace, false, after_pair_s);
+    std::filesystem::remove(pairs[i].trace);
+  });
+  if (interrupted()) return interrupted_exit_code;
+  for (const auto& [p, q, first_name, second_name, both, trace, one] : pairs) {
+    const Row &first = rows.at(first_name), &second = rows.at(second_name);
+    // What the board can see of one of the two it must see of both.
+    const bool sees = first.due == Due::trip || second.due == Due::trip, not_armed = one.came.find("arming") != std::string::npos;
+    // Of faults that are there from the start the time is that of the other one, or there was no duty at all.
+    const double zero_ms = one.zero_ms < 0.0 ? HUGE_VAL : one.zero_ms;
+    const bool is_late = sees && !not_armed && !(zero_ms <= most_zero_ms), is_hot = one.peak_degC > most_degC;
+    ++count;
+    late += is_late;
+    hot += is_hot;
+    if (sees && !not_armed) slowest_ms = std::max(slowest_ms, zero_ms);
+    std::string came = one.came.substr(0, one.came.find('\n'));
+    std::replace(came.begin(), came.end(), ',', ';');
+    csv += std::string(parts[p].name) + ",\"" + first_name + "\"," + parts[q].name + ",\"" + second_name + "\"," + came + "," +
+           number(one.zero_ms, "%.3f") + "," + number(one.peak_degC, "%.3f") + "," + number(one.peak_reading_degC, "%.2f") + "," +
+           (is_late || is_hot ? "no" : "yes") + "\n";
+    report::Row row{{parts[p].name, first_name, parts[q].name, second_name, came, number(one.zero_ms, "%.0f"),
+                     number(one.peak_degC, "%.1f"), number(one.peak_reading_degC, "%.1f")}};
+    if (is_late || is_hot) bad.rows.push_back(row);
+    by_heat.emplace_back(one.peak_degC, std::move(row));
+    std::printf("%-55.55s %-55.55s %-20.20s %8s ms %6.1f degC %s\n", first_name, second_name, came.c_str(),
+                number(one.zero_ms, "%.0f").c_str(), one.peak_degC,
+                is_hot    ? "HOT"
+                : is_late ? "LATE"
+                          : "");
+    std::fflush(stdout);
+  }
   std::stable_sort(by_heat.begin(), by_heat.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   for (std::size_t k = 0; k < std::min<std::size_t>(20, by_heat.size()); ++k) hottest.rows.push_back(by_heat[k].second);
   report::Table goals;
@@ -775,20 +795,24 @@ void add_hil_faults(CLI::App& program, int& exit_code) {
   auto out = std::make_shared<std::string>();
   auto only = std::make_shared<std::string>();
   auto quick = std::make_shared<bool>(false), pairs = std::make_shared<bool>(false);
+  auto threads = std::make_shared<int>(1);
   auto overwrite = std::make_shared<bool>(false);
   CLI::App* command =
       program.add_subcommand("hil-faults", "Make everything go wrong on the emulated limb, and write down what came of it.");
   command->add_option("--out", *out, "folder for README.md, faults.csv and the scenarios")->required();
   command->add_option("--only", *only, "rows whose name has this in it; nothing but the scenarios is written then");
+  command->add_option("--threads", *threads, "sessions at a time; the result is the same")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   command->add_flag("--quick", *quick, "the usual setting alone: duty 0.45, the fault after 5.5 s");
   command->add_flag("--pairs", *pairs, "every pair of faults of different parts instead: pairs.md, pairs.csv");
   add_overwrite(*command, *overwrite);
   command->footer("Example:\n  sinew hil-faults --out results/hil");
-  command->callback([out, only, quick, pairs, overwrite, &exit_code] {
+  command->callback([out, only, quick, pairs, threads, overwrite, &exit_code] {
     if (*pairs && (*quick || !only->empty()))
       throw sim::InputError({.key = "--pairs", .advice = "takes neither --only nor --quick: there is one list of pairs"});
     if (*quick && only->empty()) throw sim::InputError({.key = "--quick", .advice = "wants --only: the page is of all settings"});
-    exit_code = *pairs ? pairs_command(*out, *overwrite) : faults_command(*out, *only, *quick, *overwrite);
+    exit_code = *pairs ? pairs_command(*out, *threads, *overwrite) : faults_command(*out, *only, *quick, *threads, *overwrite);
   });
 }
 
