@@ -24,6 +24,7 @@ void add_paper_table(CLI::App& program, int& exit_code);
 void add_hil(CLI::App& program, int& exit_code);
 void add_replay(CLI::App& program, int& exit_code);
 void add_hil_faults(CLI::App& program, int& exit_code);
+void add_hil_false_trips(CLI::App& program, int& exit_code);
 void add_investigate(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);

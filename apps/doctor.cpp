@@ -139,6 +139,9 @@ void look_at_board(const std::string& port, Findings& findings) {
     findings.good("limits are this program's");
   else
     findings.bad("limits are not this program's", "build and flash both from the same hil/limits.h");
+  for (const std::string& wrong : hil::words_of_settings(hello->wrong_settings))
+    findings.bad("fuses: " + wrong, "set them once, by a programmer; until then it does not arm: docs/hardware.md, Fuses");
+  if (hello->wrong_settings == 0) findings.good("fuses: brown-out detection and watchdog as they must be");
   const std::string cause{hil::words(static_cast<reset_cause>(hello->reset_cause))};
   if (hello->reset_cause == RESET_WATCHDOG || hello->reset_cause == RESET_BROWN_OUT)
     findings.warn("last reset: " + cause, hello->reset_cause == RESET_WATCHDOG ? "its program hung; tell us how it came to that"

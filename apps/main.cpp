@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
   apps::add_hil(program, exit_code);
   apps::add_replay(program, exit_code);
   apps::add_hil_faults(program, exit_code);
+  apps::add_hil_false_trips(program, exit_code);
   apps::add_investigate(program, exit_code);
   apps::add_doctor(program, exit_code);
   apps::add_schema(program, exit_code);

@@ -26,8 +26,8 @@ constexpr std::int64_t charge_pump_cycles = 20'000 * cycles_per_us;  // that its
 constexpr std::int64_t cycles_per_cell = 3400 * cycles_per_us;
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
-constexpr int ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41, ocr1a = 0x88,
-              ocr1b = 0x8a;
+constexpr int spmcsr = 0x57, ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41,
+              ocr1a = 0x88, ocr1b = 0x8a;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {
@@ -57,6 +57,7 @@ Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : 
   avr_init(avr_);
   std::strcpy(firmware.mmcu, "atmega328p");
   if (is_new) firmware.eesize = 0;
+  for (std::size_t k = 0; k < fuses_.size() && k < firmware.fusesize; ++k) fuses_[k] = firmware.fuse[k];
   firmware.frequency = frequency_Hz;
   avr_load_firmware(avr_, &firmware);
   for (std::uint32_t i = 0; i < firmware.symbolcount; ++i)
@@ -85,6 +86,7 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 5), on_select<0>, this);
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
   avr_irq_register_notify(avr_iomem_getirq(avr_, eecr, nullptr, AVR_IOMEM_IRQ_ALL), on_eeprom_control, this);
+  avr_irq_register_notify(avr_iomem_getirq(avr_, spmcsr, nullptr, AVR_IOMEM_IRQ_ALL), on_self_programming, this);
   for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
     avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register,
                             this);
@@ -128,6 +130,7 @@ void Board::run(std::int64_t until_us, bool stop_at_frame_end) {
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the emulated processor stopped");
     if (gates_written_) look_at_gates();
+    if (fuses_shown_cycle_ >= 0) hide_fuses();
     if (writing_ && static_cast<std::int64_t>(avr_->cycle) >= write_begun_cycle_ + cycles_per_cell) {
       writing_ = false;
       avr_->data[eecr] = static_cast<std::uint8_t>(avr_->data[eecr] & ~2);
@@ -176,6 +179,25 @@ void Board::reset(Reset cause) {
   arriving_.clear();
   selected_ = 2;
   look_at_gates();
+}
+
+// An LPM within three cycles of BLBSET and SPMEN reads fuses and not flash (data sheet, section 27.8.9). simavr does not know that: so
+// they stand in flash for that long, in the order in which Z asks for them: low, lock bits, extended, high.
+void Board::on_self_programming(avr_irq_t*, std::uint32_t value, void* self) {
+  constexpr std::uint32_t read_fuses = 0x09;
+  Board& board = *static_cast<Board*>(self);
+  if ((value & 0x3f) != read_fuses) return;
+  if (board.fuses_shown_cycle_ < 0) std::copy_n(board.avr_->flash, board.flash_begin_.size(), board.flash_begin_.begin());
+  board.fuses_shown_cycle_ = static_cast<std::int64_t>(board.avr_->cycle);
+  const std::array<std::uint8_t, 4> shown{board.fuses_[0], 0xff, board.fuses_[2], board.fuses_[1]};
+  std::copy(shown.begin(), shown.end(), board.avr_->flash);
+  board.avr_->run_cycle_count = 1;  // one instruction at a time from here on
+}
+
+void Board::hide_fuses() {
+  if (static_cast<std::int64_t>(avr_->cycle) < fuses_shown_cycle_ + 3) return;
+  std::copy(flash_begin_.begin(), flash_begin_.end(), avr_->flash);
+  fuses_shown_cycle_ = -1;
 }
 
 std::uint8_t* Board::cell(int address) {

@@ -36,6 +36,7 @@ class Surroundings {
   virtual int bend_sensor_mV(std::int64_t now_us) = 0;
 };
 
+enum class Fuse { low, high, extended };
 enum class Reset { power_on, external, brown_out };
 
 class Board {
@@ -63,6 +64,8 @@ class Board {
   void hang(bool interrupts_served);
   // Sets the firmware's millisecond count, so that a wrap need not be waited for.
   void set_time_ms(std::uint32_t time_ms);
+  // Low, high and extended. The .elf says what they should be, and so they are until this is called.
+  void set_fuse(Fuse which, std::uint8_t value) { fuses_[static_cast<std::size_t>(which)] = value; }
   const PerCoil<double>& gates() const { return gates_; }
   bool relay() const;  // behind a charge pump that PD7 must keep swinging
 
@@ -88,9 +91,14 @@ class Board {
   std::int64_t write_begun_cycle_ = -1;  // of the EEPROM
   int written_cell_ = 0;
   bool writing_ = false;
-  std::int64_t swung_cycle_ = -1;  // PD7
+  std::int64_t swung_cycle_ = -1;                        // PD7
+  std::array<std::uint8_t, 3> fuses_{0x62, 0xd9, 0xff};  // of a new chip
+  std::array<std::uint8_t, 4> flash_begin_{};            // its first bytes, while a reading of the fuses stands in for them
+  std::int64_t fuses_shown_cycle_ = -1;
   static void on_relay_pin(::avr_irq_t*, std::uint32_t, void*);
   static void on_eeprom_control(::avr_irq_t*, std::uint32_t, void*);
+  void hide_fuses();
+  static void on_self_programming(::avr_irq_t*, std::uint32_t, void*);
   static void on_gate_register(::avr_irq_t*, std::uint32_t, void*);
   static void on_uart(::avr_irq_t*, std::uint32_t, void*);
   static void on_spi(::avr_irq_t*, std::uint32_t, void*);

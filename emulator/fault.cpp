@@ -22,6 +22,8 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
     {"sensor_stuck", true, false, true, "the same reading for ever"},
     {"sensor_drift", true, true, true, "reads too cold, by VALUE K more each second"},
     {"sensor_scale", true, true, true, "shows VALUE of the rise over the cold junction"},
+    {"sensor_noise", true, true, true, "VALUE kelvin more white noise"},
+    {"sensor_flips", true, true, true, "in VALUE of the words one bit arrives flipped"},
     {"sensors_swapped", false, false, true, "thermocouples exchanged"},
     {"bend_low", false, false, true, "the bend sensor shows 0 V: unplugged, or shorted to ground"},
     {"bend_high", false, false, true, "the bend sensor shows 5 V: shorted to supply"},
@@ -35,7 +37,12 @@ constexpr std::array<FaultDescription, static_cast<std::size_t>(FaultKind::count
     {"power_cut_in_storing", false, true, false, "power off and on VALUE us after the EEPROM begins to write, from then on"},
     {"coil_welded", true, false, true, "the switch conducts whatever its gate says"},
     {"coil_open", true, false, true, "no current"},
+    {"gate_stuck", true, true, true, "its gate is on for VALUE of the time, whatever the pin says"},
+    {"gates_swapped", false, false, true, "gates exchanged"},
     {"supply_V", false, true, true, "the coils' supply is VALUE V"},
+    {"supply_ramp_V_s", false, true, true, "the coils' supply rises by VALUE V each second"},
+    {"fuse_high", false, true, false, "the chip's high fuse is VALUE, 0 to 255; from 0 s on"},
+    {"fuse_extended", false, true, false, "its extended fuse is VALUE, 0 to 255; from 0 s on"},
     {"time_ms", false, true, false, "the device's count of milliseconds becomes VALUE"},
 }};
 
@@ -90,6 +97,8 @@ Fault parse_fault(const std::string& text, const std::vector<std::string>& coils
   if (!from_s || !(*from_s >= 0.0 && *from_s < 1e6)) fail("the time must be seconds from 0 on");
   if (value.has_value() != descriptions[k].has_value) fail(value ? "takes no value" : "wants a value");
   fault.value = value.value_or(0.0);
+  if (fault.kind == FaultKind::fuse_high || fault.kind == FaultKind::fuse_extended)
+    if (!(fault.value >= 0.0 && fault.value <= 255.0) || fault.value != std::floor(fault.value)) fail("a fuse is a whole number, 0 to 255");
   fault.from_us = std::llround(*from_s * 1e6);
   if (lasts_s) {
     if (!descriptions[k].lasts) fail("happens at a moment and does not last");

@@ -19,6 +19,8 @@ enum class FaultKind {
   sensor_stuck,    // the same reading for ever
   sensor_drift,    // VALUE kelvin a second, the reading too cold by it
   sensor_scale,    // it shows VALUE of its rise over the cold junction
+  sensor_noise,    // VALUE kelvin of white noise, one standard deviation, more than the scenario's
+  sensor_flips,    // in VALUE of the words one bit arrives flipped
   sensors_swapped,
   bend_low,       // 0 V on the bend sensor's wire: unplugged, by its resistor to ground
   bend_high,      // 5 V
@@ -32,7 +34,12 @@ enum class FaultKind {
   power_cut_in_storing,  // VALUE us after the EEPROM begins to write, the first time from then on
   coil_welded,           // the switch conducts whatever its gate says
   coil_open,             // no current
+  gate_stuck,            // its gate is on for VALUE of the time, whatever the pin says
+  gates_swapped,         // the gates of the two coils are exchanged
   supply_V,              // VALUE volts
+  supply_ramp_V_s,       // the supply rises by VALUE volts each second, from the nominal one
+  fuse_high,             // the chip's high fuse is VALUE: from the start alone, for a program reads it then
+  fuse_extended,         // the same of its extended fuse
   time_ms,               // the device's millisecond count becomes VALUE
   count
 };

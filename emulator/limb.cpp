@@ -47,14 +47,15 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace,
   supply_ = system.parameter("supply_voltage_V");
   ambient_ = system.parameter("ambient_temperature_degC");
   if (!body_) body_ = plant_body(scenario);
-  std::string coils_header;
+  std::string coils_header, readings_header;
   trace_csv_ = "time_s";
   for (const plant::InputId i : system.inputs().ids()) {
     const std::string& name = system.inputs()[i].name;
     trace_csv_ += ",gate_" + name;
     coils_header += ",coil_" + name + "_degC";
+    readings_header += ",reading_" + name + "_degC";
   }
-  trace_csv_ += coils_header + "\n";
+  trace_csv_ += coils_header + readings_header + "\n";
   row(0);
 }
 
@@ -74,10 +75,17 @@ void Limb::move_plant(std::int64_t now_us) {
 // What flows: a welded switch conducts, an open coil does not, and heat goes with the square of the supply.
 void Limb::hold(std::int64_t now_us) {
   std::vector<double> duty(gates_.begin(), gates_.end());
+  if (active(FaultKind::gates_swapped, 0, now_us)) std::reverse(duty.begin(), duty.end());
   for (std::size_t j = 0; j < board_coils; ++j) {
+    if (const Fault* stuck = active(FaultKind::gate_stuck, j, now_us)) duty[j] = stuck->value;
     if (active(FaultKind::coil_welded, j, now_us)) duty[j] = 1.0;
     if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
-    if (const Fault* sag = active(FaultKind::supply_V, j, now_us)) duty[j] *= std::pow(sag->value / scenario_.plant.get(supply_), 2);
+    const double nominal_V = scenario_.plant.get(supply_);
+    double supply_V = nominal_V;
+    if (const Fault* other = active(FaultKind::supply_V, j, now_us)) supply_V = other->value;
+    if (const Fault* ramp = active(FaultKind::supply_ramp_V_s, j, now_us))
+      supply_V += ramp->value * static_cast<double>(now_us - ramp->from_us) / 1e6;
+    if (supply_V != nominal_V) duty[j] *= std::pow(supply_V / nominal_V, 2);
   }
   body_->hold(duty);
 }
@@ -91,6 +99,7 @@ void Limb::row(std::int64_t now_us) {
   };
   for (const double gate : gates_) put(gate);
   for (const double wire_degC : body_->wires_degC()) put(wire_degC);
+  for (const Amplifier& one : amplifiers_) put((static_cast<std::int32_t>(one.shown) >> 18) * 0.25);
   trace_csv_ += '\n';
 }
 
@@ -136,6 +145,10 @@ std::uint32_t Limb::convert(std::size_t coil, std::int64_t now_us) {
   const std::size_t channel = thermocouples_[coil].index;
   const sim::SensorSettings& settings = scenario_.sensors[channel];
   double shown = body_->readings()[thermocouples_[from].index] + settings.bias + settings.noise * noise_[channel].normal(n);
+  if (const Fault* noise = active(FaultKind::sensor_noise, coil, now_us)) {
+    const sim::RandomStream more(static_cast<std::uint64_t>(scenario_.seed), coil == 0 ? "fault.noise" : "fault.noise.other");
+    shown += noise->value * more.normal(n);
+  }
   double junction = scenario_.plant.get(ambient_);
   if (const Fault* scale = active(FaultKind::sensor_scale, coil, now_us)) shown = junction + scale->value * (shown - junction);
   if (const Fault* drift = active(FaultKind::sensor_drift, coil, now_us))
@@ -165,6 +178,10 @@ void Limb::select(std::int64_t now_us, std::size_t coil, bool selected) {
   // A dead chip or line is so at once, not from the next conversion on.
   if (active(FaultKind::sensor_zeros, coil, now_us)) one.shifting = 0;
   if (active(FaultKind::sensor_ones, coil, now_us)) one.shifting = 0xffffffffu;
+  if (const Fault* flips = active(FaultKind::sensor_flips, coil, now_us)) {
+    const sim::RandomStream chance(static_cast<std::uint64_t>(scenario_.seed), "fault.flips");
+    if (chance.uniform(one.conversions) < flips->value) one.shifting ^= 1u << (chance.bits(one.conversions + (1u << 20)) % 32);
+  }
 }
 
 std::uint8_t Limb::clock_out(std::size_t coil) {

@@ -94,6 +94,12 @@ class Emulation {
       case FaultKind::power_cut_in_storing:
         cut_in_storing_ = CutInStoring{fault.from_us, std::llround(fault.value), std::nullopt};
         break;
+      case FaultKind::fuse_high:
+        board_.set_fuse(Fuse::high, static_cast<std::uint8_t>(fault.value));
+        break;
+      case FaultKind::fuse_extended:
+        board_.set_fuse(Fuse::extended, static_cast<std::uint8_t>(fault.value));
+        break;
       case FaultKind::time_ms:
         board_.set_time_ms(static_cast<std::uint32_t>(fault.value));
         break;

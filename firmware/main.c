@@ -10,7 +10,9 @@
  * interrupts still run; the hardware watchdog after 60 ms, where they do not, by a reset that lets go of the pins; and the
  * resistors that pull the gates to ground. The watchdog is in its pure reset mode: in interrupt-first mode a program that
  * hangs with interrupts off would never be reset (data sheet, section 10.8.2: only the vector clears WDIE). */
+#include <avr/boot.h>
 #include <avr/eeprom.h>
+#include <avr/fuse.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>
@@ -49,6 +51,16 @@ static uint32_t kept_bound_check[BOARD_COILS] __attribute__((section(".noinit"))
 /* latch.h. What stands here goes into the file for the EEPROM, which is not flashed with the program: the cells of a new board are erased,
  * and it is tripped until somebody clears it. */
 static uint8_t EEMEM latched_cause[LATCH_BYTES] = {LATCH_BYTE_0(TRIP_NONE), LATCH_BYTE_1(TRIP_NONE)};
+
+/* What the fuses must be; it goes into the .elf and not into the .hex: a programmer writes them once (docs/hardware.md). Crystal of 16 MHz,
+ * no bootloader, watchdog always on (a program cannot turn it off), EEPROM kept when the chip is erased, brown-out at 4.3 V. */
+FUSES = {
+    .low = 0xff,
+    .high = FUSE_SPIEN & FUSE_WDTON & FUSE_EESAVE & FUSE_BOOTSZ0 & FUSE_BOOTSZ1,
+    .extended = FUSE_BODLEVEL0 & FUSE_BODLEVEL1,
+};
+#define BROWN_OUT_MASK 0x07u
+#define BROWN_OUT_4V3 0x04u /* ATmega328P data sheet, tables 28-6 and 29-12 */
 
 static uint8_t reset_flags __attribute__((section(".noinit")));
 void save_reset_flags(void) __attribute__((naked, used, section(".init3")));
@@ -148,7 +160,8 @@ static void send_hello(uint32_t time_us) {
                                       .reset_cause = reset_cause,
                                       .state = supervisor.state,
                                       .trip_cause = supervisor.trip_cause,
-                                      .parts = board};
+                                      .parts = board,
+                                      .wrong_settings = supervisor.wrong_settings};
   put_hello(&frame, &hello);
   send_frame(time_us);
 }
@@ -390,6 +403,14 @@ static uint8_t cause_at_start(void) {
   return cause;
 }
 
+/* The fuses themselves, not what they should be. A bootloader is allowed. */
+static uint8_t wrong_settings(void) {
+  uint8_t wrong = 0;
+  if ((boot_lock_fuse_bits_get(GET_EXTENDED_FUSE_BITS) & BROWN_OUT_MASK) != BROWN_OUT_4V3) wrong |= SETTING_BROWN_OUT;
+  if (boot_lock_fuse_bits_get(GET_HIGH_FUSE_BITS) & (uint8_t)~FUSE_WDTON) wrong |= SETTING_WATCHDOG; /* 0: programmed */
+  return wrong;
+}
+
 static void start_hardware(void) {
   PORTB = 0;
   PORTD = _BV(PD5) | _BV(PD6);
@@ -416,6 +437,7 @@ int main(void) {
   frame_decoder_start(&decoder, &board);
   supervisor_start(&supervisor, cause_at_start(), 0);
   take_kept_bounds();
+  supervisor.wrong_settings = wrong_settings();
   set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
   for (;;) {

@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-#define SUPERVISOR_READINGS 6u
+#define SUPERVISOR_READINGS 11u /* of which the line is taken: odd */
 
 /* Duty times time is summed in ten-thousandths of 8 us, so that a millisecond costs a product and no division. */
 #define ON_STEP_us 8u
@@ -36,6 +36,7 @@ struct thermocouple {
   uint32_t on;                             /* duty times time since the last reading, in ON_us */
   int32_t should_have_moved_mK;            /* since the reading changed last, at the least */
   int32_t warmed_mK, expected_mK;          /* both through the same high pass */
+  uint8_t not_following, unexpected;       /* readings, one after the other, that say so */
   int32_t lagged_mK;                       /* what is expected of a thermocouple with the longest lag */
 };
 
@@ -48,6 +49,7 @@ struct angle {
 
 struct supervisor {
   uint8_t state, trip_cause;
+  uint8_t wrong_settings; /* bits of board_setting, as the board found them when it started: while there is one, no arming */
   uint16_t duty[BOARD_COILS];
   uint32_t valid_until_us; /* of the duty */
   uint32_t last_tick_us, last_reading_us;
@@ -63,7 +65,7 @@ struct supervisor {
 };
 
 /* `latched`: the cause that was stored; TRIP_NONE: none. The bounds of the coils' heat begin at LIMIT_BOUND_START; a caller that kept
- * those of before a reset puts them into bound_uK. */
+ * those of before a reset puts them into bound_uK, and what the board found wrong with itself goes into wrong_settings. */
 void supervisor_start(struct supervisor* s, uint8_t latched, uint32_t now_us);
 
 /* A session begins or ends: zero duty, disarmed. A trip stays. */

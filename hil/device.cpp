@@ -42,13 +42,14 @@ constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
                                                                "angle_range",
                                                                "angle_stuck"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
-constexpr std::array<std::string_view, 7> answer_words{"done",
+constexpr std::array<std::string_view, 8> answer_words{"done",
                                                        "the firmware is another",
                                                        "the limits are others",
                                                        "tripped",
                                                        "a coil is not cool yet",
                                                        "a sensor is not believed",
-                                                       "the trip is another"};
+                                                       "the trip is another",
+                                                       "the board is set wrongly"};
 
 }  // namespace
 
@@ -60,6 +61,15 @@ const std::array<std::string_view, DEVICE_COUNTERS> counter_names{"too_long",   
 std::string_view words(trip_cause cause) { return word_of(trip_words, cause); }
 std::string_view words(reset_cause cause) { return word_of(reset_words, cause); }
 std::string_view words(answer answer) { return word_of(answer_words, answer); }
+
+std::vector<std::string> words_of_settings(std::uint8_t wrong_settings) {
+  std::vector<std::string> all;
+  if (wrong_settings & SETTING_BROWN_OUT) all.emplace_back("brown-out detection is off, or not at 4.3 V");
+  if (wrong_settings & SETTING_WATCHDOG) all.emplace_back("the watchdog is not always on");
+  if (const unsigned rest = wrong_settings & ~static_cast<unsigned>(SETTING_BROWN_OUT | SETTING_WATCHDOG); rest != 0)
+    all.emplace_back("bits " + std::to_string(rest) + " of the hello's last byte, which this program does not know");
+  return all;
+}
 
 std::string misfit_of(const board_parts& parts) {
   const auto wrong = [](const char* what, int offset, int count, int least) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "hil/clock_map.h"
 #include "hil/link.h"
@@ -18,6 +19,9 @@ std::string_view words(trip_cause cause);
 std::string_view words(reset_cause cause);
 std::string_view words(answer answer);
 extern const std::array<std::string_view, DEVICE_COUNTERS> counter_names;
+
+// What a board found wrong with itself when it started: board_setting, in words. Empty: nothing.
+std::vector<std::string> words_of_settings(std::uint8_t wrong_settings);
 
 // What of a board's hello the wire cannot carry, with its place in the payload; empty: nothing.
 std::string misfit_of(const board_parts& parts);

@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define FRAME_VERSION 3u
+#define FRAME_VERSION 4u
 
 enum frame_type {
   /* to the device */

@@ -80,6 +80,7 @@ void put_hello(struct frame* frame, const struct message_hello* message) {
   frame->payload[at++] = message->parts.coils;
   frame->payload[at++] = message->parts.thermocouples;
   frame->payload[at++] = message->parts.angles;
+  frame->payload[at++] = message->wrong_settings;
   frame->length = at;
 }
 void get_hello(const struct frame* frame, struct message_hello* message) {
@@ -92,6 +93,7 @@ void get_hello(const struct frame* frame, struct message_hello* message) {
   message->parts.coils = frame->payload[at++];
   message->parts.thermocouples = frame->payload[at++];
   message->parts.angles = frame->payload[at++];
+  message->wrong_settings = frame->payload[at++];
 }
 
 void put_answer(struct frame* frame, const struct message_answer* message) {

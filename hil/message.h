@@ -53,10 +53,18 @@ enum answer {
   ANSWER_DONE = 0,
   ANSWER_WRONG_FIRMWARE = 1,
   ANSWER_WRONG_LIMITS = 2,
-  ANSWER_TRIPPED = 3,    /* clear the trip first */
-  ANSWER_HOT = 4,        /* a coil is not cool yet */
-  ANSWER_SENSOR = 5,     /* a sensor is not believed */
-  ANSWER_OTHER_CAUSE = 6 /* the trip is another than the one that was to be cleared */
+  ANSWER_TRIPPED = 3,     /* clear the trip first */
+  ANSWER_HOT = 4,         /* a coil is not cool yet */
+  ANSWER_SENSOR = 5,      /* a sensor is not believed */
+  ANSWER_OTHER_CAUSE = 6, /* the trip is another than the one that was to be cleared */
+  ANSWER_SETTINGS = 7     /* the board itself is set wrongly: board_setting */
+};
+
+/* What a board found wrong with itself when it started, in bits: what its safety rests on and no program can mend. On an AVR these are
+ * its fuses. */
+enum board_setting {
+  SETTING_BROWN_OUT = 1, /* the detector of a falling supply is off, or set lower than the processor needs at its clock */
+  SETTING_WATCHDOG = 2   /* the watchdog may be turned off by the program, so by a program that has gone astray */
 };
 
 /* Counters of the device, each of 16 bits that stop at 65535: first the decoder's, then these. */
@@ -93,6 +101,7 @@ struct message_hello {
   uint8_t state;
   uint8_t trip_cause;
   struct board_parts parts;
+  uint8_t wrong_settings; /* bits of board_setting; 0: none */
 };
 struct message_answer {
   uint8_t type; /* of the frame that is answered */
@@ -120,7 +129,7 @@ struct message_telemetry {
 #define MESSAGE_ARM_BYTES 9u
 #define MESSAGE_COMMAND_BYTES(parts) ((uint8_t)(2u + 2u * (parts)->coils))
 #define MESSAGE_CLEAR_TRIP_BYTES 1u
-#define MESSAGE_HELLO_BYTES 14u
+#define MESSAGE_HELLO_BYTES 15u
 #define MESSAGE_HELLO_COILS_AT 11u /* the byte of the payload at which `parts` begin */
 #define MESSAGE_ANSWER_BYTES 6u
 #define MESSAGE_TELEMETRY_BYTES(parts) \

@@ -142,6 +142,11 @@ class Session {
     if (hello_.limits_hash != limits)
       throw Refused("the device's limits (" + hexadecimal(hello_.limits_hash) + ") are not this program's (" + hexadecimal(limits) +
                     ")\n  build and flash both from the same hil/limits.h");
+    if (hello_.wrong_settings != 0) {
+      std::string wrong;
+      for (const std::string& one : words_of_settings(hello_.wrong_settings)) wrong += (wrong.empty() ? "" : "; ") + one;
+      throw Refused("the board's fuses are wrong: " + wrong + "\n  set them once, by a programmer: docs/hardware.md, Fuses");
+    }
     if (hello_.reset_cause == RESET_WATCHDOG || hello_.reset_cause == RESET_BROWN_OUT)
       say("the device's last reset: " + std::string(words(static_cast<reset_cause>(hello_.reset_cause))));
   }

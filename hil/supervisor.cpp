@@ -149,7 +149,7 @@ void HostSupervisor::look(const sim::Measurement& measured, std::span<const std:
     const double decoded_degC = (static_cast<std::int32_t>(raw) >> 18) * 0.25;
     if (std::abs(decoded_degC - shown_degC) > 0.01) object("number and bits differ");
     if (shown_degC > LIMIT_COIL_cdegC / 100.0) object(sim::shortest(shown_degC) + " degC, beyond the limit");
-    if (watch.last_degC && std::abs(shown_degC - *watch.last_degC) > 10.0 + 60.0 * period_s_)
+    if (watch.last_degC && std::abs(shown_degC - *watch.last_degC) > LIMIT_JUMP_cK / 100.0 + 60.0 * period_s_)
       object("jumped to " + sim::shortest(shown_degC) + " degC");
     watch.last_degC = shown_degC;
     watch.off_for_s = std::abs(shown_degC - observed[coil.shown.index]) > most_off_K ? watch.off_for_s + period_s_ : 0.0;

@@ -107,6 +107,17 @@ def test_refusals():
     nine = f"plant: {{ limb: {{ segments: [{{name: s}}], coils: [{coils}], channels: [{shown}] }} }}\n"
     write("nine.yaml", "format: 1\nduration_s: 8\n" + nine)
     refused("hil with nine coils", ["hil", "nine.yaml", "--emulate", "--out", "o"], r"nine\.yaml: plant\.limb\.coils = 9\n  the wire to a board carries 1 to 8 coils")
+    result = subprocess.run([sys.executable, cli.ROOT / "tools/board_schematic", "--check"], capture_output=True, text=True)
+    check("docs/board.svg and board.net are as made, and sound", result.returncode == 0, result.stdout)
+    hexadecimal = dict(re.findall(r"([lhe]fuse):w:(0x[0-9A-F]{2}):m", (cli.ROOT / "docs/hardware.md").read_text()))
+    check("docs/hardware.md sets three fuses", sorted(hexadecimal) == ["efuse", "hfuse", "lfuse"], hexadecimal)
+    set_so = [f"--fault=fuse_high@0={int(hexadecimal['hfuse'], 16)}", f"--fault=fuse_extended@0={int(hexadecimal['efuse'], 16)}"]
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "fuses", *set_so)
+    check("fuses as docs/hardware.md sets them: it arms", result.returncode == 0, said(result))
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "fuse_high@0=217", "--fault", "fuse_extended@0=255")
+    check("fuses of a new chip: not armed, which are wrong and where to read on, nothing written", result.returncode == 1 and
+          "the board's fuses are wrong: brown-out detection is off, or not at 4.3 V; the watchdog is not always on\n" in result.stderr
+          and "docs/hardware.md, Fuses" in result.stderr and files_in("o") is None, said(result))
     write("hot.yaml", STEP + "start: { temperature_A_degC: 80 }\n")
     result = sinew("hil", "hot.yaml", "--emulate", "--out", "o")
     check("a hot coil: not armed", result.returncode == 1 and "a coil is not cool yet" in result.stderr and files_in("o") is None, said(result))
@@ -133,9 +144,9 @@ def test_trips():
 
 def test_fault_rows():
     """Rows of the fault table: among them all that is known to go wrong in a first version."""
-    for words, rows in (("hangs while hot", 2), ("nothing goes through", 1), ("trips, then", 2), ("thermocouple open", 1),
+    for words, rows in (("fuses:", 3), ("hangs while hot", 2), ("nothing goes through", 1), ("trips, then", 2), ("thermocouple open", 1),
                         ("a bit flipped", 1), ("1 tick late", 1)):
-        result = sinew("hil-faults", "--out", "faults", "--only", words, timeout=300)
+        result = sinew("hil-faults", "--out", "faults", "--only", words, "--quick", timeout=300)
         check(f"fault table, {words}: as due, in time, and not too hot",
               result.returncode == 0 and f"{rows} rows: 0 not as due, 0 late, 0 too hot" in result.stdout, said(result))
 
@@ -174,7 +185,7 @@ class Wire:
 
     @staticmethod
     def framed(kind, session, sequence, time_us, payload=b""):
-        plain = struct.pack("<BBHII", 3, kind, session, sequence, time_us % 2**32) + payload
+        plain = struct.pack("<BBHII", 4, kind, session, sequence, time_us % 2**32) + payload
         plain += struct.pack("<I", zlib.crc32(plain))
         blocks = plain.split(b"\0")
         return b"\0" + b"".join(bytes([len(block) + 1]) + block for block in blocks) + b"\0"
@@ -225,7 +236,7 @@ def running(process, seconds):
 def test_wire():
     write("mild.yaml", MILD)
     check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
-          == "00 06 03 03 02 01 05 01 01 01 01 01 06 01 12 88 c0 b9 00")
+          == "00 06 04 03 02 01 05 01 01 01 01 01 06 01 9d 61 58 cd 00")
     hello_request, arm, disarm, hello, answer, telemetry = 1, 2, 3, 0x81, 0x82, 0x83
     with Limb("wire") as limb:
         wire = Wire(limb.port, 0x4711)
@@ -233,7 +244,7 @@ def test_wire():
             wire.send(hello_request, 0, bytes([20]))
             if heard := wire.hear(hello, 0.5):
                 break
-        if not check("wire: the board says hello", heard is not None and len(heard[1]) == 14 and heard[1][11:] == bytes([2, 2, 1]), heard):
+        if not check("wire: the board says hello", heard is not None and len(heard[1]) == 15 and heard[1][11:] == bytes([2, 2, 1, 0]), heard):
             return
         hashes = heard[1][:8] + b"\x01"
         stale_count = lambda payload: struct.unpack("<13H", payload[-26:])[7]

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "hil/heat_bound.h"
+#include "sim/random.h"
 
 namespace firmware_supervisor_test {
 
@@ -39,7 +40,9 @@ struct Bench {
   double lagged_degC[2] = {25.0, 25.0};
   double loss = 1.0;         // of heat, against the nominal one
   double shown_share = 1.0;  // of the rise, by both thermocouples
-  int angle_raw = -1;        // -1: a limb that bends as coil A gets warm and back as B does
+  double noise_K = 0.0;      // of every reading, white
+  std::uint64_t reading = 0;
+  int angle_raw = -1;  // -1: a limb that bends as coil A gets warm and back as B does
   int until_reading = 105, until_command = 1;
 
   explicit Bench(std::uint32_t begin_us = 0) : now_us(begin_us) { supervisor_start(&s, TRIP_NONE, now_us); }
@@ -66,7 +69,11 @@ struct Bench {
       if (--until_reading == 0) {
         until_reading = 105;
         std::uint32_t raw[2];
-        for (int j = 0; j < 2; ++j) raw[j] = replacing[j] ? replaced[j] : word(shown_degC(swapped ? 1 - j : j), junction_degC);
+        for (int j = 0; j < 2; ++j) {
+          const double noise = noise_K * sinew::sim::RandomStream(7, j == 0 ? "A" : "B").normal(reading);
+          raw[j] = replacing[j] ? replaced[j] : word(shown_degC(swapped ? 1 - j : j) + noise, junction_degC);
+        }
+        ++reading;
         supervisor_reading(&s, raw, now_us);
         const auto bent = static_cast<int>(8184 + 100.0 * (temperature_degC[0] - temperature_degC[1]));
         const auto angle = static_cast<std::uint16_t>(angle_raw >= 0 ? angle_raw : std::clamp(bent, 500, 15'000));
@@ -110,6 +117,21 @@ TEST_CASE("device supervisor: it does not arm before both thermocouples have spo
   CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_DONE);
 }
 
+TEST_CASE("device supervisor: it does not arm a board whose brown-out level or watchdog is wrong, tripped or not") {
+  for (const std::uint8_t wrong : {SETTING_BROWN_OUT, SETTING_WATCHDOG}) {
+    Bench bench;
+    bench.s.wrong_settings = wrong;
+    bench.run(230);
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_SETTINGS);
+    CHECK(bench.s.state == DEVICE_DISARMED);
+    supervisor_trip(&bench.s, TRIP_SILENCE);
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_SETTINGS);
+    CHECK(supervisor_clear_trip(&bench.s, TRIP_SILENCE) == ANSWER_DONE);
+    bench.s.wrong_settings = 0;
+    CHECK(supervisor_arm(&bench.s, bench.now_us) == ANSWER_DONE);
+  }
+}
+
 TEST_CASE("device supervisor: ten minutes of heating and cooling within the limits trip nothing") {
   Bench bench;
   bench.armed();
@@ -122,6 +144,25 @@ TEST_CASE("device supervisor: ten minutes of heating and cooling within the limi
   }
   CHECK(bench.s.trip_cause == TRIP_NONE);
   CHECK(bench.s.state == DEVICE_ARMED);
+}
+
+TEST_CASE("device supervisor: noise of 3 K trips nothing in twenty minutes of heating, holding and cooling") {
+  for (const double noise_K : {1.5, 3.0}) {
+    Bench bench;
+    bench.noise_K = noise_K;
+    bench.armed();
+    for (int k = 0; k < 20; ++k) {
+      bench.commanded[k % 2] = 4500;
+      bench.run(5000);
+      bench.commanded[k % 2] = 1200;
+      bench.run(25'000);
+      bench.commanded[k % 2] = 0;
+      bench.run(30'000);
+    }
+    CAPTURE(noise_K);
+    CHECK(bench.s.state == DEVICE_ARMED);
+    CHECK(bench.s.trip_cause == TRIP_NONE);
+  }
 }
 
 TEST_CASE("device supervisor: full duty over the supply's tolerance does not look like a broken sensor") {
@@ -224,7 +265,7 @@ TEST_CASE("device supervisor: what the amplifier says of its thermocouple trips 
                      {word(60) | 0x00010000u, TRIP_SENSOR_GARBLED},
                      {word(-40), TRIP_SENSOR_RANGE},
                      {word(350), TRIP_SENSOR_RANGE},
-                     {word(25), TRIP_SENSOR_JUMP},
+                     {word(80), TRIP_SENSOR_JUMP},
                      {word(41, 70), TRIP_JUNCTION}};
   for (const auto& one : cases) {
     Bench bench = heating();
@@ -339,12 +380,12 @@ TEST_CASE("device supervisor: a welded switch is said, armed or not, though no s
   Bench disarmed;
   disarmed.run(300);
   disarmed.welded = true;
-  disarmed.run(1500);
+  disarmed.run(1900);
   CHECK(disarmed.s.trip_cause == TRIP_UNEXPECTED_HEATING);
   Bench armed;
   armed.armed();
   armed.welded = true;
-  armed.run(1500);
+  armed.run(1900);
   CHECK(armed.s.trip_cause == TRIP_UNEXPECTED_HEATING);
 }
 

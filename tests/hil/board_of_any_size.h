@@ -60,7 +60,8 @@ struct BoardOfAnySize : sinew::hil::Link {
                                 .reset_cause = RESET_POWER_ON,
                                 .state = state,
                                 .trip_cause = TRIP_NONE,
-                                .parts = said};
+                                .parts = said,
+                                .wrong_settings = 0};
       put_hello(&reply, &hello);
       say(reply);
     } else if (f.type == FRAME_COMMAND) {

@@ -84,7 +84,7 @@ struct FakeBoard : sinew::hil::Link {
       last_sequence = f.sequence;
       telemetry_period_ms = request.telemetry_period_ms;
       frame reply{};
-      const message_hello hello{firmware_hash, limits, RESET_POWER_ON, s.state, s.trip_cause, parts};
+      const message_hello hello{firmware_hash, limits, RESET_POWER_ON, s.state, s.trip_cause, parts, s.wrong_settings};
       put_hello(&reply, &hello);
       say(reply);
       return;

@@ -10,7 +10,7 @@ import sys
 import zlib
 from pathlib import Path
 
-VERSION, SESSION, SEQUENCE, TIME_us = 3, 0x0102, 5, 0x01000000
+VERSION, SESSION, SEQUENCE, TIME_us = 4, 0x0102, 5, 0x01000000
 BOARDS = ((1, 1, 1), (2, 2, 1), (4, 4, 2), (8, 8, 8), (4, 0, 2))
 
 
@@ -34,7 +34,7 @@ def vectors(coils, thermocouples, angles):
                  + each("H", coils, lambda k: 4200 + k) + struct.pack("<H", 42) + each("H", angles, lambda k: 8176 + k)
                  + each("h", angles, lambda k: -4475 + 1500 * k) + struct.pack("<13H", *range(13)))
     return (framed(0x04, each("H", coils, duty) + struct.pack("<H", 220)), framed(0x83, telemetry),
-            framed(0x81, struct.pack("<II", 0x12345678, 0x9ABCDEF0) + bytes([3, 2, 1, coils, thermocouples, angles])))
+            framed(0x81, struct.pack("<II", 0x12345678, 0x9ABCDEF0) + bytes([3, 2, 1, coils, thermocouples, angles, 2])))
 
 
 def main():

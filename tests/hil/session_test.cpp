@@ -186,6 +186,11 @@ TEST_CASE("session: it is not armed with other firmware, other limits, a latched
   FakeBoard limits;
   limits.limits ^= 1;
   CHECK(refusal(limits).find("limits") != std::string::npos);
+  FakeBoard new_chip;
+  new_chip.s.wrong_settings = SETTING_BROWN_OUT | SETTING_WATCHDOG;
+  CHECK(refusal(new_chip) ==
+        "the board's fuses are wrong: brown-out detection is off, or not at 4.3 V; the watchdog is not always on\n"
+        "  set them once, by a programmer: docs/hardware.md, Fuses");
   FakeBoard tripped;
   supervisor_trip(&tripped.s, TRIP_SILENCE);
   CHECK(refusal(tripped).find("tripped: silence") != std::string::npos);
