@@ -731,7 +731,10 @@ TEST_CASE("generator: every effect of the catalogue is concealed by its name, pl
     }
     concealed.push_back(truth.name);
   }
-  CHECK(concealed.size() == catalogue().effects().size());
+  const auto& effects = catalogue().effects();
+  std::size_t families = 0;
+  for (const plant::EffectId e : effects.ids()) families += plant::family_of(effects, e) == e;
+  CHECK(concealed.size() == families);
 }
 
 TEST_CASE("generator: other forms and effects outside the catalogue lie in every place" * long_when_sanitized) {
