@@ -53,8 +53,9 @@ ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found)
     if (parameter.known) value["assumed"] = true;
     json["parameters"][std::string(declared.name)] = value;
   }
-  json["gain"] = found.gain;
+  json["gain"] = found.support.gain;
   json["chance"] = found.chance;
+  json["support"] = support_json(found.support);
   json["rivals"] = ordered_json::array();
   for (const auto& [effect, loss] : found.rivals) json["rivals"].push_back({{"name", name_of(d, effect)}, {"loss_of_log_evidence", loss}});
   return json;
@@ -122,6 +123,14 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 }
 
 }  // namespace
+
+ordered_json support_json(const diagnose::Support& support) {
+  return {{"share", support.share},
+          {"gain", support.gain},
+          {"something_left", support.something_left},
+          {"of_whole_paths", support.of_whole_paths},
+          {"patch", support.patch}};
+}
 
 ordered_json chance_json(const diagnose::UnrestByChance& chance) {
   return {{"drawn", chance.drawn},    {"as_large", chance.as_large}, {"unrest", chance.unrest},

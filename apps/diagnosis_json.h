@@ -13,6 +13,7 @@ namespace sinew::apps {
 // Paths and the SHA-256 of what they hold.
 using InputHashes = std::map<std::string, std::string>;
 
+nlohmann::ordered_json support_json(const diagnose::Support& support);
 nlohmann::ordered_json chance_json(const diagnose::UnrestByChance& chance);
 
 // Place, odds, curve and band of physics without a name.

@@ -332,7 +332,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   const std::string sizes = parameters_words(d, found);
   text += sizes.empty() ? ". " : ", with " + sizes + ". ";
   if (d.by_paths)
-    text += found.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.gain) + ". " : "";
+    text += found.support.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.support.gain) + ". " : "";
   else if (alone && d.laws.empty())
     text += "Why: it explains " + percent(d.explained_share) + " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";

@@ -91,7 +91,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     Json effect{{"name", system.effects()[plant::family_of(system.effects(), found.effect)].name},
                 {"place", info.place},
                 {"confidence", found.confidence},
-                {"gain", found.gain},
+                {"gain", found.support.gain},
+                {"support", support_json(found.support)},
                 {"strength", strength.name},
                 {"null", strength.null_value.value_or(0.0)}};
     effect["parameters"] = Json::object();  // none where the strength is no constant

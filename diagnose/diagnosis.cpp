@@ -6,12 +6,14 @@
 #include <set>
 
 #include "diagnose/calibrate.h"
+#include "diagnose/thinned.h"
 
 namespace sinew::diagnose {
 namespace {
 
 constexpr double two_sided_95 = 1.959964;
 constexpr std::size_t most_samples_at_once = 50'000;  // each start of a calibration keeps a path of its own: memory
+constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
 constexpr double two_suffice_share = 0.98;            // of the misfit: a third effect is one too many
 
 bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
@@ -145,33 +147,31 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
 
 // An effect, and what fits in its place.
 FoundEffect described(plant::EffectId effect, const Search& search) {
-  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+  FoundEffect result;
+  result.effect = effect;
   result.bent = search.core.system().effects()[effect].form_of.has_value();
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
   return result;
 }
 
-FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
-      result.gain = round.gain;
+      result.support.gain = round.gain;
       result.chance = round.chance;
     }
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals)
     if (!of_one_family(diagnosis.search.core.system(), rival, effect)) others += std::exp(-std::clamp(loss, -50.0, 700.0));
-  result.confidence = (1.0 - result.chance) / others * result.gain / (result.gain + settings.doubtful_gain);
-  if (something_left)
-    result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
-  else if (diagnosis.by_chance)
-    result.confidence *= diagnosis.explained_share;
+  result.support.share = (1.0 - result.chance) / others * diagnosis.explained_share;
+  result.support.something_left = something_left;
   return result;
 }
 
 // A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
 // among them.
-FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis, const DiagnosisSettings& settings) {
+FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   const std::vector<Bent>& tried = diagnosis.search.bent;
   double with = 0.0, all = 0.0, without = -1e300;
@@ -183,10 +183,10 @@ FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const D
     else
       without = std::max(without, one.log_odds);
   }
-  result.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
+  result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
   result.chance = 1.0 - with / all;
-  result.confidence = with / all;
-  if (something_left) result.confidence *= settings.most_confidence_in_a_form * diagnosis.explained_share;
+  result.support.share = with / all * diagnosis.explained_share;
+  result.support.something_left = something_left;
   return result;
 }
 
@@ -196,13 +196,14 @@ std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
   return names;
 }
 
-FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, const DiagnosisSettings& settings) {
-  FoundEffect result{effect, 0.0, 0.0, 1.0, {}, {}};
+FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, double explained_share) {
+  FoundEffect result;
+  result.effect = effect;
   result.bent = proposals.system->effects()[effect].form_of.has_value();
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
     if (has_family(*proposals.system, one.effects, effect)) continue;
-    if (result.gain == 0.0) result.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
+    if (result.support.gain == 0.0) result.support.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
     // What does in its place, the others kept.
     const double loss = best.log_odds - one.log_odds;
     if (one.effects.size() != best.effects.size() ||
@@ -213,8 +214,8 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, c
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }
-  // What acts may be in no catalogue, and an effect of it the nearest look-alike: until that has been measured, as likely as not.
-  result.confidence = settings.most_confidence_in_a_lead * proposals.probability_of(effect);
+  result.support.share = proposals.probability_of(effect) * explained_share;
+  result.support.something_left = result.support.of_whole_paths = true;
   result.chance = 1.0 - proposals.probability_of(effect);
   return result;
 }
@@ -253,15 +254,18 @@ FoundLaw found_law(plant::EffectId effect, const Explanation& fit, double log_od
 }
 
 // An effect whose strength is no constant, so that no parameter of it has a value.
-FoundEffect found_wandering(const Wandering& wandering, const DiagnosisSettings& settings) {
-  FoundEffect result{*wandering.of.effect, 0.0, 2.0 * wandering.gain, std::erfc(std::sqrt(wandering.gain)), {}, {}};
+FoundEffect found_wandering(const Wandering& wandering) {
+  FoundEffect result;
+  result.effect = *wandering.of.effect;
+  result.support.gain = 2.0 * wandering.gain;
+  result.chance = std::erfc(std::sqrt(wandering.gain));
   double likely = 1.0;
   for (const auto& [other, loss] : wandering.others) {
     likely += std::exp(-std::max(0.0, loss));
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
-  result.confidence =
-      settings.most_confidence_in_a_lead * wandering.explained_share / likely * result.gain / (result.gain + settings.doubtful_gain);
+  result.support.share = wandering.explained_share / likely;
+  result.support.something_left = result.support.of_whole_paths = true;
   return result;
 }
 
@@ -356,11 +360,14 @@ class Diagnoser {
     result_.correlation = correlation_of(result_.predictions);
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
+    for (FoundEffect& found : result_.effects) found.confidence = probability(found.support);
     place(wandering);
     list_others();
     design();
     result_.repaired = plant::carried_into(after_.model, given_.shared_system());
     result_.starts = after_.starts;
+    using Held = std::shared_ptr<const void>;
+    result_.kept_alive = std::make_shared<std::pair<Held, Held>>(splits_, thinned_.recordings);
     return std::move(result_);
   }
 
@@ -382,7 +389,6 @@ class Diagnoser {
             .push_back(gated(system(), recording, given_noise, result_.gate.back()));
       }
     for (const sim::Recording& recording : gated_training_) splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
-    result_.kept_alive = splits_;
     for (std::size_t r = 0; r < splits_->size(); ++r)
       data_.push_back({&(*splits_)[r].fitted, (*splits_)[r].sample_count, result_.gate[r].noise});
   }
@@ -494,16 +500,16 @@ class Diagnoser {
       result_.objections.leaves_too_much = something_left_;
       bool all_named = true;  // whether each law is the form of a name
       for (const plant::EffectId e : effects_) {
-        FoundEffect found = found_with_laws(e, something_left_, result_, settings_);
+        FoundEffect found = found_with_laws(e, something_left_, result_);
         for (const plant::EffectId l : laws_) {
           const plant::Law& law = system().laws()[*system().effects()[l].law];
           if (!is_own(system(), {e}, law)) continue;
           found.bent = true;
           // Names that have the one form between them: whose it is, the data do not say.
-          found.confidence /= static_cast<double>(
+          found.support.share /= static_cast<double>(
               std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
         }
-        if (found.confidence >= settings_.least_confidence) result_.effects.push_back(std::move(found));
+        if (found.support.share >= settings_.least_share) result_.effects.push_back(std::move(found));
       }
       for (const plant::EffectId l : laws_)
         all_named = all_named && is_own(system(), names_of(result_.effects), system().laws()[*system().effects()[l].law]);
@@ -520,7 +526,7 @@ class Diagnoser {
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = result_.held_out.gain_highest;
     if (rest.none())
-      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, something_left_, result_, settings_));
+      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, something_left_, result_));
     else if (result_.held_out.lowest_total_gain <= 0.0 ||
              std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
@@ -529,16 +535,21 @@ class Diagnoser {
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
   // beyond chance, what was left out of the fit, and the held-out data no worse.
   void propose_whole_paths() {
+    std::vector<Explanation> begun;  // the best of each round of the search
+    for (const Round& round : result_.search.rounds)
+      for (std::size_t i = 0; i < std::min(round.candidates.size(), most_taken_up); ++i)
+        if (const Explanation& one = round.candidates[i].explanation; one.usable && laws_of(one, core()).empty()) begun.push_back(one);
     const ProposalSettings ask{.without = search_.without,
                                .seed = search_.seed,
                                .threads = search_.threads,
+                               .begun = std::move(begun),
                                .progress = search_.progress
                                                ? [this](double share, const std::string& doing) { tell(0.9 + 0.08 * share, doing); }
                                                : std::function<void(double, const std::string&)>{}};
     Proposals proposals = propose(before_, data_, ask, search_.fit);
     if (proposals.all.empty() || proposals.all[proposals.answer].effects.empty()) return;
     const Proposal& best = proposals.all[proposals.answer];
-    const Fitted path = fitted(best.fit);
+    const Fitted path = fitted(proposals.fit);
     std::vector<Prediction> predictions = result_.predictions;
     set_after(predictions, predicted_by(path));
     const HeldOutError held_out = error_of(predictions, search_.seed);
@@ -565,9 +576,9 @@ class Diagnoser {
     result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, settings_));
+    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_.explained_share));
     for (const plant::EffectId e : best.effects)
-      if (is_law(e)) result_.laws.push_back(found_law(e, proposals.all[proposals.answer].fit, odds_of_law(e, proposals)));
+      if (is_law(e)) result_.laws.push_back(found_law(e, proposals.fit, odds_of_law(e, proposals)));
     result_.proposals = std::move(proposals);
   }
 
@@ -585,11 +596,13 @@ class Diagnoser {
     for (const FitData& one : data_) samples += one.sample_count;
     calibration.threads = samples < most_samples_at_once ? search_.threads : 1;
     calibration.numerics = numerics();
+    calibration.numerics.relative_tolerance = std::max(calibration.numerics.relative_tolerance, coarse_tolerance);
     calibration.should_stop = search_.fit.should_stop;
     calibration.along_the_path = true;
     calibration.iterations_per_pass = 8;  // the next pass begins from there, with deviations of its own
     try {
-      const Fitted path = calibrated(given_, data_, calibration);
+      thinned_ = thinned(system(), data_);
+      const Fitted path = calibrated(given_, thinned_.data, calibration);
       const std::vector<Series> models = predicted_by(path);
       for (std::size_t p = 0; p < models.size(); ++p) result_.predictions[p].calibrated = models[p];
       if (nothing_added()) {
@@ -611,7 +624,7 @@ class Diagnoser {
   // What cannot be told from what was found, and whether it may be something else in another form.
   void doubt() {
     std::stable_sort(result_.effects.begin(), result_.effects.end(),
-                     [](const FoundEffect& a, const FoundEffect& b) { return a.gain > b.gain; });
+                     [](const FoundEffect& a, const FoundEffect& b) { return a.support.gain > b.support.gain; });
     for (const FoundEffect& effect : result_.effects)
       for (const auto& [rival, loss] : effect.rivals)
         if (loss < settings_.ambiguous_loss && !has_family(system(), effects_, rival)) add_rival(rival);
@@ -619,8 +632,7 @@ class Diagnoser {
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, something_left_ && !result_.by_paths, settings_);
     if (result_.by_paths) result_.parsimony.either_alone = false;
-    if (!result_.parsimony.none())
-      for (FoundEffect& effect : result_.effects) effect.confidence *= 0.5;
+    for (FoundEffect& effect : result_.effects) effect.support.patch = !result_.parsimony.none();
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
@@ -639,7 +651,7 @@ class Diagnoser {
     std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
     if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
-      result_.effects.push_back(found_wandering(*result_.wandering, settings_));
+      result_.effects.push_back(found_wandering(*result_.wandering));
       for (const auto& [rival, loss] : result_.effects.front().rivals)
         if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
     }
@@ -665,7 +677,7 @@ class Diagnoser {
       for (const auto& [other, loss] : result_.wandering->others)
         if (loss < settings_.other_place_loss) add_to_group(other.place);
     } else if (!result_.effects.empty() &&
-               (result_.laws.empty() || result_.by_paths || result_.laws.front().log_odds < result_.effects.front().gain)) {
+               (result_.laws.empty() || result_.by_paths || result_.laws.front().log_odds < result_.effects.front().support.gain)) {
       // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
       place = system().effects()[result_.effects.front().effect].place;
       group.clear();
@@ -730,6 +742,7 @@ class Diagnoser {
   std::vector<sim::Recording> gated_training_, gated_held_out_;
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
+  Thinned thinned_;  // of these
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them

@@ -12,6 +12,7 @@
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
 #include "diagnose/proposals.h"
+#include "diagnose/confidence.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
 #include "plant/laws.h"
@@ -36,15 +37,9 @@ struct DiagnosisSettings {
   double most_rise_of_pull = 6.0;
   // What explains so much, in every channel, without a rise of pull is named even where something is left.
   double named_share = 0.75;
-  // Where something is left: on development, what was named by open-loop simulation, or varies, was a look-alike as often as not.
-  double most_confidence_in_a_lead = 0.5;
   WanderSettings wander;            // thresholds
   double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
-  double doubtful_gain = 50.0;      // confidence in a gain of this size is a half
-  double least_confidence = 0.05;   // a name beside a law that has less is none
-  // Where something is left, the name of what explains the rest is right as often as not: it acts in another form than the
-  // catalogue's, or what acts is not in the catalogue and looks like it.
-  double most_confidence_in_a_form = 0.5;
+  double least_share = 0.05;        // a name beside a law that has less of the posterior is none
 };
 
 // Why an explanation that was found is not the answer. Empty where it is.
@@ -85,9 +80,9 @@ inline bool something_is_left(Verdict verdict) { return verdict == Verdict::name
 
 struct FoundEffect {
   plant::EffectId effect{};
-  double confidence;  // 0 to 1
-  double gain;        // 2 log posterior ratio
-  double chance;      // family-wise probability of such a gain
+  Support support;          // what speaks for it
+  double confidence = 0.0;  // probability(support): that this is what acts
+  double chance = 1.0;      // family-wise probability of such a gain
   struct Parameter {
     plant::ParameterId parameter{};
     double value, lowest, highest;  // in the units of files; 95 %
@@ -158,7 +153,7 @@ struct Diagnosis {
   HeldOutError held_out;
   std::vector<Prediction> predictions;  // training recordings, then held-out ones
   ResidualCorrelation correlation;
-  std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which `search` points into
+  std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which explanations point into
 };
 
 // Training recordings must outlive the result, and so must the held-out ones. Throws Stopped, std::runtime_error.

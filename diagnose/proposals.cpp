@@ -9,6 +9,7 @@
 #include "diagnose/compare.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/search.h"
+#include "diagnose/thinned.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
 
@@ -36,14 +37,18 @@ class Proposer {
  public:
   Proposer(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit)
       : given_(core.of.problem->centres()),
-        data_(data),
-        yardstick_(data),
+        whole_(data),
+        thinned_(thinned(given_.system(), data)),
+        data_(thinned_.data),
+        yardstick_(data_),
         settings_(settings),
+        numerics_(fit.numerics),
         fit_(fit),
         correlation_(per_channel(given_.system(), 1.0)) {
     fit_.least_squares = true;
     fit_.most_rounds = 1;
     fit_.enough = 1.0;
+    fit_.numerics.relative_tolerance = std::max(fit_.numerics.relative_tolerance, coarse_tolerance);
     const Fitted settled = settled_core(core);
     measure_by(settled);
     all_[{}] = fitted_from({}, settled.of.as_guess(), long_fit);
@@ -51,6 +56,9 @@ class Proposer {
   }
 
   Proposals run() {
+    tell(0.0, "simulating what was found so far");
+    take_up(settings_.begun);
+    settle();
     for (std::size_t depth = 1; depth <= settings_.most_effects; ++depth) {
       tell(static_cast<double>(depth - 1) / static_cast<double>(settings_.most_effects + 1), "trying effects by open-loop simulation");
       const Effects before = best();
@@ -283,6 +291,20 @@ class Proposer {
     return begun;
   }
 
+  // What other means found, its path brought near to the recordings first, as the plant as given was: under the measure of that, which is
+  // far off, a fit would not stay near.
+  void take_up(const std::vector<Explanation>& found) {
+    std::vector<Begun> begun(found.size());
+    sim::in_parallel(found.size(), settings_.threads, [&](std::size_t i) {
+      Begun& one = begun[i];
+      one.effects = found[i].effects();
+      std::erase_if(one.effects, [&](plant::EffectId e) { return given_.is_on(e); });
+      one.fit = fitted_from(one.effects, polished(found[i], data_, fit_).of.as_guess(), 0);
+    });
+    for (const Begun& one : begun)
+      if (!one.effects.empty()) keep(one);
+  }
+
   void fit_all(std::vector<Begun>& begun, int iterations) const {
     sim::in_parallel(begun.size(), settings_.threads,
                      [&](std::size_t i) { begun[i].fit = fitted_from(begun[i].effects, begun[i].guess, iterations); });
@@ -437,7 +459,7 @@ class Proposer {
 
   Proposals ranked(const Effects& answer) const {
     Proposals result;
-    result.yardstick = yardstick_;
+    result.kept_alive = thinned_.recordings;
     result.system = given_.shared_system();
     result.cells = static_cast<std::size_t>(cells_);
     for (const Effects& effects : order())
@@ -448,15 +470,33 @@ class Proposer {
     for (Proposal& one : result.all) one.probability /= sum;
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effects == answer) result.answer = i;
+    result.fit = on_every_sample(result.all[result.answer].fit);
     return result;
   }
 
+  // A fit of the recordings as they are, each channel's deviation worth as much.
+  Explanation on_every_sample(const Explanation& few) const {
+    std::vector<FitData> data = whole_;
+    for (std::size_t r = 0; r < data.size(); ++r)
+      for (const plant::ChannelId c : data[r].deviation.ids())
+        data[r].deviation[c] =
+            std::max(data[r].deviation[c], yardstick_[r].deviation[c] * std::sqrt(static_cast<double>(thinned_.every[r])));
+    ExplanationSettings fit = fit_;
+    fit.iterations_per_round = middle_fit;
+    fit.numerics = numerics_;
+    Explanation all = explain(few.problem->centres(), data, few.as_guess(), fit);
+    return all.usable ? all : few;
+  }
+
   plant::Plant given_;  // in a System of the laws that were tried, all off
-  const std::vector<FitData>& data_;
+  const std::vector<FitData>& whole_;
+  const Thinned thinned_;
+  const std::vector<FitData>& data_;  // thinned
   std::vector<FitData> yardstick_;
   const ProposalSettings& settings_;
-  ExplanationSettings fit_;
-  PerChannel correlation_;  // samples, of what the plant as given leaves at best
+  const plant::NumericalSettings numerics_;
+  ExplanationSettings fit_;  // with a coarse tolerance
+  PerChannel correlation_;   // samples, of what the plant as given leaves at best
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
   std::map<Effects, Explanation, ByCatalogue> all_;

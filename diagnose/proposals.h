@@ -4,6 +4,7 @@
 // Where noise in the state swallows what is missing, the search by forcings (search.h) sees only how well the next seconds follow
 // from the last. This one asks how well a plant follows the recordings from its inputs alone:
 //
+// - All are fitted to thinned recordings (thinned.h), the answer at last to every sample.
 // - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves in it, never less than
 //   the sensor's noise, times the square root of the samples over which what the plant as given leaves is correlated. It shrinks as
 //   proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
@@ -42,7 +43,8 @@ struct ProposalSettings {
   int starts = 5;          // of the best proposals, at the end
   std::uint64_t seed = 1;
   int threads = 2;
-  std::function<void(double done_share, const std::string& doing)> progress;
+  std::vector<Explanation> begun{};  // found by other means, without laws
+  std::function<void(double done_share, const std::string& doing)> progress{};
 };
 
 struct Proposal {
@@ -55,7 +57,8 @@ struct Proposal {
 struct Proposals {
   std::vector<Proposal> all;                            // most probable first; the plant as given is among them
   std::size_t answer = 0;                               // of `all`
-  std::vector<FitData> yardstick;                       // the data with the deviations under which all were compared
+  Explanation fit;                                      // of the answer, to every sample
+  std::shared_ptr<const void> kept_alive;               // the thinned recordings that the fits in `all` point to
   std::shared_ptr<const plant::System> system;          // with every law that was tried: effects of `all` are ids of it
   std::size_t cells = 0;                                // in which a law was sought
   double probability_of(plant::EffectId effect) const;  // in any of its forms

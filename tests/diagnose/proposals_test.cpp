@@ -65,14 +65,14 @@ TEST_CASE("proposals: a junction is found among its look-alikes, and nothing is 
   REQUIRE_FALSE(found.all.empty());
   CHECK(names_of(found.all[found.answer]) == std::vector<std::string>{"junction"});
   CHECK(found.probability_of(testing::effect("junction")) > 0.99);
-  const plant::Plant repaired = found.all[found.answer].fit.model();
+  const plant::Plant repaired = found.fit.model();
   CHECK(repaired.get(testing::parameter("junction.heat_capacity_J_K")) == doctest::Approx(0.4).epsilon(0.05));
   double sum = 0.0;
   for (const diagnose::Proposal& one : found.all) sum += one.probability;
   CHECK(sum == doctest::Approx(1.0));
   for (std::size_t i = 1; i < found.all.size(); ++i) CHECK(found.all[i].log_odds <= found.all[i - 1].log_odds);
 
-  const Fitted with = diagnose::fitted(found.all[found.answer].fit);
+  const Fitted with = diagnose::fitted(found.fit);
   const Proposals again = diagnose::propose(with, limb.data, settings, limb.settings);
   CHECK(again.all[again.answer].effects.empty());  // beside what is on
 }

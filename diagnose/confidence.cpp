@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "diagnose/confidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sinew::diagnose {
+namespace {
+
+// Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
+constexpr std::array<double, support_terms> weights{-0.92, 1.27, -0.44, -0.04, -1.26};
+
+}  // namespace
+
+std::array<double, support_terms> terms_of(const Support& support) {
+  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), support.something_left ? 1.0 : 0.0, support.of_whole_paths ? 1.0 : 0.0,
+          support.patch ? 1.0 : 0.0};
+}
+
+double probability(const Support& support) {
+  const auto terms = terms_of(support);
+  const double logit = std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
+  return std::clamp(support.share, 0.0, 1.0) / (1.0 + std::exp(-logit));
+}
+
+}  // namespace sinew::diagnose
