@@ -38,29 +38,6 @@ struct DiagnoseArguments : DiagnoseRequest {
   bool json = false, overwrite = false;
 };
 
-std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& names, const plant::System& system) {
-  std::vector<std::string> all;
-  for (const auto& effect : system.effects()) all.push_back(std::string(effect.name));
-  std::vector<plant::EffectId> chosen;
-  for (const std::string& name : names) {
-    if (std::find(all.begin(), all.end(), name) == all.end()) {
-      const std::string advice = "no such effect" + sim::did_you_mean(name, all);
-      throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
-    }
-    chosen.push_back(system.effect(name));
-  }
-  const auto is_chosen = [&](plant::EffectId e) { return std::find(chosen.begin(), chosen.end(), e) != chosen.end(); };
-  const auto ids = system.effects().ids();
-  std::size_t left = 0;
-  for (const plant::EffectId e : ids) left += !system.effects()[e].law && !is_chosen(e);
-  if (!chosen.empty() && left == 0)
-    throw sim::InputError({.file = "",
-                           .key = "--without",
-                           .value = "all " + std::to_string(chosen.size()) + " effects",
-                           .advice = "leaves no effect that could be named; leave out at least one"});
-  return chosen;
-}
-
 // All files that a diagnosis may write, those that an earlier one of more recordings left here among them.
 std::vector<std::string> files_of_diagnosis(const DiagnoseArguments& arguments) {
   std::vector<std::string> names{"report.html", "diagnosis.json", "plant.yaml", "run.json", "experiment.yaml", "heldout_prediction.csv"};
@@ -126,6 +103,31 @@ std::string text_of(const DiagnosisWords& words) {
 }
 
 }  // namespace
+
+std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& names, const plant::System& system) {
+  std::vector<std::string> all;
+  for (const auto& effect : system.effects()) all.push_back(std::string(effect.name));
+  std::vector<plant::EffectId> chosen;
+  for (const std::string& name : names) {
+    if (std::find(all.begin(), all.end(), name) == all.end()) {
+      const std::string advice = "no such effect" + sim::did_you_mean(name, all);
+      throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
+    }
+    if (const plant::EffectId e = system.effect(name); std::find(chosen.begin(), chosen.end(), e) == chosen.end()) chosen.push_back(e);
+  }
+  std::size_t names_there_are = 0, left = 0;
+  for (const plant::EffectId e : system.effects().ids()) {
+    if (system.effects()[e].law) continue;
+    ++names_there_are;
+    left += !diagnose::is_left_out(system, e, chosen);
+  }
+  if (!chosen.empty() && left == 0)
+    throw sim::InputError({.file = "",
+                           .key = "--without",
+                           .value = "all " + std::to_string(names_there_are) + " effects",
+                           .advice = "leaves no effect that could be named; leave out at least one"});
+  return chosen;
+}
 
 Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nominal, std::vector<sim::Recording> training,
                     std::vector<sim::Recording> held_out) {

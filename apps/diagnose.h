@@ -33,6 +33,9 @@ struct Diagnosed {
   std::string oddities, words;  // for the terminal
 };
 
+// What `--without` names. Throws InputError where a name is none, or where nothing is left that could be named.
+std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& names, const plant::System& system);
+
 // Throws InputError, and diagnose::Stopped where `should_stop` says so.
 Diagnosed diagnosed(const DiagnoseRequest& request, const plant::Plant& nominal, std::vector<sim::Recording> training,
                     std::vector<sim::Recording> held_out);

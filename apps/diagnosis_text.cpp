@@ -421,18 +421,28 @@ std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   return names;
 }
 
+// How much of the catalogue was tried.
+std::string tried_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
+  std::size_t tried = 0;
+  std::vector<std::string> given, left_out;
+  for (const plant::EffectId e : system_of(d).without_laws()->effects().ids())
+    if (d.search.core.problem->centres().is_on(e))
+      given.push_back(effect_name(d, e));
+    else if (diagnose::is_left_out(system_of(d), e, settings.search.without))
+      left_out.push_back(effect_name(d, e));
+    else
+      ++tried;
+  if (given.empty() && left_out.empty()) return "All " + std::to_string(tried) + " effects of the catalogue were tried.";
+  return std::to_string(tried) + " of the catalogue's " + std::to_string(catalogue_size(d)) + " effects were tried." +
+         (given.empty() ? "" : " The given plant has " + listed(given) + ".") +
+         (left_out.empty() ? "" : " Not tried, as asked: " + listed(left_out) + ".");
+}
+
 std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> text;
   const bool alone = d.effects.size() == 1;
-  std::vector<plant::EffectId> without = inputs.settings.search.without;
-  for (const plant::EffectId e : system_of(d).without_laws()->effects().ids())
-    if (const auto& form_of = effects_of(d)[e].form_of; form_of && std::find(without.begin(), without.end(), *form_of) != without.end())
-      without.push_back(e);
-  const std::size_t tried = catalogue_size(d) - without.size();
   if (d.verdict == Verdict::consistent) {
-    std::string tested = "All " + std::to_string(tried) + " effects of the catalogue were tried.";
-    if (!inputs.settings.search.without.empty())
-      tested = std::to_string(tried) + " of the catalogue's " + std::to_string(catalogue_size(d)) + " effects were tried.";
+    std::string tested = tried_words(d, inputs.settings);
     if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
       const auto& round = d.search.rounds.back();
       const plant::EffectId best =
@@ -986,7 +996,9 @@ std::string summary_sentence(const Diagnosis& d) {
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   std::vector<std::string> where = odd_words(d);  // before anything is read from it
   for (std::string& paragraph : where_words(d)) where.push_back(std::move(paragraph));
-  return {verdict_sentence(d), summary_sentence(d),     std::move(where), what_words(d, inputs),
+  std::vector<std::string> what = what_words(d, inputs);
+  if (d.verdict != Verdict::consistent && !inputs.settings.search.without.empty()) what.push_back(tried_words(d, inputs.settings));
+  return {verdict_sentence(d), summary_sentence(d),     std::move(where), std::move(what),
           modelled_words(d),   better_words(d, inputs), next_words(d)};
 }
 

@@ -35,7 +35,10 @@ std::string markdown_row(std::string_view name, const Declaration& d) {
 // What an effect asks of others, in words; empty for most.
 std::string terms(const plant::System& system, const plant::EffectInfo& effect) {
   std::string text;
-  if (effect.form_of) text = "Another form of " + std::string(system.effects()[*effect.form_of].name) + ": a diagnosis gives it that name.";
+  if (effect.form_of) {
+    const std::string name(system.effects()[*effect.form_of].name);
+    text = "Another form of " + name + ": a diagnosis reports it under that name, and --without " + name + " leaves out both.";
+  }
   if (effect.needs) text = "Needs " + std::string(system.effects()[*effect.needs].name) + ".";
   std::string hidden;
   for (const auto& [parameter, factor] : effect.hides)

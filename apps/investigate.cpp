@@ -17,6 +17,7 @@
 
 #include "apps/app.h"
 #include "apps/comparison_page.h"
+#include "apps/diagnose.h"
 #include "apps/ends_soon.h"
 #include "apps/investigation_page.h"
 #include "apps/limb_link.h"
@@ -338,13 +339,7 @@ investigate::Settings settings_of(const InvestigateArguments& arguments, const p
   // What the loop records begins cold and at rest; of what is given nobody knows.
   settings.diagnosis.start =
       arguments.training.empty() && arguments.emulate ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
-  std::vector<std::string> names;
-  for (const auto& effect : plant.system().effects()) names.emplace_back(effect.name);
-  for (const std::string& name : arguments.without) {
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw sim::InputError({.key = "--without", .value = name, .advice = "no such effect" + sim::did_you_mean(name, names)});
-    settings.diagnosis.search.without.push_back(plant.system().effect(name));
-  }
+  settings.diagnosis.search.without = chosen_effects(arguments.without, plant.system());
   return settings;
 }
 

@@ -145,12 +145,14 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
   return result;
 }
 
-// An effect, and what fits in its place.
+// An effect, and what fits in its place. What goes by the same name is no rival.
 FoundEffect described(plant::EffectId effect, const Search& search) {
+  const plant::System& system = search.core.system();
   FoundEffect result;
   result.effect = effect;
-  result.bent = search.core.system().effects()[effect].form_of.has_value();
+  result.bent = system.effects()[effect].form_of.has_value();
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
+  std::erase_if(result.rivals, [&](const auto& rival) { return of_one_family(system, rival.first, effect); });
   return result;
 }
 
@@ -162,8 +164,7 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
       result.chance = round.chance;
     }
   double others = 1.0;
-  for (const auto& [rival, loss] : result.rivals)
-    if (!of_one_family(diagnosis.search.core.system(), rival, effect)) others += std::exp(-std::clamp(loss, -50.0, 700.0));
+  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.support.share = (1.0 - result.chance) / others * diagnosis.explained_share;
   result.support.something_left = something_left;
   return result;

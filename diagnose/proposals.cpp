@@ -518,12 +518,16 @@ Proposals propose(const Fitted& core, const std::vector<FitData>& data, const Pr
   return Proposer(core, data, settings, fit).run();
 }
 
+bool is_left_out(const plant::System& system, plant::EffectId effect, const std::vector<plant::EffectId>& without) {
+  const auto& form_of = system.effects()[effect].form_of;
+  return holds(without, effect) || (form_of && holds(without, *form_of));
+}
+
 std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without) {
   std::vector<plant::EffectId> result;
   for (const plant::EffectId e : plant.system().effects().ids()) {
     const plant::EffectInfo& effect = plant.system().effects()[e];
-    // Without a name no form of it.
-    if (holds(without, e) || (effect.form_of && holds(without, *effect.form_of))) continue;
+    if (is_left_out(plant.system(), e, without)) continue;
     if (!plant.is_on(e) && !effect.law && (!effect.needs || plant.is_on(*effect.needs))) result.push_back(e);
   }
   return result;

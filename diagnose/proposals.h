@@ -67,6 +67,9 @@ struct Proposals {
 // `core`: the plant as given, fitted. `data`: deviations are the sensors' noise.
 Proposals propose(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit);
 
+// Whether an effect may not be named: under its own name, or under that of which it is a form.
+bool is_left_out(const plant::System& system, plant::EffectId effect, const std::vector<plant::EffectId>& without);
+
 // Effects that may be added where these are on: that are off, allowed, and not without what they act on.
 std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without);
 

@@ -436,6 +436,28 @@ def test_diagnose():
     check("diagnose: says where, in a channel and windows of time", answer["located"]["channel"] in CHANNELS
           and all(a < b for a, b in answer["located"]["windows_s"]), answer["located"])
 
+    # A name takes its forms with it, once however often it is given; what is not tried is said, whatever is found.
+    effects = [e["name"] for e in json.loads(sinew("effects", "--json").stdout)["effects"]]
+    write("driver.yaml", MADE_BY.replace("plant: { ", "plant: { effects: { driver_lag: { time_constant_s: 0.5 } }, "))
+    sinew("run", "driver.yaml", "--out", "driver")
+    driver = ["diagnose", "--train", "driver/recording.csv", "--plant", PAPER_LIMB, "--at-rest"]
+    sinew(*driver, "--out", "diagnosis/driver")
+    found = json.loads(content("diagnosis/driver/diagnosis.json"))["effects"]
+    check("diagnose: a form goes by its family's name, which is no rival of its own", [e["name"] for e in found] == ["input_delay"]
+          and found[0]["by"] == "driver_lag" and found[0]["rivals"] and all(r["name"] != "input_delay" for r in found[0]["rivals"]), found)
+    most = [name for name in effects if name not in ("driver_lag", "duty_deadband", "thermocouple_lag")]
+    for what, command in (("finds something", driver), ("finds nothing", made)):
+        result = sinew(*command, "--out", f"diagnosis/without {what}", "--without", ",".join([*most, "input_delay", "driver_lag"]))
+        words = " ".join(result.stdout.split())
+        tried = re.search(r"(\d) of the catalogue's (\d+) effects were tried\. Not tried, as asked: ([^.]*)\.", words)
+        check(f"diagnose --without that {what}: says what was tried and what was not", tried and int(tried[1]) == 2
+              and int(tried[2]) == len(effects) and re.split(", | and ", tried[3]) == [e for e in effects if e in most or e == "driver_lag"],
+              said(result))
+    write("two.yaml", "format: 1\nbase: " + str(PAPER_LIMB) + "\neffects: { driver_lag: { time_constant_s: 0.3 }, input_delay: { delay_s: 0.3 } }\n")
+    result = sinew(*driver[:-2], "two.yaml", "--at-rest", "--out", "diagnosis/two forms")
+    check("diagnose from a plant with both forms: says that it has them", "The given plant has driver_lag and input_delay."
+          in " ".join(result.stdout.split()), said(result))
+
     refused("--without a misspelt effect", [*made, "--out", "o", "--without", "input_delay", "thermocuple_lag"],
             r"^--without = thermocuple_lag\n  no such effect; did you mean thermocouple_lag\?\n  `sinew effects` lists")
     refused("diagnose --fit-until too early", [*made, "--out", "o", "--fit-until", "1.5"],

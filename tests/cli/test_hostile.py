@@ -8,6 +8,7 @@ file is touched.
 A table: what is wrong, the command line, what standard error must say. Every recording that is misread is given to each command that
 reads recordings, and every broken YAML file to each command that reads one, since the same rule must hold in all.
 """
+import json
 import os
 import pty
 import re
@@ -273,6 +274,13 @@ def test_all():
     check("`sinew effects` lists more than twenty", len(names) > 20, names)
     refused("diagnose, --without all effects", [*outs["diagnose"], "--out", "out", "--without", ",".join(names)],
             r"--without = all \d+ effects\n.*leaves no effect")
+    families = [e["name"] for e in json.loads(cli.sinew("effects", "--json").stdout)["effects"] if "form_of" not in e]
+    check("some effects are forms of others", 20 < len(families) < len(names), families)
+    refused("diagnose, --without all effects but forms of them", [*outs["diagnose"], "--out", "out", "--without", ",".join(families)],
+            r"--without = all \d+ effects\n.*leaves no effect")
+    if emulates:
+        refused("investigate, --without all effects", [*outs["investigate"], "--out", "out", "--without", ",".join(names)],
+                r"--without = all \d+ effects\n.*leaves no effect")
     refused("diagnose, --without an effect that is none", [*outs["diagnose"], "--out", "out", "--without", "thermocuple_lag"],
             r"did you mean thermocouple_lag")
     for given in ("0", "-1", "1.5", "many", "99999999999"):
