@@ -89,10 +89,10 @@ class Port::Implementation {
     while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
     }
   }
-  // Bytes that the terminal has and the reader not yet.
-  bool waiting() const {
-    int count = 0;
-    return ::ioctl(port.native_handle(), FIONREAD, &count) == 0 && count > 0;
+  // Bytes that the terminal has, or that the reader is about to hand over. Asked in this order: what was read meanwhile is in the queue.
+  bool more_comes() const {
+    pollfd look{port.native_handle(), POLLIN, 0};  // FIONREAD does not see what a pseudo-terminal has under way
+    return (::poll(&look, 1, 0) > 0 && !lost.load()) || reading.load();
   }
 
   const Clock& clock;
@@ -119,13 +119,16 @@ class Port::Implementation {
         continue;
       }
       Chunk& chunk = chunks[at % chunks.size()];
+      reading.store(true);
       const ssize_t got = ::read(descriptor, chunk.bytes.data(), chunk.bytes.size());
       if (got > 0) {
         chunk.at_us = clock.now_us();
         chunk.count = static_cast<std::size_t>(got);
         filled.store(at + 1, std::memory_order_release);
+        reading.store(false);
         continue;
       }
+      reading.store(false);
       if (got == 0) return end("the port was closed at the other end");
       if (errno != EAGAIN && errno != EINTR) return end(std::string("reading failed: ") + std::strerror(errno));
       if (wait[0].revents & (POLLHUP | POLLERR | POLLNVAL)) return end("the port hung up");
@@ -138,7 +141,7 @@ class Port::Implementation {
   };
   std::array<Chunk, 512> chunks;  // a power of two; a second of telemetry at 200 Hz, byte groups as they come
   std::atomic<std::size_t> filled{0}, taken{0};
-  std::atomic<bool> lost{false};
+  std::atomic<bool> lost{false}, reading{false};
   std::string why_lost;
   int wake = -1;
   std::thread reader;
@@ -171,7 +174,10 @@ Received Port::receive_until(std::int64_t deadline_us) {
   for (;;) {
     if (auto received = implementation_->next()) return *std::move(received);
     const std::int64_t now_us = implementation_->clock.now_us();
-    if (now_us >= deadline_us && !implementation_->waiting()) return {now_us, {}};
+    if (now_us >= deadline_us && !implementation_->more_comes()) {
+      if (auto received = implementation_->next()) return *std::move(received);
+      return {now_us, {}};
+    }
     implementation_->sleep_until(now_us >= deadline_us ? now_us + step_us : std::min(deadline_us, now_us + step_us));
   }
 }
