@@ -27,6 +27,7 @@ void add_hil_faults(CLI::App& program, int& exit_code);
 void add_hil_false_trips(CLI::App& program, int& exit_code);
 void add_investigate(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
+void add_conform(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);
 void add_completion(CLI::App& program, int& exit_code);
 void add_man(CLI::App& program, int& exit_code);

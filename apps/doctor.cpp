@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sinew doctor: looks at a port and at the board behind it, and says what is wrong and what to do. It never arms.
+// sinew doctor: looks at a port and at the board behind it, and says what is wrong and what to do. It never arms. With --real-time it
+// measures whether the loop of a session is on time on this machine.
 #include <grp.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -9,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
@@ -16,6 +18,8 @@
 #include "hil/device.h"
 #include "hil/limits.h"
 #include "hil/port.h"
+#include "hil/punctuality.h"
+#include "hil/session.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -186,8 +190,58 @@ void look_at_board(const std::string& port, Findings& findings) {
   }
 }
 
-int doctor_command(const std::string& port) {
+// The rates of a session that people use, and the fastest.
+void look_at_deadlines(const std::string& given, double duration_s, Findings& findings) {
+  std::optional<BoardProcess> board;
+  if (given.empty()) board.emplace();
+  if (stay_in_memory())
+    findings.good("memory stays where it is");
+  else
+    findings.warn("memory may be paged out: deadlines may wait for a disk",
+                  "a line `YOUR-NAME - memlock unlimited` in /etc/security/limits.d/sinew.conf, then log in anew");
+  const bool first = take_real_time_priority();
+  const hil::MonotonicClock clock;
+  for (const std::int64_t period_us : {100'000, 5'000}) {
+    hil::Punctuality seen;
+    try {
+      hil::Port link(board ? board->port() : given, clock);
+      seen = hil::measure_punctuality(link, static_cast<std::uint16_t>(1 + clock.now_us() / 1000 % 65000), period_us, duration_s,
+                                      [] { return interrupted(); });
+    } catch (const hil::Refused& refused) {
+      findings.bad(refused.what(), "`sinew doctor --port ...` looks further");
+      break;
+    } catch (const hil::LinkLost& lost) {
+      findings.bad(std::string("the link was lost: ") + lost.what(), "is the cable in?");
+      break;
+    }
+    const double share = seen.deadlines > 0 ? static_cast<double>(seen.within_5_ms) / static_cast<double>(seen.deadlines) : 0.0;
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "%lld Hz: %.3f %% of %lld commands written within 5 ms of their deadline; median %.2f ms, 99.9 %% within %.2f ms, latest %.2f "
+        "ms; %lld without telemetry",
+        static_cast<long long>(1'000'000 / period_us), 100.0 * share, static_cast<long long>(seen.deadlines),
+        static_cast<double>(seen.median_us) / 1e3, static_cast<double>(seen.share_99_9_us) / 1e3, static_cast<double>(seen.most_us) / 1e3,
+        static_cast<long long>(seen.without_telemetry));
+    if (share >= 0.9999)
+      findings.good(text);
+    else if (share >= 0.999)
+      findings.warn(text, "the goal is 99.99 % on an idle machine, 99.9 % on a busy one");
+    else
+      findings.bad(text, first ? "the machine is late by itself: another kernel (PREEMPT_RT), or no virtual machine"
+                               : "let sessions go before other programs, as said above");
+    if (interrupted()) break;
+  }
+  if (first) give_priority_back();
+}
+
+int doctor_command(const std::string& port, double real_time_s) {
   Findings findings;
+  if (real_time_s > 0.0) {
+    look_at_priority(findings);
+    if (port.empty() || look_at_file(port, findings)) look_at_deadlines(port, real_time_s, findings);
+    return interrupted() ? interrupted_exit_code : findings.any_bad() ? 1 : 0;
+  }
   if (port.empty()) {
     const auto all = boards();
     if (all.empty()) {
@@ -206,10 +260,17 @@ int doctor_command(const std::string& port) {
 
 void add_doctor(CLI::App& program, int& exit_code) {
   auto port = std::make_shared<std::string>();
+  auto real_time_s = std::make_shared<double>(0.0);
   CLI::App* command = program.add_subcommand("doctor", "Look at a port and the limb's board behind it; says what to do. Never arms.");
   command->add_option("--port", *port, "the limb's serial port; without it, those that are there are listed");
-  command->footer("Example:\n  sinew doctor --port /dev/serial/by-id/usb-...");
-  command->callback([port, &exit_code] { exit_code = doctor_command(*port); });
+  command
+      ->add_option(
+          "--real-time", *real_time_s,
+          "seconds each at 10 and 200 Hz: how many commands of a session's loop are written in time, to the board at --port, not armed, "
+          "or without it to the board's program on this machine")
+      ->check(CLI::Range(1.0, 86400.0));
+  command->footer("Examples:\n  sinew doctor --port /dev/serial/by-id/usb-...\n  sinew doctor --real-time 60");
+  command->callback([port, real_time_s, &exit_code] { exit_code = doctor_command(*port, *real_time_s); });
 }
 
 }  // namespace sinew::apps

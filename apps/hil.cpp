@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew hil: a scenario on the physical limb, or on its firmware in the emulator. sinew replay: a session again.
-#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
@@ -33,23 +34,13 @@
 namespace sinew::apps {
 namespace {
 
-// Without it all works, but a deadline may have to wait for what else runs on the machine.
-bool take_real_time_priority() {
-  sched_param wanted{};
-  wanted.sched_priority = real_time_priority;
-  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
-}
-void give_priority_back() {
-  const sched_param ordinary{};
-  pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
-}
-
 struct HilArguments {
   std::string scenario, port, out, twin, predict;
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
-  bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, overwrite = false;
+  bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, measure_board = false,
+       overwrite = false;
 };
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
@@ -133,6 +124,62 @@ class View {
   std::chrono::steady_clock::time_point shown_{};
 };
 
+// Draws in a thread of ordinary priority, for a terminal may take its time: the loop hands over through a ring, and what finds it full
+// is not drawn. A slot keeps its memory: nothing is freed by another thread than the one that allocates.
+class ViewApart {
+ public:
+  explicit ViewApart(View& view) : view_(view), thread_([this] { draw(); }) {}
+  ~ViewApart() {
+    ended_.store(true, std::memory_order_release);
+    thread_.join();
+  }
+  void show(const hil::SessionView& now, std::optional<double> predicted_deg) {
+    put([&](Slot& slot) {
+      slot.line.clear();
+      slot.view = now;
+      slot.predicted_deg = predicted_deg;
+    });
+  }
+  void say(const std::string& line) {
+    put([&](Slot& slot) { slot.line = line; });
+  }
+
+ private:
+  struct Slot {
+    std::string line;  // not empty: this, and not the view
+    hil::SessionView view;
+    std::optional<double> predicted_deg;
+  };
+  template <class Fill>
+  void put(Fill&& fill) {
+    const std::size_t at = given_.load(std::memory_order_relaxed);
+    if (at - drawn_.load(std::memory_order_acquire) == slots_.size()) return;
+    fill(slots_[at % slots_.size()]);
+    given_.store(at + 1, std::memory_order_release);
+  }
+  void draw() {
+    give_priority_back();
+    for (;;) {
+      const bool last = ended_.load(std::memory_order_acquire);
+      for (std::size_t at = drawn_.load(std::memory_order_relaxed); at != given_.load(std::memory_order_acquire);
+           drawn_.store(++at, std::memory_order_release)) {
+        const Slot& slot = slots_[at % slots_.size()];
+        if (slot.line.empty())
+          view_.show(slot.view, slot.predicted_deg);
+        else
+          view_.say(slot.line);
+      }
+      if (last) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+  View& view_;
+  std::vector<Slot> slots_ = std::vector<Slot>(1024);
+  std::atomic<std::size_t> given_{0}, drawn_{0};
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
+};
+
 // A predictor beside the session, open loop from the first value that is measured. It sees what its task sees, and holds what is
 // missing.
 class Companion {
@@ -207,8 +254,9 @@ void write_session(Outputs& outputs, const std::map<std::string, std::string>& f
 int hil_command(const HilArguments& arguments) {
   if (arguments.emulate == !arguments.port.empty())
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
-  if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay))
-    throw sim::InputError({.key = "--fault, --corrupt, --relay", .advice = "are for --emulate: the limb is not made to fail"});
+  if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay || arguments.measure_board))
+    throw sim::InputError(
+        {.key = "--fault, --corrupt, --relay, --measure-board", .advice = "are for --emulate: the limb is not made to fail"});
   const InputPaths read{.files = {arguments.predict}, .yaml = {arguments.scenario, arguments.twin}};
   std::optional<Outputs> outputs;
   if (!arguments.out.empty()) {
@@ -245,6 +293,7 @@ int hil_command(const HilArguments& arguments) {
     std::vector<std::string> command = emulator_command(arguments.scenario, arguments.faults);
     command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
     if (arguments.relay) command.push_back("--relay");
+    if (arguments.measure_board) command.push_back("--measure");
     link = std::make_unique<hil::LockStepLink>(command);
     if (arguments.corrupt_share > 0.0) {
       const auto seed = static_cast<std::uint64_t>(scenario.seed);
@@ -252,26 +301,34 @@ int hil_command(const HilArguments& arguments) {
                                                      hil::corrupt_share(arguments.corrupt_share, seed, "link.up", damaged));
     }
   } else {
-    link = std::make_unique<hil::Port>(arguments.port, clock);
-    settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
+    stay_in_memory();
     settings.real_time_priority = take_real_time_priority();
+    link = std::make_unique<hil::Port>(arguments.port, clock);  // its thread has the priority too
+    settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads along may go away, a session must not end by that
   }
   hil::LoggedLink logged(tampered ? *tampered : *link);
+  logged.reserve(static_cast<std::size_t>(std::min(scenario.duration_s, 3600.0)) * 8192u);
   View view(scenario.plant, scenario.duration_s, arguments.emulate ? 60.0 : 1.0);
+  std::optional<ViewApart> apart;
+  if (!arguments.emulate) apart.emplace(view);
   settings.clear_trip = arguments.clear_trip;
   settings.angle_faults_end = !arguments.ignore_bend_sensor;
   settings.allow_overruns = arguments.allow_overruns;
   settings.should_stop = [](std::int64_t) { return interrupted(); };
-  settings.show = [&](const hil::SessionView& now) { view.show(now, companion ? companion->at(now) : std::nullopt); };
-  settings.say = [&](const std::string& line) { view.say(line); };
+  settings.show = [&](const hil::SessionView& now) {
+    const std::optional<double> predicted_deg = companion ? companion->at(now) : std::nullopt;
+    apart ? apart->show(now, predicted_deg) : view.show(now, predicted_deg);
+  };
+  settings.say = [&](const std::string& line) { apart ? apart->say(line) : view.say(line); };
   hil::SessionResult result;
   if (!outputs) {
     outputs.emplace(free_folder(), read, false, true);
     outputs->claim(session_files);
   }
   const std::filesystem::path& out = outputs->folder();
-  const auto not_armed = [](const std::string& why) {
+  const auto not_armed = [&](const std::string& why) {
+    apart.reset();
     std::fprintf(stderr, "not armed: %s\n", why.c_str());
     return 1;
   };
@@ -282,6 +339,7 @@ int hil_command(const HilArguments& arguments) {
   } catch (const hil::LinkLost& lost) {
     return not_armed(std::string("the link was lost: ") + lost.what());
   }
+  apart.reset();
   if (settings.real_time_priority) give_priority_back();
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
@@ -362,6 +420,8 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")
       ->check(CLI::Range(0.0, 1.0));
   command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay behind a charge pump on PD7");
+  command->add_flag("--measure-board", arguments->measure_board,
+                    "--emulate: at the end, the stack that the board's program used, and its interrupts' longest times");
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"

@@ -71,6 +71,7 @@ int main(int argc, char** argv) {
   apps::add_hil_false_trips(program, exit_code);
   apps::add_investigate(program, exit_code);
   apps::add_doctor(program, exit_code);
+  apps::add_conform(program, exit_code);
   apps::add_schema(program, exit_code);
   apps::add_completion(program, exit_code);
   apps::add_man(program, exit_code);

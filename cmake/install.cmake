@@ -3,7 +3,7 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-install(TARGETS sinew)
+install(TARGETS sinew sinew-board)
 foreach(file plant/limbs plant/emps plant/tanks plant/silverbox scenarios)
   install(DIRECTORY ${file}/ DESTINATION ${CMAKE_INSTALL_DATADIR}/sinew/${file} FILES_MATCHING PATTERN "*.yaml" PATTERN "recording.csv")
 endforeach()

@@ -24,6 +24,10 @@ namespace {
 constexpr std::int64_t cycles_per_byte = 320;                        // ten bits at 500000 Bd
 constexpr std::int64_t charge_pump_cycles = 20'000 * cycles_per_us;  // that its capacitor holds the relay
 constexpr std::int64_t cycles_per_cell = 3400 * cycles_per_us;
+constexpr int ram_begin = 0x100, ram_end = 0x900;  // data sheet, figure 8-2
+// What the stack has not reached shows this: power-on leaves chance in RAM, and this is as good as any.
+constexpr std::uint8_t untouched = 0xc5;
+constexpr std::int64_t cycles_of_entry = 4;  // of an interrupt: the program counter is pushed, which simavr does not count
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
 constexpr int spmcsr = 0x57, ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41,
@@ -60,10 +64,16 @@ Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : 
   for (std::size_t k = 0; k < fuses_.size() && k < firmware.fusesize; ++k) fuses_[k] = firmware.fuse[k];
   firmware.frequency = frequency_Hz;
   avr_load_firmware(avr_, &firmware);
-  for (std::uint32_t i = 0; i < firmware.symbolcount; ++i)
+  for (std::uint32_t i = 0; i < firmware.symbolcount; ++i) {
+    const std::string name = firmware.symbol[i]->symbol;
+    const std::uint32_t address = firmware.symbol[i]->addr & 0xffff;
     // Link-time optimisation may add a suffix.
-    if (const std::string name = firmware.symbol[i]->symbol; name == "time_ms" || name.starts_with("time_ms."))
-      time_ms_address_ = firmware.symbol[i]->addr & 0xffff;
+    if (name == "time_ms" || name.starts_with("time_ms.")) time_ms_address_ = address;
+    if (name == "ms_since_round" || name.starts_with("ms_since_round.")) ms_since_round_address_ = address;
+    if (name == "_end") static_end_ = static_cast<int>(address);
+  }
+  watched_ = {{this, "millisecond", 14}, {this, "byte received", 18}, {this, "byte sent", 19}};  // data sheet, table 12-6
+  if (static_end_ > ram_begin) std::memset(avr_->data + static_end_, untouched, static_cast<std::size_t>(ram_end - static_end_));
   avr_->frequency = frequency_Hz;
   avr_->vcc = avr_->avcc = avr_->aref = 5000;
   avr_->sleep = do_not_sleep;
@@ -87,6 +97,11 @@ void Board::connect() {
   avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('D'), 6), on_select<1>, this);
   avr_irq_register_notify(avr_iomem_getirq(avr_, eecr, nullptr, AVR_IOMEM_IRQ_ALL), on_eeprom_control, this);
   avr_irq_register_notify(avr_iomem_getirq(avr_, spmcsr, nullptr, AVR_IOMEM_IRQ_ALL), on_self_programming, this);
+  for (Watched& one : watched_) {
+    avr_irq_t* const irq = avr_get_interrupt_irq(avr_, one.vector);
+    avr_irq_register_notify(irq + AVR_INT_IRQ_PENDING, on_interrupt_asked, &one);
+    avr_irq_register_notify(irq + AVR_INT_IRQ_RUNNING, on_interrupt_running, &one);
+  }
   for (const int address : {ddrb, portb, tccr1a, tccr1b, ocr1a, ocr1a + 1, ocr1b, ocr1b + 1})
     avr_irq_register_notify(avr_iomem_getirq(avr_, static_cast<avr_io_addr_t>(address), nullptr, AVR_IOMEM_IRQ_ALL), on_gate_register,
                             this);
@@ -97,6 +112,40 @@ bool Board::relay() const { return swung_cycle_ >= 0 && static_cast<std::int64_t
 void Board::on_relay_pin(avr_irq_t*, std::uint32_t, void* self) {
   Board& board = *static_cast<Board*>(self);
   board.swung_cycle_ = static_cast<std::int64_t>(board.avr_->cycle);
+}
+
+void Board::on_interrupt_asked(avr_irq_t*, std::uint32_t value, void* self) {
+  Watched& one = *static_cast<Watched*>(self);
+  // That the port can take a byte is asked for all the time, and served when there is one to send: no wait.
+  constexpr std::uint8_t data_register_empty = 19;
+  if (value != 0 && one.asked_cycle < 0 && one.vector != data_register_empty)
+    one.asked_cycle = static_cast<std::int64_t>(one.board->avr_->cycle);
+}
+void Board::on_interrupt_running(avr_irq_t*, std::uint32_t value, void* self) {
+  Watched& one = *static_cast<Watched*>(self);
+  const auto now = static_cast<std::int64_t>(one.board->avr_->cycle);
+  if (value != 0) {
+    if (one.asked_cycle >= 0) one.longest_wait = std::max(one.longest_wait, now - one.asked_cycle);
+    one.asked_cycle = -1;
+    one.entered_cycle = now;
+  } else if (one.entered_cycle >= 0) {
+    one.longest = std::max(one.longest, now - one.entered_cycle + cycles_of_entry);
+    one.entered_cycle = -1;
+    ++one.count;
+  }
+}
+
+Usage Board::usage() const {
+  Usage usage{static_end_ - ram_begin, 0, ram_end - ram_begin, {}, 0};
+  int deepest = static_end_;
+  while (deepest < ram_end && avr_->data[deepest] == untouched) ++deepest;
+  usage.stack_most_bytes = ram_end - deepest;
+  constexpr auto per_us = static_cast<double>(cycles_per_us);
+  for (const Watched& one : watched_)
+    usage.interrupts.push_back(
+        {one.name, static_cast<double>(one.longest) / per_us, static_cast<double>(one.longest_wait) / per_us, one.count});
+  usage.most_ms_since_round = most_ms_since_round_;
+  return usage;
 }
 
 void Board::send(const std::vector<std::uint8_t>& bytes) {
@@ -129,6 +178,7 @@ void Board::run(std::int64_t until_us, bool stop_at_frame_end) {
       avr_cycle_timer_register(avr_, static_cast<avr_cycle_count_t>(sending_.front().done_cycle - now), wake, &sending_);
     const int state = avr_run(avr_);
     if (state == cpu_Done || state == cpu_Crashed) throw std::runtime_error("the emulated processor stopped");
+    most_ms_since_round_ = std::max(most_ms_since_round_, avr_->data[ms_since_round_address_]);
     if (gates_written_) look_at_gates();
     if (fuses_shown_cycle_ >= 0) hide_fuses();
     if (writing_ && static_cast<std::int64_t>(avr_->cycle) >= write_begun_cycle_ + cycles_per_cell) {

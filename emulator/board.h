@@ -36,6 +36,18 @@ class Surroundings {
   virtual int bend_sensor_mV(std::int64_t now_us) = 0;
 };
 
+// What the program used of the chip, since power-on.
+struct Usage {
+  int static_bytes, stack_most_bytes, ram_bytes;  // the stack grows down towards what is static
+  struct Interrupt {
+    const char* name;
+    double longest_us, longest_wait_us;  // to run, its entry and return included; from its request until it is entered
+    std::int64_t count;
+  };
+  std::vector<Interrupt> interrupts;
+  int most_ms_since_round;  // that the millisecond interrupt has seen the main loop stay away
+};
+
 enum class Fuse { low, high, extended };
 enum class Reset { power_on, external, brown_out };
 
@@ -68,6 +80,7 @@ class Board {
   void set_fuse(Fuse which, std::uint8_t value) { fuses_[static_cast<std::size_t>(which)] = value; }
   const PerCoil<double>& gates() const { return gates_; }
   bool relay() const;  // behind a charge pump that PD7 must keep swinging
+  Usage usage() const;
 
  private:
   struct SentByte {
@@ -95,6 +108,19 @@ class Board {
   std::array<std::uint8_t, 3> fuses_{0x62, 0xd9, 0xff};  // of a new chip
   std::array<std::uint8_t, 4> flash_begin_{};            // its first bytes, while a reading of the fuses stands in for them
   std::int64_t fuses_shown_cycle_ = -1;
+  // The interrupts that the program uses, by their vector's number.
+  struct Watched {
+    Board* board;
+    const char* name;
+    std::uint8_t vector;
+    std::int64_t asked_cycle = -1, entered_cycle = -1, longest = 0, longest_wait = 0, count = 0;
+  };
+  std::vector<Watched> watched_;
+  std::uint32_t ms_since_round_address_ = 0;
+  std::uint8_t most_ms_since_round_ = 0;
+  int static_end_ = 0;  // address behind what is static, in the chip's data space
+  static void on_interrupt_asked(::avr_irq_t*, std::uint32_t, void*);
+  static void on_interrupt_running(::avr_irq_t*, std::uint32_t, void*);
   static void on_relay_pin(::avr_irq_t*, std::uint32_t, void*);
   static void on_eeprom_control(::avr_irq_t*, std::uint32_t, void*);
   void hide_fuses();

@@ -35,7 +35,7 @@ struct Arguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   Concealed concealed;
-  bool lock_step = false, relay = false, new_board = false;
+  bool lock_step = false, relay = false, new_board = false, measure = false;
 };
 
 // Board and limb in time together.
@@ -193,6 +193,19 @@ void real_time(Emulation& emulation, const std::string& link) {
   ::close(ours);
 }
 
+// On standard error: in lock step the other is the wire.
+void print(const Usage& usage) {
+  const int left = usage.ram_bytes - usage.static_bytes - usage.stack_most_bytes;
+  std::fprintf(stderr, "stack: at most %d bytes; with %d of variables that leaves %d of %d\n", usage.stack_most_bytes, usage.static_bytes,
+               left, usage.ram_bytes);
+  for (const Usage::Interrupt& one : usage.interrupts) {
+    std::fprintf(stderr, "interrupt, %s: at most %.1f us", one.name, one.longest_us);
+    if (one.longest_wait_us > 0.0) std::fprintf(stderr, ", after a wait of at most %.1f us", one.longest_wait_us);
+    std::fprintf(stderr, "; %lld times\n", static_cast<long long>(one.count));
+  }
+  std::fprintf(stderr, "main loop: away for at most %d ms\n", usage.most_ms_since_round);
+}
+
 int emulate(const Arguments& arguments) {
   sim::Scenario scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) scenario.seed = arguments.seed;
@@ -205,6 +218,7 @@ int emulate(const Arguments& arguments) {
     lock_step(emulation);
   else
     real_time(emulation, arguments.link);
+  if (arguments.measure) print(emulation.board().usage());
   if (!arguments.trace.empty()) sim::write_file_whole(arguments.trace, emulation.limb().trace_csv());
   return 0;
 }
@@ -230,6 +244,7 @@ int main(int argc, char** argv) {
   program.add_option("--link", arguments.link, "name for the pseudo-terminal: a symbolic link");
   program.add_flag("--lock-step", arguments.lock_step, "time goes on as asked over standard input and output");
   program.add_flag("--new-board", arguments.new_board, "its EEPROM was never written");
+  program.add_flag("--measure", arguments.measure, "at the end, on standard error: stack, interrupts and main loop of the program");
   program.add_flag("--relay", arguments.relay, "a relay behind a charge pump on PD7 sits in the coils' supply");
   program.footer("Example:\n  sinew-emulator scenarios/babble_bidirectional.yaml --firmware build/release/firmware.elf --link /tmp/limb");
   struct sigaction action {};

@@ -203,7 +203,7 @@ bool Device::take(const frame& in) {
 
 void Device::listen_until(std::int64_t deadline_us, std::uint8_t stop_at) {
   for (;;) {
-    const Received received = link_.receive_until(deadline_us);
+    const Received received = stop_at == 0 ? link_.receive_at(deadline_us) : link_.receive_until(deadline_us);
     now_us_ = received.now_us;
     bool stop = false;
     for (const std::uint8_t byte : received.bytes) {

@@ -33,6 +33,9 @@ class Link {
   // As soon as bytes have come, or at the deadline, empty. A deadline that has passed still takes what has come. Throws
   // LinkLost.
   virtual Received receive_until(std::int64_t deadline_us) = 0;
+  // The same, but not before the deadline: what had come until then, call after call with the times at which it came, and then nothing,
+  // with the time. For whoever has to be on time at the deadline and has no use for bytes before it.
+  virtual Received receive_at(std::int64_t deadline_us) { return receive_until(deadline_us); }
 };
 
 // A frame on its way: what becomes of it. Nothing: it is lost; two: it comes twice; another: it was damaged.

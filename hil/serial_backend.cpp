@@ -40,6 +40,7 @@ sim::Measurement SerialBackend::exchange(const sim::Command& asked) {
     std::vector<std::uint16_t> duty;
     for (const Coil& coil : parts_.coils) duty.push_back(on_wire(command.inputs[coil.input.index]));
     device_.command(duty, LIMIT_DEAD_MAN_ms);
+    if (part == 1) written_us_ = device_.now_us();
     device_.listen_until(part == parts ? deadline_us(command.tick + 1) : deadline_us(command.tick) + period_us_ * part / parts);
     const sim::Measurement measured = measure(command.tick, part_arrival_us_, heard_in_part_);
     if (part < parts && before_repetition && !before_repetition(measured, command)) break;

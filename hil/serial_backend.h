@@ -35,6 +35,8 @@ class SerialBackend : public sim::Backend {
   bool heard() const { return heard_; }
   // Of the last exchange: what the device says is at its pins, and the frame that said so.
   const std::optional<Telemetry>& telemetry() const { return device_.telemetry(); }
+  // When the command of the last exchange had been written, the first time.
+  std::int64_t written_us() const { return written_us_; }
   std::int64_t deadline_us(std::int64_t tick) const { return begin_us_ + tick * period_us_; }
 
  private:
@@ -42,7 +44,7 @@ class SerialBackend : public sim::Backend {
   Device& device_;
   const LimbParts& parts_;
   bool heard_ = false, heard_in_part_ = false;
-  std::int64_t period_us_, begin_us_ = 0, tick_arrival_us_ = -1, part_arrival_us_ = -1;
+  std::int64_t period_us_, begin_us_ = 0, written_us_ = 0, tick_arrival_us_ = -1, part_arrival_us_ = -1;
 };
 
 // The share of the period in milliseconds that a host asks the device to speak in.

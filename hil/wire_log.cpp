@@ -29,21 +29,25 @@ void LoggedLink::record(char kind, std::int64_t now_us, std::span<const std::uin
 }
 
 std::int64_t LoggedLink::send(std::span<const std::uint8_t> bytes) {
+  std::int64_t now_us = 0;
   try {
-    inner_.send(bytes);
+    now_us = inner_.send(bytes);
   } catch (const LinkLost& lost) {
     const std::string why = lost.what();
     record('L', last_us_, {reinterpret_cast<const std::uint8_t*>(why.data()), why.size()});
     throw;
   }
-  // The time of what was received last: sending takes none, and a replay has no other.
-  record('S', last_us_, bytes);
+  record('S', now_us, bytes);
   return last_us_;
 }
 
-Received LoggedLink::receive_until(std::int64_t deadline_us) {
+Received LoggedLink::receive_until(std::int64_t deadline_us) { return received(&Link::receive_until, deadline_us); }
+Received LoggedLink::receive_at(std::int64_t deadline_us) { return received(&Link::receive_at, deadline_us); }
+
+// What came while something was sent is logged after it, at its time: time does not go back.
+Received LoggedLink::received(Received (Link::*how)(std::int64_t), std::int64_t deadline_us) {
   try {
-    Received received = inner_.receive_until(deadline_us);
+    Received received = (inner_.*how)(deadline_us);
     record('R', received.now_us, received.bytes);
     received.now_us = last_us_;
     return received;

@@ -17,10 +17,14 @@ class LoggedLink : public Link {
   explicit LoggedLink(Link& inner) : inner_(inner) {}
   std::int64_t send(std::span<const std::uint8_t> bytes) override;
   Received receive_until(std::int64_t deadline_us) override;
+  Received receive_at(std::int64_t deadline_us) override;
   const std::string& log() const { return log_; }
+  // So that it need not grow while time matters.
+  void reserve(std::size_t bytes) { log_.reserve(bytes); }
 
  private:
   void record(char kind, std::int64_t now_us, std::span<const std::uint8_t> bytes);
+  Received received(Received (Link::*how)(std::int64_t), std::int64_t deadline_us);
   Link& inner_;
   std::int64_t last_us_ = 0;
   std::string log_ = "sinew wire 1\n";

@@ -109,6 +109,21 @@ def test_refusals():
     refused("hil with nine coils", ["hil", "nine.yaml", "--emulate", "--out", "o"], r"nine\.yaml: plant\.limb\.coils = 9\n  the wire to a board carries 1 to 8 coils")
     result = subprocess.run([sys.executable, cli.ROOT / "tools/board_schematic", "--check"], capture_output=True, text=True)
     check("docs/board.svg and board.net are as made, and sound", result.returncode == 0, result.stdout)
+    project = [sys.executable, cli.ROOT / "tools/firmware_project", "--hash", Path(cli.program).parent / "generated/firmware_hash.h"]
+    result = subprocess.run([*project, "--check"], capture_output=True, text=True)
+    check("the firmware's layouts for PlatformIO and the Arduino IDE compile and link", result.returncode == 0, result.stdout + result.stderr)
+    result = subprocess.run([*project, "platformio", cli.folder / "pio"], capture_output=True, text=True)
+    check("a layout is written whole", result.returncode == 0 and (cli.folder / "pio/src/firmware_hash.h").is_file()
+          and (cli.folder / "pio/platformio.ini").is_file(), result.stderr)
+    result = subprocess.run([*project, "platformio", cli.folder / "pio"], capture_output=True, text=True)
+    check("a layout does not go into a folder with content", result.returncode == 2 and "not empty" in result.stderr, result.stderr)
+    result = subprocess.run([sys.executable, cli.ROOT / "tools/check_firmware"], capture_output=True, text=True)
+    check("cppcheck finds nothing in the firmware, and no MISRA rule is broken without a reason", result.returncode == 0, result.stdout)
+    result = sinew("hil", "step.yaml", "--emulate", "--out", "measured", "--measure-board")
+    used = re.search(r"^stack: at most (\d+) bytes; with \d+ of variables that leaves (\d+) of 2048\ninterrupt, millisecond: at most ([\d.]+) us",
+                     result.stderr, re.M)
+    check("--measure-board: a stack that leaves 100 bytes, a millisecond interrupt below 20 us", result.returncode == 0 and used
+          and int(used[1]) > 100 and int(used[2]) >= 100 and 1 < float(used[3]) < 20, said(result))
     hexadecimal = dict(re.findall(r"([lhe]fuse):w:(0x[0-9A-F]{2}):m", (cli.ROOT / "docs/hardware.md").read_text()))
     check("docs/hardware.md sets three fuses", sorted(hexadecimal) == ["efuse", "hfuse", "lfuse"], hexadecimal)
     set_so = [f"--fault=fuse_high@0={int(hexadecimal['hfuse'], 16)}", f"--fault=fuse_extended@0={int(hexadecimal['efuse'], 16)}"]
@@ -218,6 +233,61 @@ class Wire:
             os.read(self.file, 65536)
         self.rest = b""
         return self.hear(kind)
+
+
+class Board:
+    """The board's program as a process of this machine, on a pseudo-terminal with a name."""
+
+    def __init__(self, name, *options):
+        self.port = str(cli.folder / name)
+        self.process = subprocess.Popen([str(Path(cli.program).parent / "sinew-board"), "--link", self.port, *map(str, options)],
+                                        stdout=subprocess.PIPE, text=True)
+        self.process.stdout.readline()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait(20)
+
+
+def test_conform():
+    """The page, asked of both boards: the chip in the emulator, and the same program on this machine."""
+    write("mild.yaml", MILD)
+    result = sinew("conform", "--emulate", "--coils-disconnected")
+    check("conform: the chip in the emulator does what the page says", result.returncode == 0
+          and re.search(r"^[5-9]\d as the page says, 0 not, 0 left out$", result.stdout, re.M), said(result))
+    result = sinew("conform", "--emulate", "--port", "/dev/null")
+    check("conform: port and emulator at once, exit code 2", result.returncode == 2 and "one of the two" in result.stderr, said(result))
+    with Board("conform") as board:
+        for attempt in range(3):  # a busy machine may be late by more than the page allows a board
+            result = sinew("conform", "--port", board.port, "--clear-trip")
+            if result.returncode == 0:
+                break
+        check("conform: the program on this machine does what the page says; too much duty is left out", result.returncode == 0
+              and re.search(r"^[5-9]\d as the page says, 0 not, 1 left out$", result.stdout, re.M), said(result))
+    with Board("conform") as board:
+        result = sinew("conform", "--port", board.port, "--coils-disconnected")
+        check("conform: with coils disconnected nothing is left out", re.search(r"too much duty, dropped whole\n.*0 left out$", result.stdout.strip(), re.S),
+              said(result))
+        result = sinew("hil", "mild.yaml", "--port", board.port, "--out", "on_board", "--allow-overruns")
+        check("a session with the program on this machine", "41 samples, finished" in result.stdout or result.returncode == 1, said(result))
+        check("... plays again", sinew("replay", "on_board").returncode == 0)
+    with Board("stored", "--store", cli.folder / "eeprom"):
+        pass
+    with Board("stored", "--store", cli.folder / "eeprom") as board:
+        result = sinew("conform", "--port", board.port)
+        check("conform: a board that was never cleared is tripped, and arming is left out", result.returncode == 0
+              and "the board is tripped: latch_damaged" in result.stdout and "arm: while tripped, answered with 3" in result.stdout, said(result))
+        result = sinew("conform", "--port", board.port, "--clear-trip")
+        check("conform: --clear-trip clears it by its name", "ok    clear_trip of its cause (latch_damaged)" in result.stdout, said(result))
+    check("the program on this machine: its store is cleared for the next time", content("eeprom") == bytes([0x40, 0xbf]), content("eeprom"))
+    result = sinew("conform", "--port", "/dev/null")
+    check("conform: no port, exit code 2", result.returncode == 2 and "--port" in result.stderr, said(result))
+    result = sinew("doctor", "--real-time", "1")
+    check("doctor --real-time: both rates, with their shares", re.search(r" 10 Hz: [\d.]+ % of 10 commands", result.stdout)
+          and re.search(r" 200 Hz: [\d.]+ % of 200 commands", result.stdout), said(result))
 
 
 def start(*arguments):
@@ -338,4 +408,4 @@ def test_real_time():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_wire, test_real_time)))
+    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_wire, test_conform, test_real_time)))

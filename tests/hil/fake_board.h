@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A board in memory, of BOARD_COILS coils: the device's own codec and supervisor, two coils that warm as they should, time that goes on as
-// asked. What firmware/main.c does on the chip, without chip; that the two agree is for the emulator's tests.
+// asked. What firmware/program.c does, again and with ways to be wrong; that the two agree is for the emulator's tests.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "firmware/supervisor.h"
@@ -32,6 +33,10 @@ struct FakeBoard : sinew::hil::Link {
   int swallow_answers_to = -1;              // a frame type
   std::uint8_t trip_on_disarm = TRIP_NONE;  // just before it
   bool echoes = false;                      // the line gives back what is sent
+  bool arms_for_anybody = false;            // whatever the hashes and however old
+  bool takes_again = false;                 // frames whatever their sequence numbers
+  bool swallows_all = false;                // nobody is there
+  bool never_silent = false;                // no dead-man
   std::vector<std::uint8_t> out, in;
   int angle_raw = -1;  // what the supervisor is shown of the bend sensor; -1: one that moves with A's heat
   int until_reading = 105, until_telemetry = 20;
@@ -46,6 +51,7 @@ struct FakeBoard : sinew::hil::Link {
 
   std::int64_t send(std::span<const std::uint8_t> bytes) override {
     if (lost_from_us >= 0 && now_us >= lost_from_us) throw sinew::hil::LinkLost("pulled");
+    if (swallows_all) return now_us;
     in.insert(in.end(), bytes.begin(), bytes.end());
     if (echoes) out.insert(out.end(), bytes.begin(), bytes.end());
     return now_us;
@@ -76,6 +82,7 @@ struct FakeBoard : sinew::hil::Link {
     say(reply);
   }
   void obey(const frame& f) {
+    if (f.type >= FRAME_HELLO) return void(++counters[COUNT_OTHER_SESSION]);
     if (f.type == FRAME_HELLO_REQUEST) {
       message_hello_request request;
       get_hello_request(&f, &request);
@@ -90,7 +97,7 @@ struct FakeBoard : sinew::hil::Link {
       return;
     }
     if (f.session != session) return void(++counters[COUNT_OTHER_SESSION]);
-    if (static_cast<std::int32_t>(f.sequence - last_sequence) <= 0) return void(++counters[COUNT_OUT_OF_ORDER]);
+    if (static_cast<std::int32_t>(f.sequence - last_sequence) <= 0 && !takes_again) return void(++counters[COUNT_OUT_OF_ORDER]);
     last_sequence = f.sequence;
     if (f.type == FRAME_COMMAND) {
       message_command command;
@@ -112,6 +119,12 @@ struct FakeBoard : sinew::hil::Link {
     } else if (f.type == FRAME_ARM) {
       message_arm arm;
       get_arm(&f, &arm);
+      if (!arms_for_anybody) {
+        if (static_cast<std::int32_t>(device_us() - f.time_us) >= static_cast<std::int32_t>(LIMIT_DEAD_MAN_ms * 1000))
+          return void(++counters[COUNT_STALE]);
+        if (arm.firmware_hash != firmware_hash) return answer_to(f, ANSWER_WRONG_FIRMWARE);
+        if (arm.limits_hash != limits) return answer_to(f, ANSWER_WRONG_LIMITS);
+      }
       s.angle_faults_trip = arm.flags & ARM_ANGLE_FAULTS_TRIP;
       answer_to(f, static_cast<std::uint8_t>(supervisor_arm(&s, device_us())));
     } else if (f.type == FRAME_DISARM) {
@@ -133,6 +146,7 @@ struct FakeBoard : sinew::hil::Link {
       frame f{};
       if (frame_decoder_take(&decoder, byte, &f) == FRAME_READY) obey(f);
     }
+    if (never_silent) s.valid_until_us = device_us() + 100'000;
     supervisor_tick(&s, device_us());
     if (--until_reading == 0) {
       until_reading = 105;
@@ -161,7 +175,9 @@ struct FakeBoard : sinew::hil::Link {
       t.angle_cdeg[0] = 1250;
       t.angle_raw[0] = static_cast<std::uint16_t>(angle_raw >= 0 ? angle_raw : 9321);
       t.angle_fault[0] = s.angle[0].fault;
+      t.temperature_age_ms = static_cast<std::uint16_t>((device_us() - s.last_reading_us) / 1000);
       std::copy(counters, counters + DEVICE_COUNTERS, t.counters);
+      std::copy(decoder.refused, decoder.refused + FRAME_FAULTS, t.counters);
       frame f{};
       put_telemetry(&f, &decoder.parts, &t);
       say(f);
