@@ -6,7 +6,6 @@
 #include <set>
 
 #include "diagnose/calibrate.h"
-#include "diagnose/thinned.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -367,8 +366,7 @@ class Diagnoser {
     design();
     result_.repaired = plant::carried_into(after_.model, given_.shared_system());
     result_.starts = after_.starts;
-    using Held = std::shared_ptr<const void>;
-    result_.kept_alive = std::make_shared<std::pair<Held, Held>>(splits_, thinned_.recordings);
+    result_.kept_alive = splits_;
     return std::move(result_);
   }
 
@@ -597,13 +595,10 @@ class Diagnoser {
     for (const FitData& one : data_) samples += one.sample_count;
     calibration.threads = samples < most_samples_at_once ? search_.threads : 1;
     calibration.numerics = numerics();
-    calibration.numerics.relative_tolerance = std::max(calibration.numerics.relative_tolerance, coarse_tolerance);
     calibration.should_stop = search_.fit.should_stop;
     calibration.along_the_path = true;
-    calibration.iterations_per_pass = 8;  // the next pass begins from there, with deviations of its own
     try {
-      thinned_ = thinned(system(), data_);
-      const Fitted path = calibrated(given_, thinned_.data, calibration);
+      const Fitted path = calibrated(given_, data_, calibration);
       const std::vector<Series> models = predicted_by(path);
       for (std::size_t p = 0; p < models.size(); ++p) result_.predictions[p].calibrated = models[p];
       if (nothing_added()) {
@@ -743,7 +738,6 @@ class Diagnoser {
   std::vector<sim::Recording> gated_training_, gated_held_out_;
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
-  Thinned thinned_;  // of these
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them

@@ -6,13 +6,13 @@
 #include <optional>
 
 #include "diagnose/chance.h"
+#include "diagnose/confidence.h"
 #include "diagnose/experiment.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/gate.h"
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
 #include "diagnose/proposals.h"
-#include "diagnose/confidence.h"
 #include "diagnose/search.h"
 #include "diagnose/wander.h"
 #include "plant/laws.h"
