@@ -73,13 +73,13 @@ constexpr double absorbed_share = 1e-4;
 // Of the typical strength, at which differences are taken: less than what is looked for, and far from rounding.
 constexpr double difference_share = 0.5;
 
-// Whether derivatives at the null say nothing of an effect: they are nothing, or the same whatever its shape.
+// Whether derivatives at the null say nothing of an effect: they are nothing, or the same whatever its shape, but for rounding.
 bool says_nothing(const Scores& scores, plant::EffectId effect) {
   const Score* first = nullptr;
   bool several = false;
   for (const Score& score : scores.all) {
     if (score.effect != effect || score.column.size() == 0) continue;
-    if (first && score.visible_share >= absorbed_share && std::abs(score.column.dot(first->column)) <= 0.999) return false;
+    if (first && score.visible_share * (1.0 - std::pow(score.column.dot(first->column), 2)) > absorbed_share) return false;
     several = several || first;
     if (!first) first = &score;
   }

@@ -127,6 +127,7 @@ class Searcher {
   }
 
   std::size_t base_count() const { return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true)); }
+  bool is_core(const Explanation& at) const { return at.effects().size() == base_count() && !has_laws(at); }
 
   std::vector<plant::EffectId> candidates_at(const Explanation& at) const { return addable(at.problem->centres(), settings_.without); }
 
@@ -167,7 +168,9 @@ class Searcher {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if (candidates.size() < most && (score.statistic >= 4.0 || candidates.empty())) candidates.push_back({score.effect, score, {}});
+      // Where the score is of a finite step, from a core that may have gone far, it does not rank.
+      const bool in_the_running = candidates.size() < most && (score.statistic >= 4.0 || candidates.empty());
+      if (in_the_running || (score.is_difference && is_core(at))) candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
     ExplanationSettings shortly = settings_.fit;
@@ -590,9 +593,12 @@ class Searcher {
     result = std::move(other);
   }
 
+  // Without an effect, and without what needs it.
   Explanation reduced(const Explanation& from, plant::EffectId effect) const {
     plant::Plant without = from.problem->centres();
     without.turn(effect, false);
+    for (const plant::EffectId e : system_.effects().ids())
+      if (system_.effects()[e].needs == effect) without.turn(e, false);
     Guess guess = from.as_guess();
     const ForcingSize usual = forcing_to_begin_with(system_);
     for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(guess.forcing[g], 0.3 * usual[g]);
