@@ -127,9 +127,9 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 ordered_json support_json(const diagnose::Support& support) {
   return {{"share", support.share},
           {"gain", support.gain},
-          {"something_left", support.something_left},
-          {"of_whole_paths", support.of_whole_paths},
-          {"patch", support.patch}};
+          {"discrepancy_remains", support.discrepancy_remains},
+          {"open_loop", support.open_loop},
+          {"surrogate", support.surrogate}};
 }
 
 ordered_json chance_json(const diagnose::UnrestByChance& chance) {

@@ -246,7 +246,7 @@ std::vector<plant::ParameterId> fittable_parameters(const plant::Plant& plant) {
   std::vector<plant::ParameterId> fittable;
   const auto& all = plant.system().parameters();
   for (const plant::ParameterId p : all.ids())
-    if (all[p].declaration.prior_deviation > 0.0 && (!all[p].effect || plant.is_on(*all[p].effect))) fittable.push_back(p);
+    if (plant.deviation(p) > 0.0 && (!all[p].effect || plant.is_on(*all[p].effect))) fittable.push_back(p);
   return fittable;
 }
 

@@ -14,8 +14,8 @@ constexpr std::array<double, support_terms> weights{-1.51, 1.10, 0.57, -0.51, -1
 }  // namespace
 
 std::array<double, support_terms> terms_of(const Support& support) {
-  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), support.something_left ? 1.0 : 0.0, support.of_whole_paths ? 1.0 : 0.0,
-          support.patch ? 1.0 : 0.0};
+  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), support.discrepancy_remains ? 1.0 : 0.0, support.open_loop ? 1.0 : 0.0,
+          support.surrogate ? 1.0 : 0.0};
 }
 
 double probability(const Support& support) {

@@ -17,9 +17,9 @@ namespace sinew::diagnose {
 struct Support {
   double share = 0.0;  // of the posterior, among what was tried in its place, times the share of the misfit that the answer explains
   double gain = 0.0;   // 2 log posterior ratio
-  bool something_left = false;
-  bool of_whole_paths = false;  // found by open-loop simulation, or no constant
-  bool patch = false;           // Parsimony: may be a patch of physics in another form
+  bool discrepancy_remains = false;
+  bool open_loop = false;  // found by open-loop simulation, or no constant
+  bool surrogate = false;       // Parsimony: may be a patch of physics in another form
 };
 
 inline constexpr std::size_t support_terms = 5;

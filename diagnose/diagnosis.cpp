@@ -95,10 +95,10 @@ bool far_off(const plant::System& system, double rmse, plant::ChannelId channel,
 double share_left(double was, double is, double noise) { return (is * is - noise * noise) / (was * was - noise * noise); }
 
 Objections objections_to(const Explanation& answer, const std::vector<plant::EffectId>& effects, const Diagnosis& diagnosis,
-                         bool something_left, const DiagnosisSettings& settings, const PerChannel& noise) {
+                         bool discrepancy_remains, const DiagnosisSettings& settings, const PerChannel& noise) {
   Objections result;
   const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
-  result.leaves_too_much = something_left;
+  result.leaves_too_much = discrepancy_remains;
   for (const plant::ChannelId c : noise.ids())
     if (far_off(answer.system(), after.rmse[c], c, noise) &&
         share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
@@ -155,7 +155,7 @@ FoundEffect described(plant::EffectId effect, const Search& search) {
   return result;
 }
 
-FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis) {
+FoundEffect found_by_evidence(plant::EffectId effect, bool discrepancy_remains, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
@@ -165,13 +165,13 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool something_left, const
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.support.share = (1.0 - result.chance) / others * diagnosis.explained_share;
-  result.support.something_left = something_left;
+  result.support.discrepancy_remains = discrepancy_remains;
   return result;
 }
 
 // A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
 // among them.
-FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const Diagnosis& diagnosis) {
+FoundEffect found_with_laws(plant::EffectId effect, bool discrepancy_remains, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   const std::vector<Bent>& tried = diagnosis.search.bent;
   double with = 0.0, all = 0.0, without = -1e300;
@@ -186,7 +186,7 @@ FoundEffect found_with_laws(plant::EffectId effect, bool something_left, const D
   result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
   result.chance = 1.0 - with / all;
   result.support.share = with / all * diagnosis.explained_share;
-  result.support.something_left = something_left;
+  result.support.discrepancy_remains = discrepancy_remains;
   return result;
 }
 
@@ -215,7 +215,7 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, d
         result.rivals.emplace_back(other, loss);
   }
   result.support.share = proposals.probability_of(effect) * explained_share;
-  result.support.something_left = result.support.of_whole_paths = true;
+  result.support.discrepancy_remains = result.support.open_loop = true;
   result.chance = 1.0 - proposals.probability_of(effect);
   return result;
 }
@@ -265,7 +265,7 @@ FoundEffect found_wandering(const Wandering& wandering) {
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
   result.support.share = wandering.explained_share / likely;
-  result.support.something_left = result.support.of_whole_paths = true;
+  result.support.discrepancy_remains = result.support.open_loop = true;
   return result;
 }
 
@@ -285,7 +285,7 @@ std::string_view text_of(Verdict verdict) {
   return "";
 }
 
-Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool something_left,
+Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool discrepancy_remains,
                        const DiagnosisSettings& settings) {
   Parsimony result;
   const auto others = [&](double share) {
@@ -293,9 +293,9 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
     std::erase_if(alone, [&](plant::EffectId e) { return has_family(search.core.system(), effects, e); });
     return alone;
   };
-  if (something_left) result.as_good = others(settings.least_explained_share);
+  if (discrepancy_remains) result.as_good = others(settings.least_explained_share);
   if (effects.size() == 2) {
-    result.patched = something_left;
+    result.patched = discrepancy_remains;
     const std::vector<plant::EffectId> most = enough_alone(search, settings.named_share),
                                        nearly_all = enough_alone(search, settings.least_explained_share);
     result.either_alone =
@@ -492,43 +492,47 @@ class Diagnoser {
       return;
     }
     const bool explains = result_.explained_share >= settings_.least_explained_share;
-    something_left_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
+    discrepancy_remains_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
     if (!laws_.empty()) {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
-      result_.objections.leaves_too_much = something_left_;
+      result_.objections.leaves_too_much = discrepancy_remains_;
       bool all_named = true;  // whether each law is the form of a name
       for (const plant::EffectId e : effects_) {
-        FoundEffect found = found_with_laws(e, something_left_, result_);
-        for (const plant::EffectId l : laws_) {
-          const plant::Law& law = system().laws()[*system().effects()[l].law];
-          if (!is_own(system(), {e}, law)) continue;
-          found.bent = true;
-          // Names that have the one form between them: whose it is, the data do not say.
-          found.support.share /= static_cast<double>(
-              std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
-        }
+        FoundEffect found = found_with_laws(e, discrepancy_remains_, result_);
+        take_form(found, laws_);
         if (found.support.share >= settings_.least_share) result_.effects.push_back(std::move(found));
       }
       for (const plant::EffectId l : laws_)
         all_named = all_named && is_own(system(), names_of(result_.effects), system().laws()[*system().effects()[l].law]);
       result_.verdict = result_.effects.empty()         ? Verdict::unexplained
-                        : something_left_ || !all_named ? Verdict::named_in_part
+                        : discrepancy_remains_ || !all_named ? Verdict::named_in_part
                                                         : Verdict::missing_physics;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
       return;
     }
-    result_.objections = objections_to(result_.answer, effects_, result_, something_left_, settings_, sensors());
+    result_.objections = objections_to(result_.answer, effects_, result_, discrepancy_remains_, settings_, sensors());
     result_.verdict = result_.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result_.objections;
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = result_.held_out.gain_highest;
     if (rest.none())
-      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, something_left_, result_));
+      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, discrepancy_remains_, result_));
     else if (result_.held_out.lowest_total_gain <= 0.0 ||
              std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
+  }
+
+  // A law that is the form of an effect. Names that have the one form between them: whose it is, the data do not say.
+  void take_form(FoundEffect& found, const std::vector<plant::EffectId>& laws) const {
+    for (const plant::EffectId l : laws) {
+      const plant::Law& law = system().laws()[*system().effects()[l].law];
+      if (!is_own(system(), {found.effect}, law)) continue;
+      found.bent = true;
+      found.support.share /= static_cast<double>(
+          std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
+    }
   }
 
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
@@ -566,8 +570,9 @@ class Diagnoser {
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);
     const auto is_law = [&](plant::EffectId e) { return system().effects()[e].law.has_value(); };
-    effects_ = best.effects;
+    std::vector<plant::EffectId> laws = effects_ = best.effects;
     std::erase_if(effects_, is_law);
+    std::erase_if(laws, std::not_fn(is_law));
     result_.predictions = std::move(predictions);
     result_.held_out = held_out;
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
@@ -575,9 +580,11 @@ class Diagnoser {
     result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : effects_) result_.effects.push_back(found_on_paths(e, proposals, result_.explained_share));
-    for (const plant::EffectId e : best.effects)
-      if (is_law(e)) result_.laws.push_back(found_law(e, proposals.fit, odds_of_law(e, proposals)));
+    for (const plant::EffectId e : effects_) {
+      result_.effects.push_back(found_on_paths(e, proposals, result_.explained_share));
+      take_form(result_.effects.back(), laws);
+    }
+    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_of_law(e, proposals)));
     result_.proposals = std::move(proposals);
   }
 
@@ -626,9 +633,9 @@ class Diagnoser {
         if (loss < settings_.ambiguous_loss && !has_family(system(), effects_, rival)) add_rival(rival);
     if (result_.effects.empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
-    result_.parsimony = parsimony_of(effects_, result_.search, something_left_ && !result_.by_paths, settings_);
+    result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);
     if (result_.by_paths) result_.parsimony.either_alone = false;
-    for (FoundEffect& effect : result_.effects) effect.support.patch = !result_.parsimony.none();
+    for (FoundEffect& effect : result_.effects) effect.support.surrogate = !result_.parsimony.none();
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
@@ -741,7 +748,7 @@ class Diagnoser {
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them
-  bool something_left_ = true;            // by what was found
+  bool discrepancy_remains_ = true;            // by what was found
   Diagnosis result_;
 };
 

@@ -66,7 +66,7 @@ struct Parsimony {
 
 // An effect in another form than the catalogue's is fitted by its look-alikes, or by two that share its work; that one of
 // them fits better says little then.
-Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool something_left,
+Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool discrepancy_remains,
                        const DiagnosisSettings& settings);
 
 enum class Verdict {

@@ -31,17 +31,18 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
     double wider = 1.0;
     for (const plant::EffectId e : system().effects().ids())
       for (const auto& [hidden, factor] : system().effects()[e].hides)
-        if (hidden == p && centres_.is_on(e)) wider = std::max(wider, factor);
+        if (hidden == p && centres_.is_on(e) && !centres_.own_deviation(p)) wider = std::max(wider, factor);
     Unknown unknown{info.key(),
                     p,
                     centres_.get(p),
-                    wider * declared.prior_deviation * unit,
+                    wider * centres_.deviation(p),
                     declared.range.lowest * unit,
                     declared.range.highest * unit,
                     unit,
                     declared.unit.text};
     if (is_positive(declared)) {
-      unknown.log_deviation = wider * std::sqrt(std::log1p(std::pow(declared.prior_deviation / declared.typical, 2)));
+      const double about = centres_.own_deviation(p) ? centres_.get(p) : declared.typical * unit;
+      unknown.log_deviation = wider * std::sqrt(std::log1p(std::pow(centres_.deviation(p) / about, 2)));
       unknown.deviation = unknown.centre * unknown.log_deviation;
     }
     unknowns_.push_back(unknown);

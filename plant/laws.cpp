@@ -257,6 +257,13 @@ class LawfulSystem final : public System {
   std::deque<std::string> texts_;
 };
 
+void take_values(const Plant& from, Plant& to, auto parameters) {
+  for (const ParameterId p : parameters) {
+    to.set(p, from.get(p));
+    to.set_own_deviation(p, from.own_deviation(p));
+  }
+}
+
 }  // namespace
 
 bool operator==(const Law& left, const Law& right) {
@@ -279,7 +286,7 @@ std::string law_words(const System& system, const Law& law) {
 
 Plant carried_into(const Plant& plant, const std::shared_ptr<const System>& with_more_laws) {
   Plant result(with_more_laws);
-  for (const ParameterId p : plant.system().parameters().ids()) result.set(p, plant.get(p));
+  take_values(plant, result, plant.system().parameters().ids());
   for (const EffectId e : plant.system().effects().ids()) result.turn(e, plant.is_on(e));
   return result;
 }
@@ -314,7 +321,7 @@ Plant with_known_laws(const Plant& plant) {
     known.back().name.clear();
   }
   Plant without(system.without_laws());
-  for (const ParameterId p : without.system().parameters().ids()) without.set(p, plant.get(p));
+  take_values(plant, without, without.system().parameters().ids());
   for (const EffectId e : without.system().effects().ids()) without.turn(e, plant.is_on(e));
   return with_laws_on(without, std::move(known));
 }

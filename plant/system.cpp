@@ -75,7 +75,13 @@ Plant::Plant(std::shared_ptr<const System> system) : system_(std::move(system)) 
     const Declaration& declared = info.declaration;
     values_.push_back(declared.null_value.value_or(declared.typical) * declared.unit.internal_per_unit);
   }
+  own_deviations_.resize(values_.size());
   on_.assign(system_->effects().size(), false);
+}
+
+double Plant::deviation(ParameterId p) const {
+  const Declaration& declared = system_->parameters()[p].declaration;
+  return own_deviation(p).value_or(declared.prior_deviation * declared.unit.internal_per_unit);
 }
 
 double Plant::get_in_file_units(ParameterId p) const { return get(p) / system_->parameters()[p].declaration.unit.internal_per_unit; }
@@ -100,7 +106,7 @@ std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(const std::vec
 }
 
 bool operator==(const Plant& left, const Plant& right) {
-  if (left.on_ != right.on_ || left.values_ != right.values_ || left.system_->laws() != right.system_->laws()) return false;
+  if (left.on_ != right.on_ || left.values_ != right.values_ || left.own_deviations_ != right.own_deviations_ || left.system_->laws() != right.system_->laws()) return false;
   if (left.system_ == right.system_) return true;
   // Values of a part's own: the same numbers may be another part's.
   const auto same = [](const ParameterInfo& a, const ParameterInfo& b) { return a.key() == b.key(); };

@@ -293,6 +293,11 @@ class Plant {
   double get_in_file_units(ParameterId p) const;
   void set_in_file_units(ParameterId p, double value);
   const std::vector<double>& values() const { return values_; }  // by ParameterId, internal units
+  // One standard deviation of what is believed of a parameter, internal units; 0: known, and not fitted.
+  double deviation(ParameterId p) const;
+  // As this limb's own plant file gives it, in place of the one that is declared for every limb.
+  std::optional<double> own_deviation(ParameterId p) const { return own_deviations_[p.index]; }
+  void set_own_deviation(ParameterId p, std::optional<double> internal) { own_deviations_[p.index] = internal; }
   bool is_on(EffectId e) const { return on_[e.index]; }
   void turn(EffectId e, bool on) { on_[e.index] = on; }
   const EffectsOn& on() const { return on_; }
@@ -309,6 +314,7 @@ class Plant {
  private:
   std::shared_ptr<const System> system_;
   std::vector<double> values_;
+  std::vector<std::optional<double>> own_deviations_;
   EffectsOn on_;
 };
 

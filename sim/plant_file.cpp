@@ -45,8 +45,24 @@ void read_core(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
   const auto& all = plant.system().parameters();
   for (const plant::ParameterId p : all.ids()) {
-    if (all[p].effect) continue;
-    if (const YamlValue* given = map.find(all[p].declaration.name)) plant.set_in_file_units(p, read_value(*given, all[p].declaration, ""));
+    const Declaration& declared = all[p].declaration;
+    const YamlValue* given = all[p].effect ? nullptr : map.find(declared.name);
+    if (!given) continue;
+    if (given->kind != YamlValue::Kind::map) {
+      plant.set_in_file_units(p, read_value(*given, declared, ""));
+      plant.set_own_deviation(p, std::nullopt);
+      continue;
+    }
+    if (declared.kind != Kind::real) given->complain("has no deviation: it is one of two");
+    YamlMap known(*given);
+    const YamlValue& about = known.require("value", std::string(declared.meaning));
+    const YamlValue& deviation = known.require("deviation", "one standard deviation of what is known of it; 0: known, and not fitted");
+    known.finish();
+    plant.set_in_file_units(p, read_value(about, declared, ""));
+    const double believed = deviation.number(), widest = declared.range.highest - declared.range.lowest;
+    if (!(believed >= 0.0 && believed <= widest))
+      deviation.complain("must lie in [0, " + shortest(widest) + "] " + std::string(declared.unit.text));
+    plant.set_own_deviation(p, believed * declared.unit.internal_per_unit);
   }
   map.finish("`sinew effects --core` lists the parameters of the core");
 }
@@ -220,7 +236,10 @@ plant::Plant made(const Making& from, const YamlValue& value) {
 
 void carry_over(const plant::Plant& from, plant::Plant& to) {
   for (const plant::ParameterId p : from.system().parameters().ids())
-    if (const auto same = to.system().find_parameter(from.system().parameters()[p].key())) to.set(*same, from.get(p));
+    if (const auto same = to.system().find_parameter(from.system().parameters()[p].key())) {
+      to.set(*same, from.get(p));
+      to.set_own_deviation(*same, from.own_deviation(p));
+    }
 }
 
 // `below`: the files that have this one as their base, or as the base of their base.
@@ -335,6 +354,18 @@ std::string parameter_text(const plant::Plant& plant, plant::ParameterId paramet
   return text_in_unit(internal, declared.unit.internal_per_unit);
 }
 
+namespace {
+
+// Its value, with the deviation where the plant has one of its own.
+std::string known_text(const plant::Plant& plant, plant::ParameterId parameter) {
+  const std::string value = parameter_text(plant, parameter);
+  const std::optional<double> own = plant.own_deviation(parameter);
+  const double unit = plant.system().parameters()[parameter].declaration.unit.internal_per_unit;
+  return own ? "{value: " + value + ", deviation: " + text_in_unit(*own, unit) + "}" : value;
+}
+
+}  // namespace
+
 std::string plant_to_yaml(const plant::Plant& plant, int indent) {
   const std::string margin(static_cast<std::size_t>(indent), ' ');
   const auto& all = plant.system().parameters();
@@ -347,7 +378,7 @@ std::string plant_to_yaml(const plant::Plant& plant, int indent) {
   }
   text += margin + "parameters:\n";
   for (const plant::ParameterId p : all.ids())
-    if (!all[p].effect) text += margin + "  " + all[p].declaration.name + ": " + parameter_text(plant, p) + "\n";
+    if (!all[p].effect) text += margin + "  " + all[p].declaration.name + ": " + known_text(plant, p) + "\n";
   std::string effects;
   for (const plant::EffectId e : plant.system().effects().ids()) {
     if (!plant.is_on(e) || plant.system().effects()[e].law) continue;

@@ -62,10 +62,19 @@ ordered_json value_schema(const plant::Declaration& declared) {
   return schema;
 }
 
+// A value, or a value with one standard deviation of what is known of it.
+ordered_json known_schema(const plant::Declaration& declared) {
+  ordered_json schema = value_schema(declared);
+  if (declared.kind != plant::Kind::real) return schema;
+  schema["anyOf"] = {{{"type", "number"}}, {{"$ref", "#/definitions/known"}}};
+  schema.erase("type");
+  return schema;
+}
+
 ordered_json parameters_schema(const plant::System& system) {
   ordered_json properties = ordered_json::object();
   for (const auto& info : system.parameters())
-    if (!info.effect) properties[info.declaration.name] = value_schema(info.declaration);
+    if (!info.effect) properties[info.declaration.name] = known_schema(info.declaration);
   return closed(properties);
 }
 
@@ -216,7 +225,7 @@ ordered_json plant_of_any_system(const plant::System* system) {
   for (const Known& one : known_systems()) {
     const plant::System* of = one.system ? one.system.get() : system;
     ordered_json then{{"parameters",
-                       of ? parameters_schema(*of) : ordered_json{{"additionalProperties", {{"type", {"number", "boolean"}}}}}},
+                       of ? parameters_schema(*of) : ordered_json{{"additionalProperties", {{"type", {"number", "boolean", "object"}}}}}},
                       {"effects", of ? effects_schema(*of) : effects_of_all_systems()}};
     schema["allOf"].push_back({{"if", one.condition}, {"then", {{"properties", then}}}});
   }
@@ -224,7 +233,10 @@ ordered_json plant_of_any_system(const plant::System* system) {
 }
 
 ordered_json document(const char* title, ordered_json schema) {
-  ordered_json result{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}};
+  const ordered_json deviation{{"type", "number"}, {"minimum", 0}, {"description", "one standard deviation of what is known of it; 0: known"}};
+  const ordered_json known = closed({{"value", {{"type", "number"}}}, {"deviation", deviation}}, {"value", "deviation"});
+  ordered_json result{
+      {"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}, {"definitions", {{"known", known}}}};
   result.update(schema);
   return result;
 }

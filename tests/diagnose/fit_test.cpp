@@ -132,6 +132,18 @@ TEST_CASE("fit: a cooling midpoint above the heating midpoint costs, one below d
   const auto with = deviations(diagnose::with_effect(plant::default_plant(), testing::effect("junction")));
   CHECK(with.first == 2.0 * core.first);
   CHECK(with.second == core.second);
+
+  // What the plant file knows of this limb takes its place; and is not made wider by what hides it.
+  plant::Plant known = diagnose::with_effect(plant::default_plant(), testing::effect("junction"));
+  known.set_in_file_units(capacity[0], 0.5);
+  known.set_own_deviation(capacity[0], 0.1);
+  CHECK(deviations(known).first == doctest::Approx(std::sqrt(std::log1p(0.04))));
+  CHECK(deviations(known).second == core.second);
+  known.set_own_deviation(capacity[0], 0.0);
+  known.set_own_deviation(id("supply_voltage_V"), 0.35);
+  const std::vector<plant::ParameterId> fitted = diagnose::fittable_parameters(known);
+  CHECK(std::count(fitted.begin(), fitted.end(), capacity[0]) == 0);
+  CHECK(std::count(fitted.begin(), fitted.end(), id("supply_voltage_V")) == 1);
 }
 
 }  // namespace diagnose_fit_test

@@ -46,6 +46,8 @@ bool is_on(const plant::Plant& limb, std::string_view effect) { return limb.is_o
 // Parameters and what is on, bit by bit.
 bool same_bits(const plant::Plant& left, const plant::Plant& right) {
   const auto same = [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); };
+  for (const plant::ParameterId p : left.system().parameters().ids())
+    if (left.own_deviation(p) != right.own_deviation(p)) return false;
   return std::ranges::equal(left.values(), right.values(), same) && left.on() == right.on();
 }
 
@@ -78,6 +80,8 @@ plant::Plant any_limb(Chance& chance) {
     if (declared.kind == plant::Kind::toggle) given = 1.0;
     if (declared.null_value && given == *declared.null_value) given = declared.typical;
     limb.set_in_file_units(p, given);
+    if (!parameters[p].effect && declared.kind == plant::Kind::real && chance.unit() < 0.2)
+      limb.set_own_deviation(p, chance.in({0.0, declared.range.highest - declared.range.lowest}) * declared.unit.internal_per_unit);
   };
   for (const plant::ParameterId p : parameters.ids())
     if (!parameters[p].effect) give(p);
@@ -305,6 +309,33 @@ TEST_CASE("plant file: both ends of every range can be read, and nothing beyond"
     CHECK(reading_error(text(declared.range.lowest - beyond)).find("must lie in [") != std::string::npos);
     CHECK(reading_error(text(declared.range.highest + beyond)).find("must lie in [") != std::string::npos);
   }
+}
+
+TEST_CASE("plant file: a value may say how well it is known") {
+  const plant::Plant limb = read("parameters: { heat_capacity_A_J_K: {value: 0.45, deviation: 0.2}, angle_offset_deg: {value: 3, deviation: 0} }");
+  const plant::ParameterId capacity = limb.system().parameter("heat_capacity_A_J_K"), offset = limb.system().parameter("angle_offset_deg");
+  CHECK(limb.get(capacity) == 0.45);
+  CHECK(limb.deviation(capacity) == 0.2);
+  CHECK(limb.deviation(offset) == 0.0);
+  CHECK(limb.deviation(limb.system().parameter("heat_capacity_B_J_K")) == 0.4);
+  CHECK(limb != read("parameters: { heat_capacity_A_J_K: 0.45, angle_offset_deg: 3 }"));
+  const std::string text = plant_to_yaml(limb);
+  CHECK(text.find("heat_capacity_A_J_K: {value: 0.45, deviation: 0.2}\n") != std::string::npos);
+
+  // A file that gives the value alone says nothing of how well it is known, whatever its base says.
+  const Folder folder;
+  folder.write("known.yaml", text);
+  const plant::Plant further = read("base: known.yaml\nparameters: { angle_offset_deg: 4 }", folder.path());
+  CHECK(further.deviation(capacity) == 0.2);
+  CHECK_FALSE(further.own_deviation(offset));
+
+  CHECK(reading_error("parameters: { heat_capacity_A_J_K: {value: 0.45} }")
+            .find("parameters.heat_capacity_A_J_K.deviation\n  is missing: one standard deviation") != std::string::npos);
+  CHECK(reading_error("parameters: { heat_capacity_A_J_K: {value: 0.45, deviation: -0.1} }") ==
+        "p.yaml:1:61: parameters.heat_capacity_A_J_K.deviation = -0.1\n  must lie in [0, 19.95] J/K");
+  CHECK(reading_error("parameters: { heat_capacity_A_J_K: {value: 0.45, sd: 0.1} }").find("parameters.heat_capacity_A_J_K") !=
+        std::string::npos);
+  CHECK(reading_error("parameters: { bend_sign: {value: 1, deviation: 0} }").find("has no deviation") != std::string::npos);
 }
 
 TEST_CASE("plant file: maps where lists or words stand are errors") {

@@ -25,6 +25,7 @@ struct Junction {
   static constexpr std::string_view name = "junction";
   static constexpr Place place = Place::sensor_temperature;
   static constexpr Part part = Part::thermocouple;
+  static constexpr std::string_view argument = "memory of temperature";
   static constexpr std::string_view equation =
       "C_x dT_x,j/dt = s_j P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf), T_m,j = T_x,j, s_j = min(1, q_x C_x / (C_j + C_x))";
   static constexpr std::string_view words =
