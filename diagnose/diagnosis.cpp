@@ -505,9 +505,9 @@ class Diagnoser {
       }
       for (const plant::EffectId l : laws_)
         all_named = all_named && is_own(system(), names_of(result_.effects), system().laws()[*system().effects()[l].law]);
-      result_.verdict = result_.effects.empty()         ? Verdict::unexplained
+      result_.verdict = result_.effects.empty()              ? Verdict::unexplained
                         : discrepancy_remains_ || !all_named ? Verdict::named_in_part
-                                                        : Verdict::missing_physics;
+                                                             : Verdict::missing_physics;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
       return;
     }
@@ -748,7 +748,7 @@ class Diagnoser {
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them
-  bool discrepancy_remains_ = true;            // by what was found
+  bool discrepancy_remains_ = true;       // by what was found
   Diagnosis result_;
 };
 

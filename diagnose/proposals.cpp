@@ -116,9 +116,8 @@ class Proposer {
   }
   // Whether a law that is the form of a name is without one here.
   bool takes_a_name_away(const Effects& all, const Effects& rest) const {
-    return std::any_of(rest.begin(), rest.end(), [&](plant::EffectId e) {
-      return given_.system().effects()[e].law && is_form_of(all, e) && !is_form_of(rest, e);
-    });
+    return std::any_of(rest.begin(), rest.end(),
+                       [&](plant::EffectId e) { return given_.system().effects()[e].law && is_form_of(all, e) && !is_form_of(rest, e); });
   }
   double log_odds(const Effects& effects, const Explanation& fit) const {
     return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;

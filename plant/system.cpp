@@ -106,7 +106,9 @@ std::unique_ptr<Equations<Jet>> Plant::equations_with_derivatives(const std::vec
 }
 
 bool operator==(const Plant& left, const Plant& right) {
-  if (left.on_ != right.on_ || left.values_ != right.values_ || left.own_deviations_ != right.own_deviations_ || left.system_->laws() != right.system_->laws()) return false;
+  if (left.on_ != right.on_ || left.values_ != right.values_ || left.own_deviations_ != right.own_deviations_ ||
+      left.system_->laws() != right.system_->laws())
+    return false;
   if (left.system_ == right.system_) return true;
   // Values of a part's own: the same numbers may be another part's.
   const auto same = [](const ParameterInfo& a, const ParameterInfo& b) { return a.key() == b.key(); };

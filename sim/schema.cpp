@@ -233,10 +233,11 @@ ordered_json plant_of_any_system(const plant::System* system) {
 }
 
 ordered_json document(const char* title, ordered_json schema) {
-  const ordered_json deviation{{"type", "number"}, {"minimum", 0}, {"description", "one standard deviation of what is known of it; 0: known"}};
+  const ordered_json deviation{{"type", "number"},
+                               {"minimum", 0},
+                               {"description", "one standard deviation of what is known of it; 0: known"}};
   const ordered_json known = closed({{"value", {{"type", "number"}}}, {"deviation", deviation}}, {"value", "deviation"});
-  ordered_json result{
-      {"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}, {"definitions", {{"known", known}}}};
+  ordered_json result{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}, {"definitions", {{"known", known}}}};
   result.update(schema);
   return result;
 }

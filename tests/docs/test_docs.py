@@ -72,6 +72,14 @@ for name, text in pages.items():
             check(f"{name}: test {number} runs", ran.returncode == 0, ran.stdout + ran.stderr)
 check("blocks were run", blocks >= 3, blocks)
 
+fitted = subprocess.run(["/usr/bin/python3", ROOT / "tools/fit_confidence"], capture_output=True, text=True)
+weights = re.search(r"^weights(\{.*\})$", fitted.stdout, re.M)
+check("tools/fit_confidence prints the weights that the program has",
+      weights and f"weights{weights[1]};" in (ROOT / "diagnose/confidence.cpp").read_text(), fitted.stdout + fitted.stderr)
+cases = re.match(r"(\d+) cases, (\d+) names, (\d+) right", fitted.stdout)
+check("and the cases that docs/diagnosis.md tells of",
+      cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+names, {cases[3]}\s+of\s+them\s+right", pages["docs/diagnosis.md"], re.S))
+
 if os.path.exists("/usr/bin/mkdocs"):
     with tempfile.TemporaryDirectory(prefix="sinew_site_") as folder:
         built = subprocess.run([ROOT / "tools/make_site", program, Path(folder) / "site"], capture_output=True, text=True)

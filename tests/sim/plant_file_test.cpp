@@ -312,7 +312,8 @@ TEST_CASE("plant file: both ends of every range can be read, and nothing beyond"
 }
 
 TEST_CASE("plant file: a value may say how well it is known") {
-  const plant::Plant limb = read("parameters: { heat_capacity_A_J_K: {value: 0.45, deviation: 0.2}, angle_offset_deg: {value: 3, deviation: 0} }");
+  const plant::Plant limb =
+      read("parameters: { heat_capacity_A_J_K: {value: 0.45, deviation: 0.2}, angle_offset_deg: {value: 3, deviation: 0} }");
   const plant::ParameterId capacity = limb.system().parameter("heat_capacity_A_J_K"), offset = limb.system().parameter("angle_offset_deg");
   CHECK(limb.get(capacity) == 0.45);
   CHECK(limb.deviation(capacity) == 0.2);
