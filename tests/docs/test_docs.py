@@ -72,6 +72,16 @@ for name, text in pages.items():
             check(f"{name}: test {number} runs", ran.returncode == 0, ran.stdout + ran.stderr)
 check("blocks were run", blocks >= 3, blocks)
 
+# Figures of pages that a tool prints from what is in the repository.
+for tool, data, name in [("tools/gains_by_weighting", "results/proof_fresh", "results/proof/discussion.md")]:
+    ran = subprocess.run([ROOT / tool, ROOT / data], capture_output=True, text=True)
+    rows = [line for line in ran.stdout.splitlines() if line.startswith("|")]
+    said = " ".join((ROOT / name).read_text().split())
+    last = ran.stdout.strip().splitlines()[-1] if ran.stdout.strip() else ran.stderr
+    check(f"{name}: has the table that `{tool} {data}` prints", ran.returncode == 0 and len(rows) == 5
+          and all(" ".join(row.split()) in said for row in rows), ran.stdout + ran.stderr)
+    check(f"{name}: has its last line, too", last in said, last)
+
 if os.path.exists("/usr/bin/mkdocs"):
     with tempfile.TemporaryDirectory(prefix="sinew_site_") as folder:
         built = subprocess.run([ROOT / "tools/make_site", program, Path(folder) / "site"], capture_output=True, text=True)
