@@ -206,6 +206,8 @@ int paper_command(const PaperArguments& arguments) {
                                        "other settings, scenarios or sessions, or other code of plant, sim and model, made this cell\n"
                                        "give another folder, or make the cells again with --overwrite"});
         }
+  for (const int paper_case : cases)
+    for (const Method& method : methods) mark_of(paper_case, method);  // what cannot be read is said before anything is made
   for (const char* part : {"cells", "weights", "rollouts"}) std::filesystem::create_directories(out / part);
   Progress progress("paper table");
   const std::size_t all = cases.size() * methods.size() * static_cast<std::size_t>(arguments.seeds);

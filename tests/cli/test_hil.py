@@ -288,6 +288,17 @@ def test_conform():
     result = sinew("doctor", "--real-time", "1")
     check("doctor --real-time: both rates, with their shares", re.search(r" 10 Hz: [\d.]+ % of 10 commands", result.stdout)
           and re.search(r" 200 Hz: [\d.]+ % of 200 commands", result.stdout), said(result))
+    process = start("doctor", "--real-time", "60")
+    children, end = [], time.monotonic() + 20
+    while not children and time.monotonic() < end:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        time.sleep(0.05)
+    process.kill()
+    process.communicate()
+    lives = lambda: [child for child in children if Path(f"/proc/{child}/exe").exists()]
+    while lives() and time.monotonic() < end:
+        time.sleep(0.05)
+    check("doctor --real-time: the board's program ends with it, also by kill -9", children and not lives(), children)
 
 
 def start(*arguments):

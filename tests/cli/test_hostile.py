@@ -152,11 +152,11 @@ def yaml_files():
         ("no YAML", "format: [1\n", r"no YAML"),
         ("a key twice", "format: 1\nformat: 1\n", r"stands twice"),
         ("a list", "- 1\n", r"must be a map"),
-        ("an unknown key", "format: 1\nfromat: 1\n", r"fromat|time\n.*missing|no such key"),
+        ("an unknown key", "format: 1\nfromat: 1\n", r"fromat|(time|base)\n.*missing|no such key"),
         ("a format of the future", "format: 99\n", r"format = 99|no such key"),
         ("a format beyond 64 bits", "format: 99999999999999999999\n", r"must lie in \[-9223372036854775808|no such key"),
         ("NUL bytes", "format: 1\n\0\0\n", r"."),
-        ("a key with escapes", 'format: 1\n"\\e[31mred": 1\n', r"\\x1b|time\n.*missing|no such key"),
+        ("a key with escapes", 'format: 1\n"\\e[31mred": 1\n', r"\\x1b|(time|base)\n.*missing|no such key"),
         ("seventeen megabytes", "# " + "x" * (17 << 20), r"larger than 16 MiB"),
     ]
 
@@ -205,7 +205,7 @@ def test_all():
         "rollout --plant": lambda f: ["rollout", "lstm", "--recording", "good.csv", "--plant", f],
         "evaluate --stress": lambda f: ["evaluate", "lstm", "--stress", f, "--out", "out"],
         "dataset --randomise": lambda f: ["dataset", "plain.yaml", "--runs", "2", "--randomise", f, "--out", "out"],
-        "paper-table --settings": lambda f: ["paper-table", "--settings", f, "--out", "out"],
+        "paper-table --settings": lambda f: ["paper-table", "--settings", f, "--out", "out", "--one-coil", "plain.yaml", "--two-coils", "plain.yaml"],
         "prove --plant": lambda f: ["prove", "--few", "--plant", f, "--out", "out"],
     }
     if emulates:
