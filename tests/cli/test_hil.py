@@ -97,8 +97,8 @@ def test_refusals():
     refused("hil at a sample a minute", ["hil", "lazy.yaml", "--emulate", "--out", "o"], r"sample_period_s = 60\n  must be 0\.2 or less")
     refused("replay of a folder that is none", ["replay", "nowhere"], r"session\.json: cannot read")
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_opn:A@3")
-    check("a fault that there is not: said by the emulator, not armed, nothing written", result.returncode == 1
-          and "there is no such fault" in result.stderr and files_in("o") is None, said(result))
+    check("a fault that there is not: said by the emulator, wrong input, nothing written", result.returncode == 2
+          and "there is no such fault" in result.stderr and "the emulator refuses" in result.stderr and files_in("o") is None, said(result))
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
     check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
           and "a sensor is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
