@@ -99,7 +99,10 @@ void add_rules_for_all(CLI::App& program) {
       if (option->get_items_expected_max() == 0) continue;
       option->check(not_empty);
       option->check(plain);
-      if (option->check_lname("seed")) option->check(seed);
+      if (option->get_type_name().starts_with("FLOAT"))
+        option->check(number_that([](double value) { return std::isfinite(value); }, "a finite number"));
+      for (const std::string& name : option->get_lnames())
+        if (name.ends_with("seed")) option->check(seed);
     }
 }
 
@@ -109,13 +112,10 @@ std::string command_meant(const CLI::App& program, int argc, const char* const* 
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) names.push_back(command->get_name());
   if (given.starts_with("-") || std::find(names.begin(), names.end(), given) != names.end()) return "";
-  const std::string near = sim::nearest(given, names);
+  const std::string near = given == "help" || given == "version" ? "--" + given : sim::nearest(given, names);
   return sim::printable(given) + " is no command; " + (near.empty() ? "`sinew --help` lists them" : "did you mean " + near + "?");
 }
 
-CLI::Validator finite_number() {
-  return number_that([](double value) { return std::isfinite(value); }, "a finite number");
-}
 CLI::Validator positive_number() {
   return number_that([](double value) { return std::isfinite(value) && value > 0.0; }, "a positive number");
 }

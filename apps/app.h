@@ -36,13 +36,12 @@ void add_man(CLI::App& program, int& exit_code);
 void check_folder(const std::filesystem::path& out);
 
 // Rules that hold for every command, put upon all that have been added: no option is given an empty value, or one that is not UTF-8 without
-// control characters, and a seed is a whole number from 0 to 2^63 - 1, not one that is cut to fit.
+// control characters, a number is finite, and a seed is a whole number from 0 to 2^63 - 1, not one that is cut to fit.
 void add_rules_for_all(CLI::App& program);
 // "did you mean diagnose?" where the first argument is nearly a command; empty otherwise.
 std::string command_meant(const CLI::App& program, int argc, const char* const* argv);
 
 // What an option may be: finite, and above zero.
-CLI::Validator finite_number();
 CLI::Validator positive_number();
 
 // A line on standard error that overwrites itself, only where that is a terminal: what is done, share, time left.

@@ -334,8 +334,7 @@ void add_calibrate(CLI::App& program, int& exit_code) {
   command->add_option("recordings", arguments->recordings, "recordings in CSV")->required();
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
   command->add_option("--out", arguments->out, "folder for plant.yaml, calibration.json, report.html, figure.svg")->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of each recording; the rest is held out")
-      ->check(finite_number());
+  command->add_option("--fit-until", arguments->fit_until_s, "fit up to this time [s] of each recording; the rest is held out");
   command->add_option("--fit", arguments->fit, "parameters to fit, separated by commas; otherwise all that have a prior")->delimiter(',');
   add_ignore(*command, arguments->ignored);
   command

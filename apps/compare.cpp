@@ -32,8 +32,11 @@ struct CompareArguments {
 
 int compare_command(const CompareArguments& arguments) {
   std::optional<Outputs> outputs;
-  if (!arguments.out.empty()) {
-    outputs.emplace(arguments.out, InputPaths{.files = {arguments.recording}, .yaml = {arguments.plant}}, arguments.overwrite);
+  const InputPaths read{.files = {arguments.recording}, .yaml = {arguments.plant}};
+  if (arguments.out.empty()) {
+    finish_interrupted(read);
+  } else {
+    outputs.emplace(arguments.out, read, arguments.overwrite);
     outputs->claim({"comparison.html", "comparison.svg"});
   }
   std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);

@@ -6,7 +6,6 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <thread>
 
 #include "apps/app.h"
@@ -29,14 +28,14 @@ struct DatasetArguments {
 
 nlohmann::json json_of(const std::filesystem::path& file) { return nlohmann::json::parse(sim::read_file(file), nullptr, false); }
 
-// The files of runs/ that bear a run's number, and whose name goes on like one of these.
-std::vector<std::filesystem::path> run_files(const std::filesystem::path& out, const std::set<std::string>& kinds = {".csv", ".json"}) {
+// The files of runs/ that a set has: a run's number, .csv or .json.
+std::vector<std::filesystem::path> run_files(const std::filesystem::path& out) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(out / "runs")) return files;
   for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
     const std::string name = entry.path().filename().string();
     const std::size_t end = name.find_first_not_of("0123456789");
-    if (end != 0 && end != std::string::npos && kinds.contains(name.substr(end))) files.push_back(entry.path());
+    if (end != 0 && end != std::string::npos && (name.substr(end) == ".csv" || name.substr(end) == ".json")) files.push_back(entry.path());
   }
   return files;
 }
@@ -80,7 +79,6 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
                                "it\ngive another folder, or replace the set with --overwrite"});
   outputs.claim({"set.h5", "manifest.json"}, same);
   if (!same) remove_set(outputs.folder());
-  for (const auto& half_written : run_files(outputs.folder(), {".csv.partial", ".json.partial"})) std::filesystem::remove(half_written);
 }
 
 int dataset_command(const DatasetArguments& arguments) {

@@ -262,8 +262,7 @@ void add_diagnose(CLI::App& program, int& exit_code) {
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
   command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
       ->required();
-  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is held out")
-      ->check(finite_number());
+  command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is held out");
   command
       ->add_option("--noise", arguments->noise,
                    "standard deviation of each channel, in the plant's order, or NAME=VALUE for some, separated by commas; "

@@ -292,7 +292,9 @@ std::string more_explained_words(const Diagnosis& d, plant::EffectId found, plan
   if (d.effects.size() != 1 || !likeliest || !mine || !likeliest->explanation.usable) return "";
   const auto share = [&](const diagnose::Candidate& one) { return share_explained(d.search.core, one.explanation); };
   for (const auto& one : d.search.rounds.front().candidates) {
-    if (!one.explanation.usable || one.effect == found || one.effect == runner_up) continue;
+    const plant::EffectId name = plant::family_of(effects_of(d), one.effect);  // another form of it is no rival
+    if (name == plant::family_of(effects_of(d), found) || name == plant::family_of(effects_of(d), runner_up)) continue;
+    if (!one.explanation.usable) continue;
     if (std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), one.effect) != d.ambiguous_with.end()) continue;
     if (!most || share(one) > share(*most)) most = &one;
   }

@@ -117,9 +117,11 @@ report::TimePlot drift_plot(const model::Series& series, const model::Vector<dou
 
 int evaluate_command(const EvaluateArguments& arguments) {
   std::optional<Outputs> outputs;
-  if (!arguments.out.empty()) {
-    outputs.emplace(arguments.out, InputPaths{.files = {arguments.model}, .yaml = {arguments.stress}}, arguments.overwrite);
-  }
+  const InputPaths read{.files = {arguments.model}, .yaml = {arguments.stress}};
+  if (arguments.out.empty())
+    finish_interrupted(read);
+  else
+    outputs.emplace(arguments.out, read, arguments.overwrite);
   const StressFile stress = read_stress(arguments.stress);
   const sim::Columns columns = sim::columns_of(stress.base.plant.system());
   struct Job {

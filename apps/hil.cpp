@@ -371,8 +371,11 @@ struct ReplayArguments {
 
 int replay_command(const ReplayArguments& arguments) {
   std::optional<Outputs> outputs;
-  if (!arguments.out.empty()) {
-    outputs.emplace(arguments.out, InputPaths{.files = {arguments.folder}}, arguments.overwrite);
+  const InputPaths read{.files = {arguments.folder}};
+  if (arguments.out.empty()) {
+    finish_interrupted(read);
+  } else {
+    outputs.emplace(arguments.out, read, arguments.overwrite);
     outputs->claim(session_files);
   }
   hil::Replayed replayed;

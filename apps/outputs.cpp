@@ -162,12 +162,19 @@ class SignalsWait {
   sigset_t before_{};
 };
 
-// Begins anywhere: what is done already is not done again.
+// Begins anywhere: what is done already is not done again. A folder may come from anybody, and reading it may put it in order, so that an
+// order that reaches out of it is refused.
 void put_complete_in_place(const fs::path& folder) {
-  const fs::path complete = folder / complete_name;
+  const fs::path complete = folder / complete_name, around = fs::canonical(folder);
   std::istringstream lines(sim::read_file(complete / order_name));
   std::string what, name;
   while (lines >> what >> std::ws && std::getline(lines, name)) {
+    const fs::path inside = fs::weakly_canonical((folder / name).parent_path()).lexically_relative(around);
+    if (inside.empty() || *inside.begin() == ".." || fs::path(name).filename() == "..")
+      throw sim::InputError({.file = (complete / order_name).string(),
+                             .key = what,
+                             .value = name,
+                             .advice = "lies outside of this folder; no command of sinew wrote that: remove " + complete.string()});
     if (what == "remove") {
       fs::remove(folder / name);
     } else if (is_there(complete / name)) {
@@ -191,7 +198,12 @@ void settle_input_folder(const fs::path& folder) {
   if (!fs::exists(folder / complete_name)) return;
   const Lock lock = take_lock(folder);
   if (lock.descriptor < 0) return;  // whoever has it is about to do it
-  settle(folder);
+  try {
+    settle(folder);
+  } catch (...) {
+    release_lock(folder, lock.descriptor);
+    throw;
+  }
   release_lock(folder, lock.descriptor);
 }
 
@@ -284,11 +296,16 @@ void add_overwrite(CLI::App& command, bool& overwrite) {
   command.add_flag("--overwrite", overwrite, "replace results that are there already; never what is read, nor a session with the limb");
 }
 
+void finish_interrupted(const InputPaths& inputs) { files_of(inputs); }
+
 void check_output_file(const fs::path& file, const InputPaths& inputs, bool overwrite) {
-  const auto id = id_of(file);
   const Inputs read = files_of(inputs);
-  if (const auto same = id ? read.find(*id) : read.end(); same != read.end())
-    throw sim::InputError({.file = file.string(), .advice = "is the file that is read (" + same->second + "); name another one to write"});
+  for (const fs::path& written : {file, sim::half_written(file)}) {
+    const auto id = id_of(written);
+    if (const auto same = id ? read.find(*id) : read.end(); same != read.end())
+      throw sim::InputError(
+          {.file = written.string(), .advice = "is the file that is read (" + same->second + "); name another one to write"});
+  }
   std::error_code none;
   const bool is_device = fs::exists(file, none) && !fs::is_regular_file(file, none) && !fs::is_directory(file, none);
   if (!is_there(file) || is_device) return;
@@ -370,11 +387,16 @@ void Outputs::claim_in_parts(const std::string& name) {
   const fs::path path = folder_ / name;
   if (!fs::is_directory(path)) {
     check_not_input(path);
-    fs::remove(fs::path(path) += ".partial");
+    check_not_input(sim::half_written(path));
+    fs::remove(sim::half_written(path));
     return;
   }
-  for (const auto& entry : fs::recursive_directory_iterator(path))
+  std::vector<fs::path> half_written;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
     if (entry.is_regular_file()) check_not_input(entry.path());
+    if (entry.is_regular_file() && sim::is_half_written(entry.path())) half_written.push_back(entry.path());
+  }
+  for (const fs::path& file : half_written) fs::remove(file);
 }
 
 fs::path Outputs::scratch(const std::string& name) {

@@ -32,6 +32,9 @@ inline constexpr std::string_view emulated_limb = "emulated, lock step";
 
 void add_overwrite(CLI::App& command, bool& overwrite);
 
+// For a command that only reads: finishes what an interrupted one had complete in the folders of these files. Outputs does the same.
+void finish_interrupted(const InputPaths& inputs);
+
 // Throws InputError where `file`, the only output of a command, is an input, or is there and may not be replaced.
 void check_output_file(const std::filesystem::path& file, const InputPaths& inputs, bool overwrite);
 
@@ -53,7 +56,7 @@ class Outputs {
   // `goes_on`: those there are an earlier state of the same result, and may be replaced without --overwrite.
   void claim(const std::vector<std::string>& names, bool goes_on = false);
   // For what the command writes one by one, by write_file_whole: throws InputError where this file, or one in this folder, is an
-  // input. Removes what an interrupted command left half-written of a file; in a folder the command itself knows which are its own.
+  // input. Removes what an interrupted command left half-written there.
   void claim_in_parts(const std::string& name);
 
   // Keeps a claimed file until `commit`; where it is kept is returned.

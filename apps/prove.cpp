@@ -605,10 +605,8 @@ void add_prove(CLI::App& program, int& exit_code) {
       "  sinew prove --out results/proof --score\n"
       "  sinew prove --few --out /tmp/few");
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
-  command
-      ->add_option("--plant", arguments->plant,
-                   "nominal plant; without it the paper's limb. plant/limbs/series_limb.yaml: cases of two segments in series")
-      ->check(CLI::ExistingFile);
+  command->add_option("--plant", arguments->plant,
+                      "nominal plant; without it the paper's limb. plant/limbs/series_limb.yaml: cases of two segments in series");
   command->add_option("--set", arguments->set, "which seeds")->check(CLI::IsMember({"reported", "development"}));
   command->add_option("--first-seed", arguments->first_seed, "seeds from here on, instead of those of a set")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1000000000}));

@@ -30,14 +30,22 @@ struct RolloutArguments {
 
 int rollout_command(const RolloutArguments& arguments) {
   std::optional<Outputs> outputs;
-  if (!arguments.out.empty() || arguments.report) {
+  const InputPaths read{.files = {arguments.model, arguments.recording}};
+  if (arguments.out.empty() && !arguments.report) {
+    finish_interrupted(read);
+  } else {
     const std::filesystem::path out = arguments.out.empty() ? std::filesystem::path(arguments.recording).replace_extension("rollout")
                                                             : std::filesystem::path(arguments.out);
-    outputs.emplace(out, InputPaths{.files = {arguments.model, arguments.recording}}, arguments.overwrite);
+    outputs.emplace(out, read, arguments.overwrite);
     outputs->claim({"rollout.csv", "report.html"});
   }
   std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
   model::Unsaid unsaid{{}, arguments.method, {}, {}};
+  if (!arguments.predict.empty() && !arguments.paper_case)
+    throw sim::InputError({.file = "",
+                           .key = "--predict",
+                           .value = arguments.predict,
+                           .advice = "goes with --case; without it, the weights say which channel they predict"});
   if (arguments.paper_case) {
     const auto system = system_for(arguments.plant);
     unsaid.task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));

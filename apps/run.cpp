@@ -84,7 +84,8 @@ void add_run(CLI::App& program, int& exit_code) {
   command->add_option("--out", arguments->out, "folder for recording.csv, truth.csv, scenario.yaml, run.json")->required();
   command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
   command->add_flag("--resume", arguments->resume, "go on from the checkpoint that an interrupted run left");
-  command->add_option("--stop-at", arguments->stop_at_s, "stop at the first checkpoint at or after this time [s], as Ctrl-C would");
+  command->add_option("--stop-at", arguments->stop_at_s, "stop at the first checkpoint at or after this time [s], as Ctrl-C would")
+      ->check(positive_number());
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew run scenarios/babble_bidirectional.yaml --out results/babble --seed 7\n"

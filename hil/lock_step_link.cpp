@@ -12,8 +12,12 @@
 #include <cstring>
 #include <utility>
 
+#include "sim/input_error.h"
+
 namespace sinew::hil {
 namespace {
+
+constexpr int refused_input = 2;  // exit code of the emulator, as of all our programs
 
 bool write_all(int descriptor, const void* from, std::size_t count) {
   for (auto* at = static_cast<const char*>(from); count > 0;) {
@@ -68,7 +72,7 @@ void LockStepLink::close() {
   if (to_child_ >= 0) ::close(std::exchange(to_child_, -1));
   if (from_child_ >= 0) ::close(std::exchange(from_child_, -1));
   if (child_ > 0) {
-    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+    while (::waitpid(child_, &status_, 0) < 0 && errno == EINTR) {
     }
     child_ = -1;
   }
@@ -91,7 +95,13 @@ Received LockStepLink::receive_until(std::int64_t deadline_us) {
   Bytes bytes;
   const bool answered = write_all(to_child_, question.data(), question.size()) && read_all(from_child_, &now, 8) &&
                         read_all(from_child_, &count, 4) && (bytes.resize(count), read_all(from_child_, bytes.data(), count));
-  if (!answered) throw LinkLost("the emulator ended");
+  if (!answered) {
+    close();
+    if (!has_answered_ && WIFEXITED(status_) && WEXITSTATUS(status_) == refused_input)
+      throw sim::InputError({.file = "", .key = "--emulate", .advice = "the emulator refuses what it is to do; it says why above"});
+    throw LinkLost("the emulator ended");
+  }
+  has_answered_ = true;
   now_us_ = static_cast<std::int64_t>(now);
   return {now_us_, std::move(bytes)};
 }

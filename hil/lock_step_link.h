@@ -19,11 +19,14 @@ class LockStepLink : public Link {
   LockStepLink& operator=(const LockStepLink&) = delete;
 
   std::int64_t send(std::span<const std::uint8_t> bytes) override;
+  // Throws sim::InputError where the emulator refuses its arguments, a fault that is none for instance.
   Received receive_until(std::int64_t deadline_us) override;
   void close();
 
  private:
   pid_t child_ = -1;
+  int status_ = 0;  // with which it ended
+  bool has_answered_ = false;
   int to_child_ = -1, from_child_ = -1;
   std::int64_t now_us_ = 0;
   Bytes waiting_;

@@ -21,22 +21,23 @@ Vector<double> row_at(Index order, const Matrix<double>& v, const Vector<double>
 }
 
 // Least squares by the normal equations, with a ridge of 1e-9 of their diagonal: lags of a smooth signal are nearly the same.
+// Coefficients are NaN where no stretch of `order` + 1 samples is measured.
 LinearModel fit(const std::vector<Series>& training, Index order) {
-  Matrix<double> squares;
-  Vector<double> products;
+  const Index size = order + training.front().v.rows() * (order + 1) + 1;
+  Matrix<double> squares = Matrix<double>::Zero(size, size);
+  Vector<double> products = Vector<double>::Zero(size);
+  bool any = false;
   for (const Series& one : training)
     for (Index k = std::max(Index{1}, order); k < one.samples(); ++k) {
       bool all_measured = true;
       for (Index i = 0; i <= order; ++i) all_measured = all_measured && one.is_measured(k - i);
       if (!all_measured) continue;
+      any = true;
       const Vector<double> row = row_at(order, one.v, one.y, k);
-      if (squares.size() == 0) {
-        squares = Matrix<double>::Zero(row.size(), row.size());
-        products = Vector<double>::Zero(row.size());
-      }
       squares.selfadjointView<Eigen::Lower>().rankUpdate(row);
       products += row * one.y(k);
     }
+  if (!any) return {order, Vector<double>::Constant(size, std::nan(""))};
   squares.diagonal() *= 1.0 + 1e-9;
   squares.diagonal().array() += 1e-12;
   return {order, squares.selfadjointView<Eigen::Lower>().ldlt().solve(products)};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/task_json.h"
+#include "sim/input_error.h"
 
 namespace sinew::model {
 
@@ -39,10 +40,19 @@ std::vector<Series> training_parts(const std::vector<Series>& recordings, double
   for (const Series& one : recordings) {
     const auto count = static_cast<Index>(std::floor(training_fraction * static_cast<double>(one.samples())));
     if (count < 20)
-      throw std::invalid_argument(one.name + " is too short: " + std::to_string(count) + " samples for training, at least 20 are needed");
+      throw sim::InputError({.file = one.name,
+                             .key = "samples for training",
+                             .value = std::to_string(count),
+                             .advice = "is too short; at least 20 are needed"});
     parts.push_back(part_of(one, 0, count));
   }
   return parts;
+}
+
+LinearModel finite(LinearModel model, const std::vector<Series>& recordings) {
+  if (model.coefficients.allFinite()) return model;
+  throw sim::InputError({.file = recordings.front().name + (recordings.size() > 1 ? " and others" : ""),
+                         .advice = "the linear fit has no finite solution: too few samples were measured in a row"});
 }
 
 std::unique_ptr<Predictor> load_linear(const Hdf5File& file, const std::string& name, const Unsaid& unsaid) {

@@ -9,6 +9,7 @@
 #include "model/errors.h"
 #include "model/network_loop.h"
 #include "sim/fields.h"
+#include "sim/input_error.h"
 #include "sim/parallel.h"
 
 namespace sinew::model {
@@ -76,8 +77,10 @@ std::vector<Series> first_parts(const std::vector<Series>& recordings, double sh
   for (const Series& one : recordings) {
     const auto count = static_cast<Index>(std::floor(share * static_cast<double>(one.samples())));
     if (count < least)
-      throw std::invalid_argument(one.name + " is too short: " + std::to_string(count) + " samples for training, at least " +
-                                  std::to_string(least) + " are needed");
+      throw sim::InputError({.file = one.name,
+                             .key = "samples for training",
+                             .value = std::to_string(count),
+                             .advice = "is too short; at least " + std::to_string(least) + " are needed"});
     parts.push_back(part_of(one, 0, count));
   }
   return parts;
@@ -201,15 +204,18 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   }
   Index judged = 0;
   for (std::size_t i = 0; i < validation.size(); ++i) judged += counted_of(validation[i], lead_ins[i]);
-  if (static_cast<double>(judged) * period_s < least_judged_s)
-    throw std::invalid_argument("of what is set aside, " + sim::shortest(static_cast<double>(judged) * period_s) +
-                                " s are left to judge by after settling_s = " + sim::shortest(settings.settling_s) +
-                                " in each recording, at least " + sim::shortest(least_judged_s) +
-                                " are needed; longer recordings, a larger validation_fraction or a smaller settling_s would do");
+  const double judged_s = static_cast<double>(judged) / std::round(1.0 / period_s);
+  if (judged_s < least_judged_s)
+    throw sim::InputError({.file = recordings.front().name + (recordings.size() > 1 ? " and others" : ""),
+                           .advice = "of what is set aside, " + sim::shortest(judged_s) + " s are left to judge by after settling_s = " +
+                                     sim::shortest(settings.settling_s) + " in each recording, at least " + sim::shortest(least_judged_s) +
+                                     " are needed; longer recordings, a larger validation_fraction or a smaller settling_s would do"});
   for (const Series& one : training)
     if (one.samples() <= settings.steps)
-      throw std::invalid_argument(one.name + " is too short: " + std::to_string(one.samples()) +
-                                  " samples for training, and a stretch has " + std::to_string(settings.steps) + " steps");
+      throw sim::InputError({.file = one.name,
+                             .key = "samples for training",
+                             .value = std::to_string(one.samples()),
+                             .advice = "is too short; a stretch has " + std::to_string(settings.steps) + " steps"});
   Trained trained{model_of(run, scaling_of(training, run.task), StatefulSettings::name, settings.hidden, settings.dense, false,
                            settings.longest_memory_s / period_s),
                   {},

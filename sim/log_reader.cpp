@@ -75,6 +75,8 @@ std::vector<Line> lines_of(std::string_view text, const std::string& file, LogNo
       line.remove_suffix(1);
       notes.windows_line_ends.add(number);
     }
+    if (line.size() > longest_line)
+      fail("bytes in this line", number, std::to_string(line.size()), "a line has at most " + std::to_string(longest_line));
     lines.push_back({line, number, ended});
   }
   return lines;

@@ -36,6 +36,8 @@ struct LogLayout {
   std::vector<std::string> ignore{};
 };
 
+// Bytes of a line of text, in logs and recordings alike: a longer one is no row, and its fields could fill the memory.
+inline constexpr std::size_t longest_line = 1 << 20;
 // How far a header is looked for.
 inline constexpr std::size_t header_search_lines = 30;
 

@@ -66,6 +66,12 @@ std::vector<std::string_view> some_lines(std::string_view text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
     if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.size() > longest_line)
+      throw InputError({.file = "",
+                        .line = static_cast<int>(lines.size()) + 1,
+                        .key = "bytes in this line",
+                        .value = std::to_string(line.size()),
+                        .advice = "a line has at most " + std::to_string(longest_line)});
     lines.push_back(line);
     text.remove_prefix(std::min(end + 1, text.size()));
   }
@@ -505,7 +511,7 @@ std::string suggest_text_map(const std::string& text, const std::string& file) {
   try {
     layout = guess_layout(text);
   } catch (InputError& error) {
-    throw InputError({.file = file, .key = error.key, .advice = error.advice});
+    throw InputError({.file = file, .line = error.line, .key = error.key, .value = error.value, .advice = error.advice});
   }
   const Log log = parse_text_log(text, file, layout);
   for (const std::string& name : log.names)

@@ -12,6 +12,7 @@
 
 #include "plant/systems.h"
 #include "sim/input_error.h"
+#include "sim/log_reader.h"
 #include "sim/table.h"
 #include "sim/text.h"
 
@@ -23,9 +24,8 @@ constexpr double gap_periods = 2.5;             // a longer step is a gap
 constexpr double backward_periods = 10.0;       // time that goes back by less is a row out of order
 constexpr double most_out_of_order = 0.05;      // share of the rows, and
 constexpr std::size_t least_out_of_order = 10;  // rows: fewer are slips of the logger
-constexpr std::size_t longest_line = 1 << 20;
-constexpr double periods_averaged = 10.0;  // a step of more than ten blocks of the diagnosis shows nothing of the motion
-constexpr double latest_time_s = 1e10;     // beyond it, seconds no longer resolve a sample well
+constexpr double periods_averaged = 10.0;       // a step of more than ten blocks of the diagnosis shows nothing of the motion
+constexpr double latest_time_s = 1e10;          // beyond it, seconds no longer resolve a sample well
 constexpr double day_ms = 86'400'000.0;
 constexpr std::size_t logger_preamble_lines = 2;
 constexpr std::size_t preamble_search_lines = 10;

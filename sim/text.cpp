@@ -2,6 +2,7 @@
 #include "sim/text.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -27,6 +28,7 @@ namespace {
 class Descriptor {
  public:
   Descriptor(const std::filesystem::path& path, int flags, mode_t mode = 0) : number_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   ~Descriptor() {
@@ -51,6 +53,29 @@ bool write_all(int descriptor, std::string_view content) {
     }
   }
   return true;
+}
+
+constexpr std::string_view half_written_begin = ".", half_written_end = ".sinew.partial";
+
+// Empty, locked against other processes, and a file of its own: neither a link nor another name of one. `path` is for messages.
+Descriptor open_half_written(const std::filesystem::path& partial, const std::filesystem::path& path) {
+  for (;;) {
+    Descriptor file(partial, O_WRONLY | O_CREAT | O_NOFOLLOW, 0666);
+    if (!file.open() && errno == ELOOP && ::unlink(partial.c_str()) == 0) continue;
+    if (!file.open()) fail(path, "cannot write", errno);
+    if (::flock(file.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)  // a file system without locks has no such refusal
+      throw InputError({.file = path.string(), .key = "cannot write", .advice = "another command is writing this file"});
+    struct stat ours {
+    }, there{};
+    if (::fstat(file.number(), &ours) != 0) fail(path, "cannot write", errno);
+    if (::lstat(partial.c_str(), &there) != 0 || there.st_dev != ours.st_dev || there.st_ino != ours.st_ino) continue;  // moved meanwhile
+    if (ours.st_nlink > 1) {
+      if (::unlink(partial.c_str()) != 0) fail(path, "cannot write", errno);
+      continue;
+    }
+    if (::ftruncate(file.number(), 0) != 0) fail(path, "cannot write", errno);
+    return file;
+  }
 }
 
 bool is_nan_word(std::string_view word) {
@@ -144,16 +169,25 @@ void write_file_whole(const std::filesystem::path& path, std::string_view conten
     return;
   }
   const fs::path target = fs::exists(status) ? fs::canonical(path) : path;
-  const fs::path partial = fs::path(target) += ".partial";
-  Descriptor file(partial, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  if (!file.open()) fail(path, "cannot write", errno);
+  const fs::path partial = half_written(target);
+  Descriptor file = open_half_written(partial, path);
   const bool written =
-      write_all(file.number(), content) && ::fsync(file.number()) == 0 && file.close() && ::rename(partial.c_str(), target.c_str()) == 0;
+      write_all(file.number(), content) && ::fsync(file.number()) == 0 && ::rename(partial.c_str(), target.c_str()) == 0 && file.close();
   if (!written) {
     const int reason = errno;
     ::unlink(partial.c_str());
     fail(path, "cannot write", reason);
   }
+}
+
+std::filesystem::path half_written(const std::filesystem::path& path) {
+  return path.parent_path() / (std::string(half_written_begin) + path.filename().string() + std::string(half_written_end));
+}
+
+bool is_half_written(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return name.size() > half_written_begin.size() + half_written_end.size() && name.starts_with(half_written_begin) &&
+         name.ends_with(half_written_end);
 }
 
 }  // namespace sinew::sim

@@ -33,9 +33,13 @@ std::string lower_case(std::string_view text);
 // system's reason.
 std::string read_file(const std::filesystem::path& path);
 
-// Writes the file whole or not at all: under `path` + ".partial" in the same folder, then moved to `path`, over what
-// was there. A symbolic link is followed; what is not a regular file (a pipe, /dev/stdout) is written to directly.
-// Throws InputError with the path and the system's reason; no partial file is left then.
+// Writes the file whole or not at all: as `half_written(path)` in the same folder, then moved to `path`, over what was there.
+// A symbolic link is followed; what is not a regular file (a pipe, /dev/stdout) is written to directly.
+// Throws InputError with the path and the system's reason, and where another process is writing the same file; nothing is left then.
 void write_file_whole(const std::filesystem::path& path, std::string_view content);
+
+// The hidden file beside `path` that write_file_whole writes first. One that was left behind when the machine stopped may go.
+std::filesystem::path half_written(const std::filesystem::path& path);
+bool is_half_written(const std::filesystem::path& path);
 
 }  // namespace sinew::sim

@@ -12,8 +12,7 @@ struct ArxSettings : LinearSettings {
 TrainedPredictor train_arx(const TrainingInput& input) {
   const auto settings = input.settings.settings<ArxSettings>();
   const std::vector<Series> parts = training_parts(input.data, settings.training_fraction);
-  LinearModel model = fit_arx(parts);
-  if (!model.coefficients.allFinite()) throw std::runtime_error("the linear fit has no finite solution");
+  LinearModel model = finite(fit_arx(parts), parts);
   AboutPredictor about{.task = input.run.task, .kind = std::string(ArxSettings::name), .trained_on = {}};
   return {.predictor = std::make_unique<LinearPredictor>(std::move(about), std::move(model)),
           .training_fraction = settings.training_fraction};

@@ -12,8 +12,7 @@ struct ArxSimulationSettings : LinearSettings {
 TrainedPredictor train_arx_simulation(const TrainingInput& input) {
   const auto settings = input.settings.settings<ArxSimulationSettings>();
   const std::vector<Series> parts = training_parts(input.data, settings.training_fraction);
-  LinearModel model = fit_arx_simulation(parts, input.run.should_stop);
-  if (!model.coefficients.allFinite()) throw std::runtime_error("the linear fit has no finite solution");
+  LinearModel model = finite(fit_arx_simulation(parts, input.run.should_stop), parts);
   AboutPredictor about{.task = input.run.task, .kind = std::string(ArxSimulationSettings::name), .trained_on = {}};
   return {.predictor = std::make_unique<LinearPredictor>(std::move(about), std::move(model)),
           .training_fraction = settings.training_fraction};

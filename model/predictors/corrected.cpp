@@ -47,7 +47,7 @@ Series errors_as_series(const Series& series, const Vector<double>& rolled) {
 }
 
 Correction fit_correction(const std::vector<Series>& errors) {
-  Correction correction{.arx = fit_arx_one_step(errors)};
+  Correction correction{.arx = finite(fit_arx_one_step(errors), errors)};
   double r[3] = {0.0, 0.0, 0.0};
   for (const Series& one : errors)
     for (Index lag = 0; lag < 3; ++lag) r[lag] += one.y.tail(one.samples() - lag).dot(one.y.head(one.samples() - lag));

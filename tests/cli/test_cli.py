@@ -598,6 +598,12 @@ def test_claims():
           all(math.isclose(located["calibrated"][c], fitted[c], rel_tol=0.02) for c in CHANNELS if both["calibrate"][c] < both["diagnose"][c]), (located, fitted))
     check("one before: the text says how the errors under Where and those called before belong together",
           "These are errors on the data that was fitted; on held-out data, the same plant is what is called before, below." in text, text)
+    runner_up = re.search(r"The runner-up is that .*?\((\w+)\): it explains ([\d.]+) %", text)
+    candidates = {c["name"]: 100 * c.get("explained_share", 0) for c in answer["rounds"][0]["candidates"]}
+    families = {e["name"]: e.get("form_of", e["name"]) for e in json.loads(sinew("effects", "--json").stdout)["effects"]}
+    others = {name: share for name, share in candidates.items() if families[name] not in ("thermocouple_lag", families[runner_up.group(1)])} if runner_up else {}
+    check("the runner-up: no other name explains more unless the text says so, and another form of what was found is none", runner_up and
+          "explains most" not in text and others and max(others.values()) <= float(runner_up.group(2)) + 0.1, (runner_up, candidates))
     agrees("one value", "claims/diagnosed", result)
     check("a claimed gain: plant.yaml has the same before", "(core alone 0.05" in content("claims/diagnosed/plant.yaml").decode())
 

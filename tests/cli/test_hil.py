@@ -97,8 +97,8 @@ def test_refusals():
     refused("hil at a sample a minute", ["hil", "lazy.yaml", "--emulate", "--out", "o"], r"sample_period_s = 60\n  must be 0\.2 or less")
     refused("replay of a folder that is none", ["replay", "nowhere"], r"session\.json: cannot read")
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_opn:A@3")
-    check("a fault that there is not: said by the emulator, not armed, nothing written", result.returncode == 1
-          and "there is no such fault" in result.stderr and files_in("o") is None, said(result))
+    check("a fault that there is not: said by the emulator, wrong input, nothing written", result.returncode == 2
+          and "there is no such fault" in result.stderr and "the emulator refuses" in result.stderr and files_in("o") is None, said(result))
     result = sinew("hil", "step.yaml", "--emulate", "--out", "o", "--fault", "sensor_open:B@0")
     check("a thermocouple that is open from the start: not armed, nothing written", result.returncode == 1
           and "a sensor is not believed" in result.stderr and "B sensor_open" in result.stderr and files_in("o") is None, said(result))
@@ -288,6 +288,17 @@ def test_conform():
     result = sinew("doctor", "--real-time", "1")
     check("doctor --real-time: both rates, with their shares", re.search(r" 10 Hz: [\d.]+ % of 10 commands", result.stdout)
           and re.search(r" 200 Hz: [\d.]+ % of 200 commands", result.stdout), said(result))
+    process = start("doctor", "--real-time", "60")
+    children, end = [], time.monotonic() + 20
+    while not children and time.monotonic() < end:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        time.sleep(0.05)
+    process.kill()
+    process.communicate()
+    lives = lambda: [child for child in children if Path(f"/proc/{child}/exe").exists()]
+    while lives() and time.monotonic() < end:
+        time.sleep(0.05)
+    check("doctor --real-time: the board's program ends with it, also by kill -9", children and not lives(), children)
 
 
 def start(*arguments):

@@ -40,12 +40,12 @@ def state():
     return found
 
 
-def refused(what, arguments, words, stdout=subprocess.PIPE):
+def refused(what, arguments, words, stdout=subprocess.PIPE, most_bytes=4 * MOST_BYTES):
     before = state()
     began = time.monotonic()
     process = subprocess.Popen([cli.program, *map(os.fsencode, map(str, arguments))], cwd=cli.folder, stdin=subprocess.DEVNULL,
                                stdout=stdout, stderr=subprocess.PIPE,
-                               preexec_fn=lambda: (resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_BYTES, 4 * MOST_BYTES)),
+                               preexec_fn=lambda: (resource.setrlimit(resource.RLIMIT_AS, (most_bytes, most_bytes)),
                                                    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST_S), int(LONGEST_S) + 1))))
     try:
         out, error = process.communicate(timeout=3 * LONGEST_S)
@@ -152,11 +152,11 @@ def yaml_files():
         ("no YAML", "format: [1\n", r"no YAML"),
         ("a key twice", "format: 1\nformat: 1\n", r"stands twice"),
         ("a list", "- 1\n", r"must be a map"),
-        ("an unknown key", "format: 1\nfromat: 1\n", r"fromat|time\n.*missing|no such key"),
+        ("an unknown key", "format: 1\nfromat: 1\n", r"fromat|(time|base)\n.*missing|no such key"),
         ("a format of the future", "format: 99\n", r"format = 99|no such key"),
         ("a format beyond 64 bits", "format: 99999999999999999999\n", r"must lie in \[-9223372036854775808|no such key"),
         ("NUL bytes", "format: 1\n\0\0\n", r"."),
-        ("a key with escapes", 'format: 1\n"\\e[31mred": 1\n', r"\\x1b|time\n.*missing|no such key"),
+        ("a key with escapes", 'format: 1\n"\\e[31mred": 1\n', r"\\x1b|(time|base)\n.*missing|no such key"),
         ("seventeen megabytes", "# " + "x" * (17 << 20), r"larger than 16 MiB"),
     ]
 
@@ -201,6 +201,12 @@ def test_all():
         "hil": lambda f: ["hil", f, "--emulate", "--out", "out"],
         "convert --map": lambda f: ["convert", "good.csv", "out.csv", "--map", f],
         "train --settings": lambda f: ["train", "good.csv", "--settings", f, "--out", "out"],
+        "train --plant": lambda f: ["train", "good.csv", "--plant", f, "--out", "out"],
+        "rollout --plant": lambda f: ["rollout", "lstm", "--recording", "good.csv", "--plant", f],
+        "evaluate --stress": lambda f: ["evaluate", "lstm", "--stress", f, "--out", "out"],
+        "dataset --randomise": lambda f: ["dataset", "plain.yaml", "--runs", "2", "--randomise", f, "--out", "out"],
+        "paper-table --settings": lambda f: ["paper-table", "--settings", f, "--out", "out", "--one-coil", "plain.yaml", "--two-coils", "plain.yaml"],
+        "prove --plant": lambda f: ["prove", "--few", "--plant", f, "--out", "out"],
     }
     if emulates:
         plants["investigate --plant"] = lambda f: ["investigate", "--plant", f, "--emulate", "--out", "out"]
@@ -208,6 +214,15 @@ def test_all():
         write("bad.yaml", text)
         for name, line in plants.items():
             refused(f"{name}, {what}", line("bad.yaml"), words)
+    # Logs of any kind, before a map is believed: one line that is as long as a file, of digits and of delimiters.
+    write("good.map.yaml", MAP)
+    for what, byte in [("digits", "1"), ("commas", ","), ("spaces", " ")]:
+        (cli.folder / "line.csv").write_text(",".join(COLUMNS) + "\n" + byte * (300 << 20) + "\n")
+        for name, line in {"convert --map": ["convert", "line.csv", "out.csv", "--map", "good.map.yaml"],
+                           "convert": ["convert", "line.csv", "out.csv"], "convert --suggest": ["convert", "--suggest", "line.csv"],
+                           "compare": using["compare"]("line.csv")}.items():
+            refused(f"{name}, a line of 300 MB of {what}", line, r"a line has at most 1048576")
+    (cli.folder / "line.csv").unlink()
     os.symlink("loop.yaml", cli.folder / "loop.yaml")
     for name, line in plants.items():
         refused(f"{name}, a link to itself", line("loop.yaml"), r"loop\.yaml")
@@ -225,7 +240,11 @@ def test_all():
         "paper-table": ["paper-table"],
         "prove": ["prove", "--few"],
         "hil-faults": ["hil-faults"],
+        "hil-false-trips": ["hil-false-trips"],
+        "rollout": ["rollout", "lstm", "--recording", "good.csv"],
+        "evaluate": ["evaluate", "lstm", "--stress", "stress.yaml"],
     }
+    write("stress.yaml", "format: 1\nbase: plain.yaml\nseeds: 1\nrows:\n  - { name: hot, parameters: { ambient_temperature_degC: 40 } }\n")
     if emulates:
         outs["investigate"] = ["investigate", "--plant", limb, "--emulate"]
     for name, line in outs.items():
@@ -235,6 +254,20 @@ def test_all():
     for name in ["run", "calibrate", "diagnose", "dataset", "train", "hil"] + ["investigate"] * emulates:
         for seed in ["9223372036854775808", "1e3", "-1", "inf", "99999999999999999999999", "0x7"]:
             refused(f"{name}, --seed {seed}", [*outs[name], "--out", "out", "--seed", seed], r"whole number|seed|arguments")
+    for name, option in [("investigate", "--limb-seed"), ("prove", "--first-seed")]:
+        if name in outs:
+            for seed in ["9223372036854775808", "1e3", "-1", "0x7"]:
+                refused(f"{name}, {option} {seed}", [*outs[name], "--out", "out", option, seed], option)
+    # Numbers that are none, in every option that takes one.
+    takes_numbers = {**{name: (line, "out") for name, line in outs.items()}, "doctor": (["doctor"], None)}
+    for name, (line, out) in takes_numbers.items():
+        options = re.findall(r"^ +(--[a-z-]+)[^\n]*? FLOAT", cli.sinew(name, "--help").stdout, re.M)
+        for option in options:
+            for number in ("nan", "inf", "-inf"):
+                refused(f"{name}, {option} {number}", [*line, *(["--out", out] if out else []), option, number], option)
+    refused("run, --stop-at before the beginning", ["run", "step.yaml", "--out", "out", "--stop-at", "-1"], "--stop-at")
+    refused("rollout, --predict without --case", ["rollout", "lstm", "--recording", "good.csv", "--predict", "angel_deg"],
+            r"--predict = angel_deg\n.*goes with --case")
     # Names that cannot stand in YAML, in JSON or in a comment.
     for name, what in [("a\nb: 1.csv", "a line end"), (os.fsdecode(b"Gr\xf6\xdfe.csv"), "Latin-1"), ("\x1b[31m.csv", "an escape")]:
         shutil.copy(cli.folder / "good.csv", cli.folder / name)
@@ -263,7 +296,6 @@ def test_all():
     refused("convert, to a link to itself", ["convert", "good.csv", "loop.csv"], r"loop\.csv")
 
     # A full disk, wherever a result goes.
-    write("good.map.yaml", MAP)
     refused("convert, to a full disk", ["convert", "good.csv", "/dev/full", "--map", "good.map.yaml"], r"/dev/full(.*\n)*.*No space left")
     with open("/dev/full", "wb") as full:
         for line in (["effects"], ["effects", "--json"], ["convert", "--suggest", "good.csv"], ["--help"],
@@ -288,6 +320,18 @@ def test_all():
     refused("train, --updates of the published method", [*outs["train"], "--out", "out", "--method", "published", "--updates", "5"],
             r"--updates = 5\n.*counts epochs")
 
+    if emulates:
+        for fault in ("nan", "sensor_open", "sensor_open:A", "sensor_opn:A@1", "sensor_open:Z@1", "sensor_open:A@nan", "sensor_open:A@-1"):
+            refused(f"hil, --fault {fault}", [*outs["hil"], "--out", "out", "--fault", fault], r"--fault(.*\n)*.*the emulator refuses")
+
+    # Memory that is not there: a file larger than what is left.
+    with open(cli.folder / "large.csv", "wb") as large:
+        large.truncate(MOST_BYTES - 1)
+    for name, line in {**using, "convert": lambda f: ["convert", f, "out.csv"], "run": lambda f: ["run", "large.yaml", "--out", "out"]}.items():
+        write("large.yaml", "format: 1\nduration_s: 5\ninput: { replay: { recording: large.csv } }\n")
+        refused(f"{name}, out of memory", line("large.csv"), r"^sinew: out of memory; nothing was written\n$", most_bytes=MOST_BYTES // 2)
+    (cli.folder / "large.csv").unlink()
+
     # More samples than memory bears at once.
     (cli.folder / "long.csv").write_text(",".join(COLUMNS) + "\n" + "".join(f"{k / 10},0,0,25,25,0\n" for k in range(200100)))
     for name in ["calibrate", "diagnose"] + ["investigate"] * emulates:
@@ -298,6 +342,8 @@ def test_all():
         refused(f"sinew {given}", [given], rf"did you mean {meant}\?")
     for line in (["completion", "ba\x1b[31msh"], ["schema", "\x1b[2Jplant"], ["run", "step.yaml", "--out", "out", "\x1b[31m"], ["\x1b]0;title\a"]):
         refused(f"sinew {line[0]!r}, an argument with an escape", line, r"\\x1b")
+    for word in ("help", "version"):
+        refused(f"sinew {word}", [word], rf"did you mean --{word}\?")
     refused("sinew with no command at all near", ["xyzzyxyzzy"], r"xyzzyxyzzy is no command")
 
 

@@ -5,6 +5,7 @@ sessions with the limb never, one command at a time writes into a folder, and an
 
     python3 tests/cli/test_outputs.py build/release/sinew
 """
+import fcntl
 import json
 import os
 import re
@@ -106,6 +107,19 @@ def test_convert():
     refused("convert onto a file that is there", ["convert", "log.txt", "theirs.csv"], r"^theirs\.csv\n  is there already; .*--overwrite")
     result = sinew("convert", "log.txt", "theirs.csv", "--overwrite")
     check("convert --overwrite: replaces it", result.returncode == 0 and b"time_s,duty_A" in content("theirs.csv"), said(result))
+    write("other.csv.partial", "mine\n")
+    write("precious.txt", "mine\n")
+    (cli.folder / ".new.csv.sinew.partial").symlink_to("precious.txt")
+    results = [sinew("convert", "log.txt", name) for name in ("other.csv", "new.csv")]
+    check("convert: on its way it touches no other file, nor what a link leads to", all(r.returncode == 0 for r in results)
+          and content("other.csv.partial") == b"mine\n" and content("precious.txt") == b"mine\n" and not (cli.folder / "new.csv").is_symlink(), said(results[1]))
+    shutil.copy(cli.folder / "log.txt", cli.folder / ".half.csv.sinew.partial")
+    never_an_input("convert of what was left half-written, by its name", ["convert", ".half.csv.sinew.partial", "half.csv"], r"is the file that is read")
+    with open(cli.folder / ".busy.csv.sinew.partial", "w") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        refused("convert onto a file that another command is writing", ["convert", "log.txt", "busy.csv"], r"^busy\.csv: cannot write\n  another command is writing")
+    result = sinew("convert", "log.txt", "busy.csv")
+    check("convert: what was left half-written is taken over", result.returncode == 0 and not (cli.folder / ".busy.csv.sinew.partial").exists(), said(result))
     result = sinew("convert", "log.txt", "/dev/stdout")
     check("convert to /dev/stdout: needs no --overwrite", result.returncode == 0 and "time_s" in result.stdout, said(result))
 
@@ -215,11 +229,11 @@ def test_sets():
     fresh("own/runs")
     write("own/runs/0001.csv", RECORDING)
     refused("dataset over a recording of the user's", ["dataset", "step.yaml", "--runs", 4, "--out", "own"], r"holds another set")
-    write("a_set/runs/0001.csv.partial", "half a fi")
-    write("a_set/runs/mine.txt.partial", "kept")
+    write("a_set/runs/.0001.csv.sinew.partial", "half a fi")
+    write("a_set/runs/0001.csv.partial", "kept")
     sinew("dataset", "other.yaml", "--runs", 2, "--out", "a_set")
-    check("dataset: half-written runs are cleaned away, and nothing else", "runs/0001.csv.partial" not in files_in("a_set")
-          and "runs/mine.txt.partial" in files_in("a_set"), files_in("a_set"))
+    check("dataset: half-written runs are cleaned away, and nothing else", "runs/.0001.csv.sinew.partial" not in files_in("a_set")
+          and "runs/0001.csv.partial" in files_in("a_set"), files_in("a_set"))
 
 
 def test_sessions_with_the_limb():
@@ -363,6 +377,18 @@ def test_interrupted_at_any_point():
         check(f"{what}: what was half-written is cleaned away", not left, left)
         for path in "at/old", "at/new":
             shutil.rmtree(cli.folder / path)
+    # A folder from elsewhere, whose order reaches out of it: nothing there is touched, by reading it or by writing into it.
+    write("thesis.tex", "years of work")
+    (fresh("strange") / "around").symlink_to("..")
+    write("strange/recording.csv", RECORDING)
+    for name in "../thesis.tex", cli.folder / "thesis.tex", "around/thesis.tex", "./../strange/../thesis.tex":
+        for what in "remove", "move":
+            shutil.rmtree(cli.folder / "strange/.sinew.complete", ignore_errors=True)
+            (cli.folder / "strange/.sinew.complete").mkdir()
+            write("strange/.sinew.complete/.order", f"{what} {name}\n")
+            for command in (["compare", "strange/recording.csv", "--plant", PAPER_LIMB, "--out", "elsewhere"],
+                            ["compare", "data/recording.csv", "--plant", PAPER_LIMB, "--out", "strange"]):
+                refused(f"an order to {what} {name}", command, r"\.order: (remove|move) = .*\n  lies outside of this folder")
     # Who only reads a folder finds one result, too.
     sinew("run", "step.yaml", "--out", "read")
     sinew("run", "second.yaml", "--out", "read_new")
@@ -372,6 +398,9 @@ def test_interrupted_at_any_point():
             break
         subprocess.run([cli.program, "run", "second.yaml", "--out", "read", "--overwrite"], cwd=cli.folder, capture_output=True,
                        env=environment | {"KILL_AT": str(number)})
+    shutil.copytree(cli.folder / "read", cli.folder / "read_alone")
+    result = sinew("compare", "read_alone/recording.csv", "--plant", PAPER_LIMB)
+    check("a command that only reads, too", result.returncode == 0 and folder_bytes("read_alone") == folder_bytes("read_new"), said(result))
     result = sinew("compare", "read/recording.csv", "--plant", PAPER_LIMB, "--out", "elsewhere")
     check("a command that reads a folder finishes what was complete there", result.returncode == 0 and folder_bytes("read") == folder_bytes("read_new"), said(result))
 

@@ -225,6 +225,16 @@ def test_wrong_input():
     refused("train: a folder that is no set", sinew("train", ".", "--out", "never"), "no manifest.json")
     refused("train: a setting that is not there", sinew("train", "set1", "--settings", write("s.yaml", "stateful:\n  hiden: 3\n"), "--out", "never"), "s.yaml:2:", "did you mean hidden?")
     refused("evaluate: a stress without name", sinew("evaluate", "stateful4", "--stress", write("st.yaml", "base: short.yaml\nrows:\n  - { parameters: {} }\n")), "st.yaml:3:", "needs a name")
+    for length in (2, 3, 12, 30):
+        short = write("few.csv", HEADER + "".join(f"{k / 10},0.1,0.{k % 10},30,30,{k % 7}\n" for k in range(length)))
+        for predictor in ("arx", "arx_simulation", "corrected", "least_squares", "stateful"):
+            result = sinew("train", short, "--predictor", predictor, "--out", "few")
+            if predictor in ("corrected", "stateful") or length < 30:
+                refused(f"train {predictor}: {length} samples are too few", result, "few.csv", "too short" if length == 2 else "are needed")
+            shutil.rmtree(cli.folder / "few", ignore_errors=True)
+        result = sinew("train", short, "--predictor", "published", "--out", "few")
+        check(f"train published: {length} samples are few or too few, and no crash", result.returncode in (0, 2), said(result))
+        shutil.rmtree(cli.folder / "few", ignore_errors=True)
     check("train: nothing of all that is written", not (cli.folder / "never").exists())
     slow = write("slow.yaml", "stateful: { settling_s: 5, updates: 100000, patience: 100000 }\n")
     process = subprocess.Popen([cli.program, "train", "set1", "--settings", slow, "--out", "stopped"], cwd=cli.folder, stderr=subprocess.PIPE, text=True)

@@ -79,6 +79,15 @@ check("tools/fit_confidence prints the weights that the program has",
 cases = re.match(r"(\d+) cases, (\d+) names, (\d+) right", fitted.stdout)
 check("and the cases that docs/diagnosis.md tells of",
       cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+names, {cases[3]}\s+of\s+them\s+right", pages["docs/diagnosis.md"], re.S))
+# Figures of pages that a tool prints from what is in the repository.
+for tool, data, name in [("tools/gains_by_weighting", "results/proof_fresh", "results/proof/discussion.md")]:
+    ran = subprocess.run([ROOT / tool, ROOT / data], capture_output=True, text=True)
+    rows = [line for line in ran.stdout.splitlines() if line.startswith("|")]
+    said = " ".join((ROOT / name).read_text().split())
+    last = ran.stdout.strip().splitlines()[-1] if ran.stdout.strip() else ran.stderr
+    check(f"{name}: has the table that `{tool} {data}` prints", ran.returncode == 0 and len(rows) == 5
+          and all(" ".join(row.split()) in said for row in rows), ran.stdout + ran.stderr)
+    check(f"{name}: has its last line, too", last in said, last)
 
 if os.path.exists("/usr/bin/mkdocs"):
     with tempfile.TemporaryDirectory(prefix="sinew_site_") as folder:

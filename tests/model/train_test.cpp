@@ -157,6 +157,15 @@ TEST_CASE("training: weights that came from elsewhere stay where training does n
   CHECK(after.best_update == 0);
   CHECK(after.model.weights.all == good.model.weights.all);
 }
+TEST_CASE("linear: of recordings too short for an order the others are tried, and for all of them there is no finite fit") {
+  CHECK(fit_arx({first_order(1, 9)}).coefficients.allFinite());
+  CHECK_FALSE(fit_arx({first_order(1, 1)}).coefficients.allFinite());
+  Series every_other = first_order(1, 200);
+  every_other.counted = Vector<double>::Ones(200);
+  for (Index k = 0; k < 200; k += 2) every_other.counted(k) = 0.0;
+  CHECK_FALSE(fit_arx({every_other}).coefficients.allFinite());
+  CHECK(fit_static({every_other}).coefficients.allFinite());
+}
 TEST_CASE("training: where nothing is left to judge by, there are no weights") {
   StatefulSettings settings = small();
   settings.settling_s = 40.0;

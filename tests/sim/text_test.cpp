@@ -2,6 +2,9 @@
 #include "sim/text.h"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <bit>
 #include <cmath>
@@ -145,10 +148,45 @@ TEST_CASE("write_file_whole: a failure names the path and the reason, and leaves
   CHECK(message_of([&] { write_file_whole(nowhere, "x"); }) == nowhere.string() + ": cannot write\n  No such file or directory");
   CHECK(message_of([&] { write_file_whole(folder.path, "x"); }) == folder.path.string() + ": cannot write\n  Is a directory");
   // A folder in the place of the partial file.
-  fs::create_directory(folder.path / "b.csv.partial");
+  fs::create_directory(half_written(folder.path / "b.csv"));
   CHECK(message_of([&] { write_file_whole(folder.path / "b.csv", "x"); }) ==
         (folder.path / "b.csv").string() + ": cannot write\n  Is a directory");
   CHECK_FALSE(fs::exists(folder.path / "b.csv"));
+}
+
+TEST_CASE("write_file_whole: on its way it touches no other file, and nothing that a link in the place of the half-written one leads to") {
+  const Folder folder;
+  const fs::path file = folder.path / "a.csv", mine = folder.path / "a.csv.partial", other = folder.path / "other";
+  CHECK(half_written(file) == folder.path / ".a.csv.sinew.partial");
+  CHECK(is_half_written(half_written(file)));
+  CHECK_FALSE(is_half_written(mine));
+  write_file_whole(mine, "mine");
+  write_file_whole(other, "another's");
+  fs::create_symlink("other", half_written(file));
+  write_file_whole(file, "by a symbolic link");
+  CHECK(fs::is_regular_file(fs::symlink_status(file)));
+  CHECK(read_file(file) == "by a symbolic link");
+  fs::create_hard_link(other, half_written(file));
+  write_file_whole(file, "by a hard link");
+  CHECK(read_file(file) == "by a hard link");
+  CHECK(read_file(other) == "another's");
+  CHECK(read_file(mine) == "mine");
+  CHECK(folder.entries() == 3);
+}
+
+TEST_CASE("write_file_whole: what was left half-written is taken over, what another is writing is not") {
+  const Folder folder;
+  const fs::path file = folder.path / "a.csv";
+  const int other = ::open(half_written(file).c_str(), O_WRONLY | O_CREAT, 0666);
+  REQUIRE(other >= 0);
+  REQUIRE(::flock(other, LOCK_EX) == 0);
+  REQUIRE(::write(other, "longer than the new content", 27) == 27);
+  CHECK(message_of([&] { write_file_whole(file, "new"); }) == file.string() + ": cannot write\n  another command is writing this file");
+  CHECK(fs::file_size(half_written(file)) == 27);
+  ::close(other);
+  write_file_whole(file, "new");
+  CHECK(read_file(file) == "new");
+  CHECK(folder.entries() == 1);
 }
 
 TEST_CASE("read_file: a missing file or a folder is an error with its path") {
