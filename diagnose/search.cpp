@@ -605,6 +605,56 @@ class Searcher {
     return explain(without, data_, guess, settings_.fit);
   }
 
+  // The round that accepted an effect tells of what took its place.
+  void tell_instead(Search& result, plant::EffectId effect, const Candidate& taken, double gain) const {
+    for (Round& round : result.rounds) {
+      std::vector<Candidate>& candidates = round.candidates;
+      if (!round.accepted || candidates.front().effect != effect) continue;
+      const auto there =
+          std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) { return candidate.effect == taken.effect; });
+      if (there == candidates.end())
+        candidates.insert(candidates.begin(), taken);
+      else
+        std::rotate(candidates.begin(), there, there + 1);
+      round.gain = gain;
+      round.chance = family_wise_probability(round.scores, gain, settings_.seed);
+    }
+  }
+
+  // What stands instead of an effect, what came next to it when it was chosen, and the other forms of it, each from where the winner ended,
+  // too. An effect that is chosen while another is still missing may do a part of that one's work, better than the true one could alone.
+  void settle_alike(std::vector<Candidate>& others, plant::EffectId effect, const Search& result) const {
+    const Explanation& winner = result.best;
+    const std::vector<plant::EffectId> allowed = candidates_at(winner);
+    const auto add = [&](plant::EffectId e) {
+      const auto is_it = [&](const Candidate& candidate) { return candidate.effect == e; };
+      if (contains_all(allowed, {e}) && std::none_of(others.begin(), others.end(), is_it)) others.push_back({e, {}, {}});
+    };
+    for (const plant::EffectId e : allowed)
+      if (plant::family_of(system_.effects(), e) == plant::family_of(system_.effects(), effect)) add(e);
+    for (const Round& round : result.rounds)
+      if (round.accepted && round.candidates.front().effect == effect)
+        for (std::size_t i = 1; i < std::min<std::size_t>(round.candidates.size(), 3); ++i) add(round.candidates[i].effect);
+    sim::in_parallel(others.size(), settings_.threads, [&](std::size_t i) {
+      const plant::EffectId e = others[i].effect;
+      if (e == effect) return;
+      plant::Plant instead = winner.problem->centres();
+      instead.turn(effect, false);
+      Guess guess = winner.as_guess();
+      const plant::ParameterId strength = system_.effects()[e].strength;
+      const auto& declared = system_.parameters()[strength].declaration;
+      if (declared.kind != plant::Kind::toggle)
+        guess.values[system_.parameters()[strength].key()] = declared.typical * declared.unit.internal_per_unit;
+      const ForcingSize usual = forcing_to_begin_with(system_);
+      for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(guess.forcing[g], 0.1 * usual[g]);
+      const Explanation again = explain(with_effect(instead, e), data_, guess, settings_.fit);
+      Explanation& standing = others[i].explanation;
+      if (again.usable && (!standing.usable || again.log_evidence > standing.log_evidence)) standing = again;
+    });
+    std::erase_if(others, [](const Candidate& candidate) { return !candidate.explanation.usable; });
+    std::stable_sort(others.begin(), others.end(), better);
+  }
+
   // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the
   // best of the others put in its place.
   void weigh(Search& result) const {
@@ -632,14 +682,17 @@ class Searcher {
           result.best = less;
           continue;
         }
-        const std::vector<Candidate> others =
-            fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
+        std::vector<Candidate> others = fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
+        settle_alike(others, e, result);
         plant::EffectId kept = e;
         const double with_it = result.best.log_evidence;
         if (!others.empty() && others.front().explanation.usable && others.front().explanation.log_evidence > with_it + 1.0) {
           result.best = others.front().explanation;
           kept = others.front().effect;
-          if (kept != e) result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
+          if (kept != e) {
+            result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
+            tell_instead(result, e, others.front(), 2.0 * (result.best.log_posterior - less.log_posterior));
+          }
         }
         for (const Candidate& candidate : others)
           if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)

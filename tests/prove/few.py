@@ -57,9 +57,25 @@ def oracle():
         failed.append(f"the oracle of hot_resistance: {run.stderr} {cases}")
 
 
+def instead():
+    """While the friction is missing, a junction does a part of its work and stands before the lag; with the friction the lag must have its place."""
+    global passed
+    folder = out / "instead"
+    run = subprocess.run([program, "prove", "--first-seed", "111", "--seeds", "2", "--kinds", "thermocouple_lag+dry_friction", "--training", "300",
+                          "--held-out", "150", "--without-baselines", "--out", str(folder)], capture_output=True, text=True)
+    cases = [json.loads(file.read_text()) for file in folder.glob("cases/*.json")]
+    if run.returncode == 0 and len(cases) == 2 and all(
+            {e["name"] for e in c["effects"]} == {"thermocouple_lag", "dry_friction"} and c["verdict"] == "missing_physics"
+            and min(e["confidence"] for e in c["effects"]) > 0.5 for c in cases):
+        passed += 1
+    else:
+        failed.append(f"the lag instead of the junction: {run.stderr} {cases}")
+
+
 if "--long" in sys.argv[3:]:
     few()
     oracle()
+    instead()
 afresh = out / "afresh"
 run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--families", "catalogue", "--kinds", "sheath_heat_storage",
                       "--without-baselines", "--out", str(afresh)], capture_output=True, text=True)
