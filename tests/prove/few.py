@@ -58,11 +58,11 @@ def oracle():
 
 
 def instead():
-    """While the friction is missing, a junction does a part of its work and stands before the lag; with the friction the lag must have its place."""
+    """While friction is missing, a junction does a part of its work and stands before the lag; then the lag must have its place."""
     global passed
     folder = out / "instead"
-    run = subprocess.run([program, "prove", "--first-seed", "111", "--seeds", "2", "--kinds", "thermocouple_lag+dry_friction", "--training", "300",
-                          "--held-out", "150", "--without-baselines", "--out", str(folder)], capture_output=True, text=True)
+    run = subprocess.run([program, "prove", "--first-seed", "111", "--seeds", "2", "--kinds", "thermocouple_lag+dry_friction",
+                          "--training", "300", "--held-out", "150", "--without-baselines", "--out", str(folder)], capture_output=True, text=True)
     cases = [json.loads(file.read_text()) for file in folder.glob("cases/*.json")]
     if run.returncode == 0 and len(cases) == 2 and all(
             {e["name"] for e in c["effects"]} == {"thermocouple_lag", "dry_friction"} and c["verdict"] == "missing_physics"
