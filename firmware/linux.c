@@ -57,6 +57,11 @@ void board_angles(uint16_t raw[BOARD_ANGLES]) {
   raw[0] = (uint16_t)lround(8184.0 + 45.0 * (pull[0] - pull[1]) * 16368.0 / 180.0);
 }
 
+uint8_t board_drains(struct board_drain drains[BOARD_COILS]) {
+  (void)drains;
+  return 0;
+}
+
 int16_t board_receive(void) { return received_at < received_count ? received[received_at++] : -1; }
 uint8_t board_send_room(void) { return sent_count + 255 <= (int)sizeof sent ? 255 : 0; }
 void board_send(const uint8_t* bytes, uint8_t count) {
