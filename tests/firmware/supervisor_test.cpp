@@ -287,7 +287,9 @@ TEST_CASE("device supervisor: what the amplifier says of its thermocouple trips 
                      {word(-40), TRIP_SENSOR_RANGE},
                      {word(350), TRIP_SENSOR_RANGE},
                      {word(80), TRIP_SENSOR_JUMP},
-                     {word(41, 70), TRIP_JUNCTION}};
+                     {word(10), TRIP_SENSOR_JUMP},
+                     {word(41, 70), TRIP_JUNCTION},
+                     {word(41, -11), TRIP_JUNCTION}};
   for (const auto& one : cases) {
     Bench bench = heating();
     bench.replacing[0] = true;
@@ -301,10 +303,43 @@ TEST_CASE("device supervisor: what the amplifier says of its thermocouple trips 
 }
 
 TEST_CASE("device supervisor: a cold junction that jumps is not believed, though both readings are in range") {
-  Bench bench = heating();
-  bench.junction_degC = 29.0;
-  CHECK(bench.until_off(500) >= 0);
-  CHECK(bench.s.trip_cause == TRIP_JUNCTION);
+  for (const double junction_degC : {21.0, 29.0}) {
+    Bench bench = heating();
+    bench.junction_degC = junction_degC;
+    CHECK(bench.until_off(500) >= 0);
+    CHECK(bench.s.trip_cause == TRIP_JUNCTION);
+  }
+}
+
+TEST_CASE("device supervisor: two readings at one moment are no division by zero, and trip nothing") {
+  Bench bench;
+  bench.armed();
+  const std::uint32_t raw[BOARD_COILS] = {word(25.0), word(25.0)};
+  supervisor_reading(&bench.s, raw, bench.now_us);
+  supervisor_reading(&bench.s, raw, bench.now_us);
+  CHECK(bench.s.state == DEVICE_ARMED);
+}
+
+TEST_CASE("device supervisor: a reading at the limit trips though its line falls: hotter than the limit is too hot") {
+  Bench bench;
+  bench.armed();
+  for (const double shown_degC : {290.0, 276.0, 262.0, 248.0, 234.0, 220.0, 206.0, 192.0, 178.0, 164.0, 151.0}) {
+    bench.s.state = DEVICE_ARMED;  // as if nobody had tripped before
+    const std::uint32_t raw[BOARD_COILS] = {word(shown_degC), word(25.0)};
+    bench.now_us += 105'000;
+    supervisor_reading(&bench.s, raw, bench.now_us);
+    CAPTURE(shown_degC);
+    CHECK(bench.s.state == DEVICE_TRIPPED);
+  }
+}
+
+TEST_CASE("device supervisor: a main loop that was away for a second has all the heat of it in its bound, and half a second of its loss") {
+  Bench bench = heating(5000);
+  const double before_K = bench.s.bound_uK[0] / 1e6;
+  bench.now_us += 1'000'000;
+  supervisor_tick(&bench.s, bench.now_us);
+  // By hand: 0.5 * 30.1 K/s over a second, less 0.045 1/s of what was there over half of one.
+  CHECK(bench.s.bound_uK[0] / 1e6 == doctest::Approx(before_K + 15.05 - 0.5 * 0.045 * before_K).epsilon(0.01));
 }
 
 TEST_CASE("device supervisor: a reading that sticks under duty trips it") {
@@ -509,6 +544,15 @@ TEST_CASE("device supervisor: a bend sensor that stays where heat must have move
   held.run(7000);
   CHECK(held.temperature_degC[0] > 25.0 + 60.0);
   CHECK(held.s.state == DEVICE_ARMED);
+  Bench against;  // the other is warm by less, and may hold it too
+  against.armed();
+  against.commanded[0] = 4500;
+  against.commanded[1] = 1700;
+  against.angle_raw = 8184;
+  against.run(7000);
+  CHECK(against.temperature_degC[0] > 25.0 + 60.0);
+  CHECK(against.temperature_degC[1] < 25.0 + 60.0);
+  CHECK(against.s.state == DEVICE_ARMED);
 }
 
 TEST_CASE("heat bound: against the exact solution, over steps of 10, 50 and 320 ms, it is never below by more than the loss of a step") {
