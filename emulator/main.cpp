@@ -171,8 +171,11 @@ void real_time(Emulation& emulation, const std::string& link) {
   if (openpty(&ours, &theirs, name.data(), &raw, nullptr) != 0) throw std::runtime_error(std::string("openpty: ") + std::strerror(errno));
   ::fcntl(ours, F_SETFL, O_NONBLOCK);
   if (!link.empty()) {
-    std::filesystem::remove(link);
-    std::filesystem::create_symlink(name.data(), link);
+    // A link of one before, which was killed, goes; what anybody wrote stays.
+    if (std::filesystem::is_symlink(link)) std::filesystem::remove(link);
+    std::error_code error;
+    std::filesystem::create_symlink(name.data(), link, error);
+    if (error) throw sim::InputError({.key = "--link", .value = link, .advice = "cannot be made: " + error.message()});
   }
   std::printf("%s\n", link.empty() ? name.data() : link.c_str());
   std::fflush(stdout);

@@ -157,6 +157,8 @@ uint32_t board_us(void) {
 
 /* Written anew at each tick: a register that a disturbance changed is right again a millisecond later. */
 static void set_directions_and_timer(void) {
+  DDRC = 0;
+  PORTC = _BV(PC3);
   DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
   DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
   PORTB &= (uint8_t) ~(_BV(PB1) | _BV(PB2));
@@ -292,7 +294,6 @@ void board_store(uint8_t at, uint8_t value) { eeprom_update_byte(&latched_cause[
 
 static void start_hardware(void) {
   PORTB = 0;
-  PORTC = _BV(PC3);
   PORTD = _BV(PD5) | _BV(PD6);
   SPCR = _BV(SPE) | _BV(MSTR) | _BV(SPR0); /* 1 MHz, mode 0 */
   ADMUX = _BV(REFS0);

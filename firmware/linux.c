@@ -13,6 +13,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
@@ -110,7 +111,9 @@ static int open_port(const char* link) {
   }
   fcntl(port, F_SETFL, O_NONBLOCK);
   if (link) {
-    unlink(link);
+    struct stat there;
+    /* A link of a board before, which was killed, goes; what anybody wrote stays. */
+    if (lstat(link, &there) == 0 && S_ISLNK(there.st_mode)) unlink(link);
     if (symlink(name, link) != 0) {
       fprintf(stderr, "%s: cannot be made: %s\n", link, strerror(errno));
       return 2;
@@ -156,6 +159,7 @@ int main(int argc, char** argv) {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGHUP, &action, NULL);
   const int failed = open_port(link);
   if (failed) return failed;
   program_start();

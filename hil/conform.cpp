@@ -491,7 +491,8 @@ class Conformance {
   }
   // While it is fed: a frame that must be dropped adds to that counter, and is not told as taken.
   void dropped(int counter, const std::string& what, const std::function<void(frame&)>& change, std::uint16_t duty = 0) {
-    const message_telemetry before = *fresh_fed();
+    if (!fresh_fed()) return void(expect(false, what, "no telemetry"));
+    const message_telemetry before = *telemetry_;
     frame f = command(LIMIT_DEAD_MAN_ms, duty);
     change(f);
     put(wire_of(f));

@@ -51,6 +51,15 @@ TEST_CASE("conform: a board as the page says passes, and no coil of it had duty"
   CHECK(board.s.state == DEVICE_DISARMED);
 }
 
+TEST_CASE("conform: a board that answers and never speaks of itself fails, and breaks nothing") {
+  FakeBoard board;
+  board.says_nothing = board.arms_for_anybody = board.never_silent = true;
+  const Heard heard = asked(board, true);
+  CHECK(names(heard, "telemetry: comes"));
+  CHECK(names(heard, "command: of too much duty"));
+  CHECK(board.s.state != DEVICE_ARMED);
+}
+
 TEST_CASE("conform: asked to stop, at whatever moment, it asks nothing more and disarms the board") {
   FakeBoard whole;
   asked(whole);
