@@ -83,7 +83,7 @@ double Limb::supply_V(std::int64_t now_us) const {
 // The supply behind the coil, or ground: through the switch, or through the divider where nothing comes from above.
 int Limb::drain_mV(std::int64_t now_us, std::size_t coil, const PerCoil<bool>& pins_on) {
   bool gate_on = pins_on[active(FaultKind::gates_swapped, 0, now_us) ? board_coils - 1 - coil : coil];
-  if (const Fault* stuck = active(FaultKind::gate_stuck, coil, now_us)) gate_on = now_us % 10'000 < stuck->value * 10'000;
+  if (const Fault* stuck = active(FaultKind::gate_stuck, coil, now_us)) gate_on = static_cast<double>(now_us % 10'000) < stuck->value * 1e4;
   const bool conducts = gate_on || active(FaultKind::coil_welded, coil, now_us);
   if (conducts || !relay_closed_ || active(FaultKind::coil_open, coil, now_us)) return 0;
   return static_cast<int>(std::lround(supply_V(now_us) * 1000.0));
