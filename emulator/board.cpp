@@ -244,7 +244,8 @@ void Board::reset(Reset cause) {
   arriving_.clear();
   selected_ = 2;
   // PC3 has a pull-up, and is on ground where the dividers are fitted.
-  avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_IOPORT_GETIRQ('C'), 3), dividers_ ? 0 : 1);
+  avr_ioport_external_t strap{.name = 'C', .mask = 1 << 3, .value = dividers_ ? 0ul : 1ul << 3};
+  avr_ioctl(avr_, AVR_IOCTL_IOPORT_SET_EXTERNAL('C'), &strap);
   look_at_gates();
 }
 
