@@ -2,50 +2,50 @@
 // sinew conform: whether somebody else's board does what docs/protocol.md says. Nothing is heated.
 #include "hil/conform.h"
 
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
+#include <cstring>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "apps/app.h"
 #include "apps/limb_link.h"
 #include "hil/lock_step_link.h"
 #include "hil/port.h"
 #include "sim/input_error.h"
-#include "sim/text.h"
 
 namespace sinew::apps {
 namespace {
 
-// A scenario for the emulator: a limb at rest.
-class ScenarioFile {
+// A scenario for the emulator, which is told of it by name: a limb at rest. It stands in memory alone, so that nothing stays behind,
+// however this ends.
+class ScenarioInMemory {
  public:
-  ScenarioFile() {
-    std::string name = std::filesystem::temp_directory_path() / "sinew_conform_XXXXXX";
-    const int file = ::mkstemp(name.data());
-    if (file < 0) throw std::runtime_error(name + ": cannot be made");
-    ::close(file);
-    path_ = name;
-    sim::write_file_whole(
-        path_, "format: 1\nseed: 1\nduration_s: 60.0\ninput: { duty_A: { step: { height_fraction: 0.0, from_s: 1.0, until_s: 2.0 } } }\n");
+  ScenarioInMemory() {
+    constexpr std::string_view text =
+        "format: 1\nseed: 1\nduration_s: 60.0\ninput: { duty_A: { step: { height_fraction: 0.0, from_s: 1.0, until_s: 2.0 } } }\n";
+    file_ = ::memfd_create("sinew_conform", 0);  // and the emulator inherits it
+    if (file_ < 0 || ::write(file_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+      throw std::runtime_error(std::string("a file in memory: ") + std::strerror(errno));
   }
-  ~ScenarioFile() { std::filesystem::remove(path_); }
-  ScenarioFile(const ScenarioFile&) = delete;
-  ScenarioFile& operator=(const ScenarioFile&) = delete;
-  const std::filesystem::path& path() const { return path_; }
+  ~ScenarioInMemory() { ::close(file_); }
+  ScenarioInMemory(const ScenarioInMemory&) = delete;
+  ScenarioInMemory& operator=(const ScenarioInMemory&) = delete;
+  std::string path() const { return "/proc/self/fd/" + std::to_string(file_); }
 
  private:
-  std::filesystem::path path_;
+  int file_ = -1;
 };
 
 int conform_command(const std::string& port, bool emulate, bool clear_trip, bool coils_disconnected) {
   if (emulate == !port.empty())
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: a board at a port, or the firmware in the emulator"});
   const hil::MonotonicClock clock;
-  std::optional<ScenarioFile> scenario;
+  std::optional<ScenarioInMemory> scenario;
   std::unique_ptr<hil::Link> link;
   if (emulate)
     link = std::make_unique<hil::LockStepLink>(emulator_command(scenario.emplace().path(), {}));
@@ -54,6 +54,7 @@ int conform_command(const std::string& port, bool emulate, bool clear_trip, bool
   hil::ConformSettings settings;
   settings.clear_trip = clear_trip;
   settings.coils_disconnected = coils_disconnected;
+  settings.should_stop = [] { return interrupted(); };
   settings.say = [](const hil::ConformFinding& finding) {
     using Verdict = hil::ConformFinding::Verdict;
     std::string detail;
@@ -69,6 +70,11 @@ int conform_command(const std::string& port, bool emulate, bool clear_trip, bool
   try {
     const hil::ConformResult result = hil::conform(*link, settings);
     std::printf("%d as the page says, %d not, %d left out\n", result.good, result.bad, result.left_out);
+    if (result.stopped) {
+      std::fprintf(stderr, result.brought_to_rest ? "stopped by request; the board says that it is disarmed\n"
+                                                  : "stopped by request; the board did not confirm that it is disarmed\n");
+      return interrupted_exit_code;
+    }
     return result.bad > 0 || result.good == 0 ? 1 : 0;
   } catch (const hil::LinkLost& lost) {
     std::fprintf(stderr, "the link was lost: %s\n", lost.what());

@@ -39,8 +39,8 @@ struct HilArguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
-  bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, measure_board = false,
-       overwrite = false;
+  bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, dividers = false,
+       measure_board = false, overwrite = false;
 };
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
@@ -254,9 +254,10 @@ void write_session(Outputs& outputs, const std::map<std::string, std::string>& f
 int hil_command(const HilArguments& arguments) {
   if (arguments.emulate == !arguments.port.empty())
     throw sim::InputError({.key = "--port, --emulate", .advice = "one of the two: the limb at a port, or the firmware in the emulator"});
-  if (!arguments.emulate && (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay || arguments.measure_board))
+  if (!arguments.emulate &&
+      (!arguments.faults.empty() || arguments.corrupt_share > 0.0 || arguments.relay || arguments.dividers || arguments.measure_board))
     throw sim::InputError(
-        {.key = "--fault, --corrupt, --relay, --measure-board", .advice = "are for --emulate: the limb is not made to fail"});
+        {.key = "--fault, --corrupt, --relay, --dividers, --measure-board", .advice = "are for --emulate: the limb is not made to fail"});
   const InputPaths read{.files = {arguments.predict}, .yaml = {arguments.scenario, arguments.twin}};
   std::optional<Outputs> outputs;
   if (!arguments.out.empty()) {
@@ -293,6 +294,7 @@ int hil_command(const HilArguments& arguments) {
     std::vector<std::string> command = emulator_command(arguments.scenario, arguments.faults);
     command.insert(command.end(), {"--seed", std::to_string(scenario.seed)});
     if (arguments.relay) command.push_back("--relay");
+    if (arguments.dividers) command.push_back("--dividers");
     if (arguments.measure_board) command.push_back("--measure");
     link = std::make_unique<hil::LockStepLink>(command);
     if (arguments.corrupt_share > 0.0) {
@@ -423,6 +425,7 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_option("--corrupt", arguments->corrupt_share, "--emulate: share of the frames in which a bit is turned")
       ->check(CLI::Range(0.0, 1.0));
   command->add_flag("--relay", arguments->relay, "--emulate: a cut-off relay behind a charge pump on PD7");
+  command->add_flag("--dividers", arguments->dividers, "--emulate: dividers that show the board the drains of its switches");
   command->add_flag("--measure-board", arguments->measure_board,
                     "--emulate: at the end, the stack that the board's program used, and its interrupts' longest times");
   add_overwrite(*command, arguments->overwrite);

@@ -295,17 +295,18 @@ int false_trips_command(const std::string& out_name, double hours, int threads, 
   for (std::size_t n = 0; n < noises_K.size(); ++n) noise_table.rows.push_back(row(sim::shortest(noises_K[n]) + " K", by_noise[n]));
   noise_table.rows.push_back(row("all", all));
   if (only.empty()) {
-    outputs.stage(
-        "false_trips.md",
-        "# How often a limb that is well is taken for one that is not\n\n    sinew hil-false-trips --out " + out_name +
-            (hours == 100.0 ? "" : " --hours " + sim::shortest(hours)) +
-            "\n\nmade this page and `false_trips.csv`: sessions of five minutes from cold, of the paper's limb, of one with each effect "
-            "of the\ncatalogue at its typical value, and of some whose thermocouples lag. Coils are held for minutes, stepped to 100 °C, "
-            "driven at\nrandom, and babble. The device's supervisor is the firmware's own code, compiled for this machine; the host is one "
-            "that keeps\nthe bound of the heat, the on-time, and gives a coil that shows 110 °C no duty. A trip ends its session. Goal: "
-            "none "
-            "in 100 hours.\n\n" +
-            report::to_markdown(noise_table) + "\n" + report::to_markdown(limb_table));
+    outputs.stage("false_trips.md", "# How often a limb that is well is taken for one that is not\n\n    sinew hil-false-trips --out " +
+                                        out_name + (hours == 100.0 ? "" : " --hours " + sim::shortest(hours)) +
+                                        "\n\nmade this page and `false_trips.csv`: sessions of five minutes from cold, of the paper's "
+                                        "limb, of one with each effect of the\n"
+                                        "catalogue at its typical value, and of some whose thermocouples lag. Coils are held for minutes, "
+                                        "stepped to 100 °C, driven at\n"
+                                        "random, and babble. The device's supervisor is the firmware's own code, compiled for this "
+                                        "machine, and without the dividers at\n"
+                                        "the drains; the host is one that keeps the bound of the heat, the on-time, and gives a coil that "
+                                        "shows 110 °C no duty. A trip\n"
+                                        "ends its session. Goal: none in 100 hours.\n\n" +
+                                        report::to_markdown(noise_table) + "\n" + report::to_markdown(limb_table));
     outputs.stage("false_trips.csv", csv);
   }
   outputs.commit();

@@ -31,7 +31,7 @@ constexpr std::int64_t cycles_of_entry = 4;  // of an interrupt: the program cou
 constexpr std::uint32_t frequency_Hz = 16'000'000;
 // Addresses in data space, ATmega328P data sheet, section 35.
 constexpr int spmcsr = 0x57, ddrb = 0x24, portb = 0x25, mcusr = 0x54, tccr1a = 0x80, tccr1b = 0x81, icr1 = 0x86, eecr = 0x3f, eearl = 0x41,
-              ocr1a = 0x88, ocr1b = 0x8a;
+              ocr1a = 0x88, ocr1b = 0x8a, admux = 0x7c;
 
 // Of each coil: its bit in port B, its compare mode's in TCCR1A, its compare register.
 struct GatePin {
@@ -48,7 +48,8 @@ avr_cycle_count_t wake(avr_t*, avr_cycle_count_t, void*) { return 0; }
 
 }  // namespace
 
-Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : surroundings_(surroundings) {
+Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new, bool dividers)
+    : surroundings_(surroundings), dividers_(dividers) {
   avr_global_logger_set(log_errors);
   elf_firmware_t firmware{};
   if (std::FILE* file = std::fopen(elf.c_str(), "rb"))
@@ -72,7 +73,10 @@ Board::Board(const std::string& elf, Surroundings& surroundings, bool is_new) : 
     if (name == "ms_since_round" || name.starts_with("ms_since_round.")) ms_since_round_address_ = address;
     if (name == "_end") static_end_ = static_cast<int>(address);
   }
-  watched_ = {{this, "millisecond", 14}, {this, "byte received", 18}, {this, "byte sent", 19}};  // data sheet, table 12-6
+  watched_ = {{this, "millisecond", 14},
+              {this, "byte received", 18},
+              {this, "byte sent", 19},
+              {this, "conversion done", 21}};  // data sheet, table 12-6
   if (static_end_ > ram_begin) std::memset(avr_->data + static_end_, untouched, static_cast<std::size_t>(ram_end - static_end_));
   avr_->frequency = frequency_Hz;
   avr_->vcc = avr_->avcc = avr_->aref = 5000;
@@ -221,6 +225,17 @@ void Board::look_at_gates() {
   surroundings_.gates(now_us(), duty);
 }
 
+// At this moment: the period begins with the gate on. Its phase is that of the clock, for the program never asks for it.
+bool Board::pin_on(std::size_t coil) const {
+  const std::uint8_t* const r = avr_->data;
+  const auto& [pin, mode_bit, at] = gate_pins[coil];
+  if (!((r[ddrb] >> pin) & 1)) return false;
+  if (((r[tccr1a] >> mode_bit) & 3) == 0) return (r[portb] >> pin) & 1;
+  constexpr std::int64_t prescaler = 8;
+  const std::int64_t top = r[icr1] + 256 * r[icr1 + 1];
+  return static_cast<std::int64_t>(avr_->cycle) / prescaler % (top + 1) <= r[at] + 256 * r[at + 1];
+}
+
 void Board::reset(Reset cause) {
   if (writing_ && cause != Reset::external) *cell(written_cell_) = 0xff;
   writing_ = false;
@@ -228,6 +243,9 @@ void Board::reset(Reset cause) {
   avr_->data[mcusr] = cause == Reset::power_on ? 1 : cause == Reset::external ? 2 : 4;
   arriving_.clear();
   selected_ = 2;
+  // PC3 has a pull-up, and is on ground where the dividers are fitted.
+  avr_ioport_external_t strap{.name = 'C', .mask = 1 << 3, .value = dividers_ ? 0ul : 1ul << 3};
+  avr_ioctl(avr_, AVR_IOCTL_IOPORT_SET_EXTERNAL('C'), &strap);
   look_at_gates();
 }
 
@@ -295,10 +313,16 @@ void Board::on_spi(avr_irq_t*, std::uint32_t, void* self) {
   avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_INPUT), byte);
 }
 
+// Channel 0 is the bend sensor, those above it the drains, through dividers of 22 k and 10 k.
 void Board::on_adc(avr_irq_t*, std::uint32_t, void* self) {
   Board& board = *static_cast<Board*>(self);
-  avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0),
-                static_cast<std::uint32_t>(board.surroundings_.bend_sensor_mV(board.now_us())));
+  const std::size_t channel = board.avr_->data[admux] & 15u;
+  if (channel > board_coils) return;
+  const int shown_mV = channel == 0
+                           ? board.surroundings_.bend_sensor_mV(board.now_us())
+                           : board.surroundings_.drain_mV(board.now_us(), channel - 1, {board.pin_on(0), board.pin_on(1)}) * 10 / 32;
+  avr_raise_irq(avr_io_getirq(board.avr_, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0 + static_cast<int>(channel)),
+                static_cast<std::uint32_t>(std::min(shown_mV, 5000)));
 }
 
 // Chip selects are active low.

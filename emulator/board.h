@@ -34,6 +34,8 @@ class Surroundings {
   virtual void select(std::int64_t now_us, std::size_t coil, bool selected) = 0;
   virtual std::uint8_t clock_out(std::size_t coil) = 0;  // the amplifier's next byte
   virtual int bend_sensor_mV(std::int64_t now_us) = 0;
+  // At the drain of a coil's switch; `pins_on`: what drives the gates at this moment.
+  virtual int drain_mV(std::int64_t now_us, std::size_t coil, const PerCoil<bool>& pins_on) = 0;
 };
 
 // What the program used of the chip, since power-on.
@@ -54,8 +56,8 @@ enum class Reset { power_on, external, brown_out };
 class Board {
  public:
   // Throws std::runtime_error where the file is no firmware for an ATmega328P.
-  // `is_new`: its EEPROM is erased; otherwise it holds what the file has for it.
-  Board(const std::string& elf, Surroundings& surroundings, bool is_new);
+  // `is_new`: its EEPROM is erased; otherwise it holds what the file has for it. `dividers`: those at the drains are fitted.
+  Board(const std::string& elf, Surroundings& surroundings, bool is_new, bool dividers);
   ~Board();
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
@@ -89,9 +91,11 @@ class Board {
   };
   void connect();
   void look_at_gates();
+  bool pin_on(std::size_t coil) const;
   std::uint8_t* cell(int address);
   avr_t* avr_ = nullptr;
   Surroundings& surroundings_;
+  bool dividers_;
   std::deque<std::uint8_t> arriving_;
   std::int64_t next_arrival_cycle_ = 0;
   std::deque<SentByte> sending_;

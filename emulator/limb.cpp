@@ -72,6 +72,23 @@ void Limb::move_plant(std::int64_t now_us) {
   moved_us_ = now_us;
 }
 
+double Limb::supply_V(std::int64_t now_us) const {
+  double supply_V = scenario_.plant.get(supply_);
+  if (const Fault* other = active(FaultKind::supply_V, 0, now_us)) supply_V = other->value;
+  if (const Fault* ramp = active(FaultKind::supply_ramp_V_s, 0, now_us))
+    supply_V += ramp->value * static_cast<double>(now_us - ramp->from_us) / 1e6;
+  return supply_V;
+}
+
+// The supply behind the coil, or ground: through the switch, or through the divider where nothing comes from above.
+int Limb::drain_mV(std::int64_t now_us, std::size_t coil, const PerCoil<bool>& pins_on) {
+  bool gate_on = pins_on[active(FaultKind::gates_swapped, 0, now_us) ? board_coils - 1 - coil : coil];
+  if (const Fault* stuck = active(FaultKind::gate_stuck, coil, now_us)) gate_on = static_cast<double>(now_us % 10'000) < stuck->value * 1e4;
+  const bool conducts = gate_on || active(FaultKind::coil_welded, coil, now_us);
+  if (conducts || !relay_closed_ || active(FaultKind::coil_open, coil, now_us)) return 0;
+  return static_cast<int>(std::lround(supply_V(now_us) * 1000.0));
+}
+
 // What flows: a welded switch conducts, an open coil does not, and heat goes with the square of the supply.
 void Limb::hold(std::int64_t now_us) {
   std::vector<double> duty(gates_.begin(), gates_.end());
@@ -80,12 +97,8 @@ void Limb::hold(std::int64_t now_us) {
     if (const Fault* stuck = active(FaultKind::gate_stuck, j, now_us)) duty[j] = stuck->value;
     if (active(FaultKind::coil_welded, j, now_us)) duty[j] = 1.0;
     if (active(FaultKind::coil_open, j, now_us) || !relay_closed_) duty[j] = 0.0;
-    const double nominal_V = scenario_.plant.get(supply_);
-    double supply_V = nominal_V;
-    if (const Fault* other = active(FaultKind::supply_V, j, now_us)) supply_V = other->value;
-    if (const Fault* ramp = active(FaultKind::supply_ramp_V_s, j, now_us))
-      supply_V += ramp->value * static_cast<double>(now_us - ramp->from_us) / 1e6;
-    if (supply_V != nominal_V) duty[j] *= std::pow(supply_V / nominal_V, 2);
+    const double nominal_V = scenario_.plant.get(supply_), now_V = supply_V(now_us);
+    if (now_V != nominal_V) duty[j] *= std::pow(now_V / nominal_V, 2);
   }
   body_->hold(duty);
 }

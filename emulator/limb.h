@@ -25,6 +25,7 @@ class Limb : public Surroundings {
   void select(std::int64_t now_us, std::size_t coil, bool selected) override;
   std::uint8_t clock_out(std::size_t coil) override;
   int bend_sensor_mV(std::int64_t now_us) override;
+  int drain_mV(std::int64_t now_us, std::size_t coil, const PerCoil<bool>& pins_on) override;
 
   // The next moment at which something here changes by itself.
   std::int64_t next_us() const;
@@ -42,6 +43,7 @@ class Limb : public Surroundings {
   const Fault* active(FaultKind kind, std::size_t coil, std::int64_t now_us) const;
   void move_plant(std::int64_t now_us);
   void hold(std::int64_t now_us);
+  double supply_V(std::int64_t now_us) const;
   std::uint32_t convert(std::size_t coil, std::int64_t now_us);
   void row(std::int64_t now_us);
   const sim::Scenario& scenario_;

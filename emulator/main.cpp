@@ -35,7 +35,7 @@ struct Arguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   Concealed concealed;
-  bool lock_step = false, relay = false, new_board = false, measure = false;
+  bool lock_step = false, relay = false, dividers = false, new_board = false, measure = false;
 };
 
 // Board and limb in time together.
@@ -44,7 +44,7 @@ class Emulation {
   Emulation(const Arguments& arguments, const sim::Scenario& scenario, const std::vector<Fault>& faults)
       : limb_(scenario, faults, !arguments.trace.empty(),
               arguments.concealed.kind.empty() ? nullptr : concealed_body(arguments.concealed, scenario)),
-        board_(arguments.firmware, limb_, arguments.new_board),
+        board_(arguments.firmware, limb_, arguments.new_board, arguments.dividers),
         faults_(faults),
         relay_(arguments.relay) {}
 
@@ -171,8 +171,11 @@ void real_time(Emulation& emulation, const std::string& link) {
   if (openpty(&ours, &theirs, name.data(), &raw, nullptr) != 0) throw std::runtime_error(std::string("openpty: ") + std::strerror(errno));
   ::fcntl(ours, F_SETFL, O_NONBLOCK);
   if (!link.empty()) {
-    std::filesystem::remove(link);
-    std::filesystem::create_symlink(name.data(), link);
+    // A link of one before, which was killed, goes; what anybody wrote stays.
+    if (std::filesystem::is_symlink(link)) std::filesystem::remove(link);
+    std::error_code error;
+    std::filesystem::create_symlink(name.data(), link, error);
+    if (error) throw sim::InputError({.key = "--link", .value = link, .advice = "cannot be made: " + error.message()});
   }
   std::printf("%s\n", link.empty() ? name.data() : link.c_str());
   std::fflush(stdout);
@@ -246,6 +249,7 @@ int main(int argc, char** argv) {
   program.add_flag("--new-board", arguments.new_board, "its EEPROM was never written");
   program.add_flag("--measure", arguments.measure, "at the end, on standard error: stack, interrupts and main loop of the program");
   program.add_flag("--relay", arguments.relay, "a relay behind a charge pump on PD7 sits in the coils' supply");
+  program.add_flag("--dividers", arguments.dividers, "dividers show the board the drains of its switches");
   program.footer("Example:\n  sinew-emulator scenarios/babble_bidirectional.yaml --firmware build/release/firmware.elf --link /tmp/limb");
   struct sigaction action {};
   action.sa_handler = note_signal;  // without SA_RESTART: a read ends

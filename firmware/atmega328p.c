@@ -4,6 +4,7 @@
  *   PB1 (OC1A)  gate of coil A          PB4 MISO, PB5 SCK   both MAX31855
  *   PB2 (OC1B)  gate of coil B          PD5, PD6            their chip selects, A and B
  *   PC0 (ADC0)  bend sensor             PD7                 500 Hz while armed: for a cut-off relay behind a charge pump
+ *   PC1, PC2    an option: the drains of both switches by dividers of 22 k and 10 k; PC3 to ground says that they are there
  *   PD0, PD1    UART, 500000 Bd 8N1
  *
  * Three things take the duty away when the program does not come round: the millisecond interrupt after 20 ms, where
@@ -21,6 +22,7 @@
 #include "firmware/board.h"
 #include "firmware/latch.h"
 #include "firmware/program.h"
+#include "hil/limits.h"
 #include "hil/message.h"
 
 #if BOARD_COILS != 2 || BOARD_THERMOCOUPLES != BOARD_COILS || BOARD_ANGLES != 1
@@ -63,10 +65,42 @@ static volatile uint32_t time_ms;
 static volatile uint8_t ms_since_round; /* of the main loop */
 static volatile uint8_t receive[RECEIVE_BYTES], receive_in, receive_out;
 static volatile uint8_t send[SEND_BYTES], send_in, send_out;
-static volatile uint16_t lost_bytes;
+static volatile uint32_t lost_bytes; /* up to 65535 */
+
+/* One after the other each millisecond: the bend sensor, and the drains where there are dividers. */
+static volatile uint8_t converting; /* the ADC's channel */
+static volatile uint16_t bend;
+static volatile uint8_t bend_converted;
+static volatile struct {
+  uint8_t samples, low;
+  uint16_t highest;
+} drains[BOARD_COILS];
+/* 5 V are 1024, and the dividers show 10 of 32. */
+#define DRAIN_cV(raw) ((uint16_t)((raw)*25u / 16u))
+#define DRAIN_LOW (LIMIT_DRAIN_LOW_cV * 16u / 25u)
+
+static uint8_t has_dividers(void) { return (PINC & _BV(PC3)) == 0; }
+
+ISR(ADC_vect) {
+  const uint16_t raw = ADC;
+  const uint8_t channel = converting;
+  if (channel == 0) {
+    bend = raw;
+    bend_converted = 1;
+  } else if (drains[channel - 1u].samples != 255u) {
+    ++drains[channel - 1u].samples;
+    if (raw < DRAIN_LOW) ++drains[channel - 1u].low;
+    if (raw > drains[channel - 1u].highest) drains[channel - 1u].highest = raw;
+  }
+  converting = channel < BOARD_COILS && has_dividers() ? (uint8_t)(channel + 1u) : 0;
+  ADMUX = (uint8_t)(_BV(REFS0) | converting);
+  if (converting) ADCSRA |= _BV(ADSC);
+}
 
 ISR(TIMER0_COMPA_vect) {
   ++time_ms;
+  /* Writing to ADCSRA would take back a conversion's interrupt that waits. */
+  if (!(ADCSRA & (_BV(ADSC) | _BV(ADIF)))) ADCSRA |= _BV(ADSC);
   if (ms_since_round >= LATE_ROUND_ms) {
     PORTB &= (uint8_t) ~(_BV(PB1) | _BV(PB2));
     TCCR1A = _BV(WGM11); /* both pins let go of by the timer: low */
@@ -96,13 +130,16 @@ ISR(USART_UDRE_vect) {
   }
 }
 
-uint32_t board_ms(void) {
-  uint32_t ms;
+/* A word that an interrupt writes. */
+static uint32_t whole(const volatile uint32_t* word) {
+  uint32_t value;
   cli();
-  ms = time_ms;
+  value = *word;
   sei();
-  return ms;
+  return value;
 }
+
+uint32_t board_ms(void) { return whole(&time_ms); }
 
 uint32_t board_us(void) {
   uint32_t ms;
@@ -120,6 +157,8 @@ uint32_t board_us(void) {
 
 /* Written anew at each tick: a register that a disturbance changed is right again a millisecond later. */
 static void set_directions_and_timer(void) {
+  DDRC = 0;
+  PORTC = _BV(PC3);
   DDRB = _BV(PB1) | _BV(PB2) | _BV(PB3) | _BV(PB5);
   DDRD = _BV(PD5) | _BV(PD6) | _BV(PD7);
   PORTB &= (uint8_t) ~(_BV(PB1) | _BV(PB2));
@@ -172,16 +211,35 @@ void board_amplifiers(uint32_t raw[BOARD_THERMOCOUPLES]) {
   raw[1] = read_amplifier(_BV(PD6));
 }
 
-/* One conversion a millisecond, without waiting for it. */
 void board_angles(uint16_t raw[BOARD_ANGLES]) {
   static uint16_t last[ADC_CONVERSIONS];
   static uint8_t at;
-  if (ADCSRA & _BV(ADSC)) return;
-  raw[0] = (uint16_t)(raw[0] - last[at]);
-  last[at] = ADC;
-  raw[0] = (uint16_t)(raw[0] + last[at]);
+  uint16_t now;
+  if (!bend_converted) return;
+  cli();
+  now = bend;
+  bend_converted = 0;
+  sei();
+  raw[0] = (uint16_t)(raw[0] - last[at] + now);
+  last[at] = now;
   at = (uint8_t)((at + 1u) % ADC_CONVERSIONS);
-  ADCSRA |= _BV(ADSC);
+}
+
+uint8_t board_drains(struct board_drain shown[BOARD_COILS]) {
+  uint8_t j;
+  if (!has_dividers()) return 0;
+  for (j = 0; j < BOARD_COILS; ++j) {
+    uint16_t highest;
+    cli();
+    shown[j].samples = drains[j].samples;
+    shown[j].low = drains[j].low;
+    highest = drains[j].highest;
+    drains[j].samples = drains[j].low = 0;
+    drains[j].highest = 0;
+    sei();
+    shown[j].highest_cV = DRAIN_cV(highest);
+  }
+  return 1;
 }
 
 int16_t board_receive(void) {
@@ -203,13 +261,7 @@ void board_send(const uint8_t* bytes, uint8_t count) {
   UCSR0B |= _BV(UDRIE0);
 }
 
-uint16_t board_lost_bytes(void) {
-  uint16_t lost;
-  cli();
-  lost = lost_bytes;
-  sei();
-  return lost;
-}
+uint16_t board_lost_bytes(void) { return (uint16_t)whole(&lost_bytes); }
 
 void board_round_done(void) {
   ms_since_round = 0;
@@ -245,7 +297,7 @@ static void start_hardware(void) {
   PORTD = _BV(PD5) | _BV(PD6);
   SPCR = _BV(SPE) | _BV(MSTR) | _BV(SPR0); /* 1 MHz, mode 0 */
   ADMUX = _BV(REFS0);
-  ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us a conversion */
+  ADCSRA = _BV(ADEN) | _BV(ADIE) | _BV(ADPS2) | _BV(ADPS1); /* 250 kHz: 52 us a conversion */
   TCCR1A = _BV(WGM11);                                      /* fast PWM up to ICR1, pins not connected */
   set_directions_and_timer();
   OCR0A = 249; /* 1 ms */

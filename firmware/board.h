@@ -34,6 +34,14 @@ void board_amplifiers(uint32_t raw[BOARD_THERMOCOUPLES]);
 /* Asked every millisecond: the sums of the last 16 conversions of each angle, without waiting for one. */
 void board_angles(uint16_t raw[BOARD_ANGLES]);
 
+/* An option of the board: dividers from the drain of each switch. What they showed since this was asked last, a sample of each every
+ * millisecond, taken by the board itself whatever the program does meanwhile. Returns 0 where they are not fitted. */
+struct board_drain {
+  uint8_t samples, low; /* of these below LIMIT_DRAIN_LOW_cV */
+  uint16_t highest_cV;
+};
+uint8_t board_drains(struct board_drain drains[BOARD_COILS]);
+
 /* The serial port: the next byte, or -1; how many can be put now; puts them. Bytes that were lost on the way in are counted up to 65535. */
 int16_t board_receive(void);
 uint8_t board_send_room(void);

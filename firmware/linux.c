@@ -13,6 +13,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
@@ -55,6 +56,11 @@ void board_angles(uint16_t raw[BOARD_ANGLES]) {
   double pull[BOARD_COILS];
   for (unsigned j = 0; j < BOARD_COILS; ++j) pull[j] = 1.0 / (1.0 + exp((75.0 - coil_degC[j]) / 8.0));
   raw[0] = (uint16_t)lround(8184.0 + 45.0 * (pull[0] - pull[1]) * 16368.0 / 180.0);
+}
+
+uint8_t board_drains(struct board_drain drains[BOARD_COILS]) {
+  (void)drains;
+  return 0;
 }
 
 int16_t board_receive(void) { return received_at < received_count ? received[received_at++] : -1; }
@@ -105,7 +111,9 @@ static int open_port(const char* link) {
   }
   fcntl(port, F_SETFL, O_NONBLOCK);
   if (link) {
-    unlink(link);
+    struct stat there;
+    /* A link of a board before, which was killed, goes; what anybody wrote stays. */
+    if (lstat(link, &there) == 0 && S_ISLNK(there.st_mode)) unlink(link);
     if (symlink(name, link) != 0) {
       fprintf(stderr, "%s: cannot be made: %s\n", link, strerror(errno));
       return 2;
@@ -151,6 +159,7 @@ int main(int argc, char** argv) {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
+  sigaction(SIGHUP, &action, NULL);
   const int failed = open_port(link);
   if (failed) return failed;
   program_start();

@@ -244,9 +244,15 @@ void program_start(void) {
   telemetry_in_ms = telemetry_period_ms = 20;
 }
 
+static void look_at_drains(void) {
+  struct board_drain drains[BOARD_COILS];
+  if (board_drains(drains)) supervisor_drains(&supervisor, drains);
+}
+
 static void each_millisecond(uint8_t passed) {
   if (board_hung()) supervisor_trip(&supervisor, TRIP_MAIN_LOOP); /* came round after all, too late */
   supervisor_tick(&supervisor, board_us());
+  look_at_drains();
   keep_bounds();
   set_pins();
   if (reading_in_ms <= passed) {

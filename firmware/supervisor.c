@@ -51,6 +51,7 @@ enum answer supervisor_arm(struct supervisor* s, uint32_t now_us) {
   all_off(s);
   s->state = DEVICE_ARMED;
   s->valid_until_us = now_us + LIMIT_DEAD_MAN_ms * 1000ul;
+  s->drains_settle_ms = LIMIT_DRAIN_SETTLING_ms;
   return ANSWER_DONE;
 }
 
@@ -271,5 +272,46 @@ void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]) {
   for (g = 0; g < BOARD_ANGLES; ++g) {
     s->angle[g].fault = read_angle(s, &s->angle[g], raw[g]);
     if (s->angle[g].fault != TRIP_NONE && s->angle_faults_trip && s->state == DEVICE_ARMED) supervisor_trip(s, s->angle[g].fault);
+  }
+}
+
+/* Of the supply; of low samples without duty one in eight may be a disturbance. */
+#define DRAIN_HIGH_SAMPLES 5u
+#define DRAIN_IDLE_SAMPLES 20u
+#define DRAIN_UNASKED 8u
+
+static uint8_t up_to_255(uint16_t value) { return value < 255u ? (uint8_t)value : 255u; }
+
+/* With duty, a switch that opens in each period shows it: one that never does is welded, whatever the thermocouple says. */
+static uint8_t read_drain(struct drain* d, const struct board_drain* shown, uint16_t duty) {
+  const uint8_t high = (uint8_t)(shown->samples - shown->low);
+  /* No sample is none that is high. */
+  d->low = high ? 0 : up_to_255((uint16_t)(d->low + (shown->low ? shown->low : 1u)));
+  d->idle = duty ? 0 : up_to_255((uint16_t)(d->idle + shown->samples));
+  if (d->idle < DRAIN_IDLE_SAMPLES) {
+    d->low_unasked = 0;
+  } else {
+    d->low_unasked = up_to_255((uint16_t)(d->low_unasked + DRAIN_UNASKED * shown->low));
+    d->low_unasked = d->low_unasked > high ? (uint8_t)(d->low_unasked - high) : 0;
+  }
+  if (shown->highest_cV > LIMIT_SUPPLY_cV) {
+    d->high = up_to_255((uint16_t)(d->high + 1u));
+  } else if (high) {
+    d->high = 0;
+  }
+  if (d->high >= DRAIN_HIGH_SAMPLES) return TRIP_SUPPLY_HIGH;
+  return d->low >= LIMIT_DRAIN_LOW_ms || d->low_unasked >= 3u * DRAIN_UNASKED ? TRIP_DRAIN_LOW : TRIP_NONE;
+}
+
+void supervisor_drains(struct supervisor* s, const struct board_drain shown[BOARD_COILS]) {
+  uint8_t j;
+  if (s->state != DEVICE_ARMED || s->drains_settle_ms > 0) {
+    memset(s->drain, 0, sizeof s->drain);
+    if (s->drains_settle_ms > 0) --s->drains_settle_ms;
+    return;
+  }
+  for (j = 0; j < BOARD_COILS; ++j) {
+    const uint8_t cause = read_drain(&s->drain[j], &shown[j], s->duty[j]);
+    if (cause != TRIP_NONE) supervisor_trip(s, cause);
   }
 }

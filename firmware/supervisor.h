@@ -47,6 +47,13 @@ struct angle {
   int32_t coldest_cdegC[BOARD_COILS], hottest_cdegC[BOARD_COILS]; /* since then */
 };
 
+struct drain {
+  uint8_t low;         /* samples in a row */
+  uint8_t idle;        /* samples since there was duty */
+  uint8_t low_unasked; /* grows by each low one without duty, and falls by each high one */
+  uint8_t high;        /* samples above the limit of the supply */
+};
+
 struct supervisor {
   uint8_t state, trip_cause;
   uint8_t wrong_settings; /* bits of board_setting, as the board found them when it started: while there is one, no arming */
@@ -59,7 +66,9 @@ struct supervisor {
   uint32_t bucket_on[BOARD_COILS];
   uint8_t bucket;
   struct angle angle[BOARD_ANGLES];
-  uint8_t angle_faults_trip;                /* as the arming asked */
+  uint8_t angle_faults_trip; /* as the arming asked */
+  struct drain drain[BOARD_COILS];
+  uint16_t drains_settle_ms;                /* this much longer nothing is said of them */
   uint32_t bound_uK[BOARD_COILS];           /* heat_bound.h: each coil's rise at the most, whatever its thermocouple says */
   uint32_t bound_on[BOARD_COILS], bound_us; /* duty times time since it was brought up to date, and when that was */
 };
@@ -84,6 +93,8 @@ void supervisor_tick(struct supervisor* s, uint32_t now_us);
 void supervisor_reading(struct supervisor* s, const uint32_t raw[BOARD_COILS], uint32_t now_us);
 /* After each reading: the sums of 16 ADC conversions. */
 void supervisor_angles(struct supervisor* s, const uint16_t raw[BOARD_ANGLES]);
+/* Every millisecond or so, where the board has dividers at the drains. */
+void supervisor_drains(struct supervisor* s, const struct board_drain shown[BOARD_COILS]);
 
 #ifdef __cplusplus
 }

@@ -62,7 +62,24 @@ class Conformance {
   Conformance(Link& link, const ConformSettings& settings) : link_(link), settings_(settings) { frame_decoder_start(&decoder_, nullptr); }
 
   ConformResult run() {
-    if (!begin()) return result_;
+    try {
+      ask();
+    } catch (const Stopped&) {
+      result_.stopped = true;
+    }
+    fed_ = false;
+    if (begun_ && !result_.stopped)
+      expect(foreign_ == 0, "all that it sends is of the session", std::to_string(foreign_) + " frames were not");
+    stopping_ = true;
+    for (int k = 0; k < 3 && begun_ && !result_.brought_to_rest; ++k) result_.brought_to_rest = answer_to(disarm()) == ANSWER_DONE;
+    return result_;
+  }
+
+ private:
+  struct Stopped {};
+
+  void ask() {
+    if (!begin()) return;
     telemetry_format();
     refusals();
     on_the_line();
@@ -74,11 +91,8 @@ class Conformance {
       silence(60, 60);
       silence(10'000, LIMIT_DEAD_MAN_ms);
     }
-    end();
-    return result_;
   }
 
- private:
   using Verdict = ConformFinding::Verdict;
 
   void say(Verdict verdict, const std::string& what, const std::string& detail = "") {
@@ -130,7 +144,13 @@ class Conformance {
     return f;
   }
 
+  // In parts, so that a request to stop waits for none of the long ones.
   void take(std::int64_t deadline_us) {
+    constexpr std::int64_t longest_us = 50 * ms;
+    if (!stopping_ && settings_.should_stop && settings_.should_stop()) throw Stopped();
+    take_until(std::min(deadline_us, now_us_ + longest_us));
+  }
+  void take_until(std::int64_t deadline_us) {
     const Received received = link_.receive_until(deadline_us);
     now_us_ = received.now_us;
     for (const std::uint8_t byte : received.bytes) {
@@ -251,6 +271,7 @@ class Conformance {
     const std::string misfit = misfit_of(first->parts);
     if (!expect(misfit.empty(), "hello: 1 to 8 coils, at most 8 thermocouples and angles", misfit)) return false;
     parts_ = decoder_.parts = first->parts;
+    begun_ = true;
     wait_us(300 * ms);
     std::optional<message_hello> again;
     for (int k = 0; k < 3 && (!again || hello_took_us_ > 100 * ms); ++k) again = hello(20, 500 * ms);
@@ -470,7 +491,8 @@ class Conformance {
   }
   // While it is fed: a frame that must be dropped adds to that counter, and is not told as taken.
   void dropped(int counter, const std::string& what, const std::function<void(frame&)>& change, std::uint16_t duty = 0) {
-    const message_telemetry before = *fresh_fed();
+    if (!fresh_fed()) return void(expect(false, what, "no telemetry"));
+    const message_telemetry before = *telemetry_;
     frame f = command(LIMIT_DEAD_MAN_ms, duty);
     change(f);
     put(wire_of(f));
@@ -551,12 +573,6 @@ class Conformance {
            t ? "state " + std::to_string(t->state) : "no telemetry");
   }
 
-  void end() {
-    expect(foreign_ == 0, "all that it sends is of the session", std::to_string(foreign_) + " frames were not");
-    for (int k = 0; k < 3; ++k)
-      if (answer_to(disarm()) == ANSWER_DONE) return;
-  }
-
   Link& link_;
   const ConformSettings& settings_;
   ConformResult result_;
@@ -574,7 +590,7 @@ class Conformance {
   std::uint32_t telemetry_frame_sequence_seen_ = 0;
   std::int64_t telemetry_at_us_ = 0;
   int telemetry_count_ = 0, gaps_ = 0, refused_ = 0, foreign_ = 0;
-  bool fed_ = false;
+  bool fed_ = false, begun_ = false, stopping_ = false;
   std::int64_t feed_at_us_ = 0;
 };
 

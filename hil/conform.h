@@ -17,13 +17,15 @@ struct ConformFinding {
 };
 
 struct ConformSettings {
-  bool clear_trip = false;          // a board that is tripped is cleared first; arming and what follows wants that
-  bool coils_disconnected = false;  // then a command of too much duty is tried as well, which a wrong board would obey
+  bool clear_trip = false;            // a board that is tripped is cleared first; arming and what follows wants that
+  bool coils_disconnected = false;    // then a command of too much duty is tried as well, which a wrong board would obey
+  std::function<bool()> should_stop;  // asked while it waits: then the board is disarmed, and nothing more is asked
   std::function<void(const ConformFinding&)> say;
 };
 
 struct ConformResult {
   int good = 0, bad = 0, left_out = 0;
+  bool stopped = false, brought_to_rest = false;  // `brought_to_rest`: the board answered the last disarm
 };
 
 // Throws LinkLost. Some ten seconds of the link's time.

@@ -40,7 +40,9 @@ constexpr std::array<std::string_view, TRIP_CAUSES> trip_words{"none",
                                                                "latch_damaged",
                                                                "heat_bound",
                                                                "angle_range",
-                                                               "angle_stuck"};
+                                                               "angle_stuck",
+                                                               "drain_low",
+                                                               "supply_high"};
 constexpr std::array<std::string_view, 5> reset_words{"power_on", "external", "brown_out", "watchdog", "unknown"};
 constexpr std::array<std::string_view, 8> answer_words{"done",
                                                        "the firmware is another",

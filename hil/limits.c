@@ -38,6 +38,10 @@ uint32_t limits_hash(uint8_t coils) {
                                    LIMIT_ANGLE_OTHERS_cK,
                                    LIMIT_ON_TIME_ms,
                                    LIMIT_ON_TIME_WINDOW_s,
+                                   LIMIT_DRAIN_LOW_cV,
+                                   LIMIT_DRAIN_LOW_ms,
+                                   LIMIT_SUPPLY_cV,
+                                   LIMIT_DRAIN_SETTLING_ms,
                                    LIMIT_READING_PERIOD_ms,
                                    LIMIT_READING_SILENCE_ms};
   uint8_t bytes[4 * (sizeof values / sizeof values[0] + 1)];

@@ -77,6 +77,14 @@ extern "C" {
 /* The rise it begins with at power-on, when nothing is known: of a coil that reads COOL though its thermocouple shows 0.6 of its rise. */
 #define LIMIT_BOUND_START_cK ((int32_t)4200)
 
+/* Where dividers show the drain of each switch: below LOW it conducts, and otherwise it shows the supply. The board's own 5 V, by which
+ * it is measured, may be 5 % off: 8.5 V shown are 8.1 to 8.9. The duty leaves it high for 3 ms of each 10 at the least. */
+#define LIMIT_DRAIN_LOW_cV 200u
+#define LIMIT_DRAIN_LOW_ms 40u
+#define LIMIT_SUPPLY_cV 850u
+/* After arming, until the relay has closed and the supply is there. */
+#define LIMIT_DRAIN_SETTLING_ms 300u
+
 /* The amplifiers convert in at most 100 ms, and reading stops a conversion: so they are read no more often than this. */
 #define LIMIT_READING_PERIOD_ms 105u
 #define LIMIT_READING_SILENCE_ms 240u

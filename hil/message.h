@@ -43,6 +43,8 @@ enum trip_cause {
   TRIP_HEAT_BOUND = 23,    /* so much duty that a coil might be too hot, whatever its thermocouple says: heat_bound.h */
   TRIP_ANGLE_RANGE = 24,   /* an angle at the end of its range: 0 V or 5 V, unplugged */
   TRIP_ANGLE_STUCK = 25,   /* an angle that stays where heat must have moved it */
+  TRIP_DRAIN_LOW = 26,     /* the drain of a switch stays low: it conducts unasked, or its coil is open, or there is no supply */
+  TRIP_SUPPLY_HIGH = 27,   /* the drains show more supply than the bound of the heat allows for */
   TRIP_CAUSES
 };
 

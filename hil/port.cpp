@@ -5,6 +5,8 @@
 #include <sys/eventfd.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -31,6 +33,14 @@ constexpr std::int64_t longest_write_us = 500'000;
   throw sim::InputError({.key = "--port", .value = path, .advice = what + "\n" + advice});
 }
 
+// Its other end holds this one open too, so that hosts may come and go: what TIOCEXCL says of it would outlive the session, and nobody but
+// root would open it again. A lock by flock() ends with the process.
+bool is_pseudo_terminal(int descriptor) {
+  struct stat facts {};
+  constexpr unsigned first = 136, last = 143;  // Linux, Documentation/admin-guide/devices.txt: Unix98 PTY slaves
+  return ::fstat(descriptor, &facts) == 0 && major(facts.st_rdev) >= first && major(facts.st_rdev) <= last;
+}
+
 }  // namespace
 
 class Port::Implementation {
@@ -43,7 +53,8 @@ class Port::Implementation {
       fail(path, "permission denied", "add yourself to the group that owns it: sudo adduser $USER dialout, then log in anew");
     if (error.value() == EBUSY) fail(path, "in use", "another program has the port open: close it");
     if (error) fail(path, error.message(), "must be a serial port");
-    if (::ioctl(port.native_handle(), TIOCEXCL) != 0 || ::flock(port.native_handle(), LOCK_EX | LOCK_NB) != 0)
+    if (::flock(port.native_handle(), LOCK_EX | LOCK_NB) != 0 ||
+        (!is_pseudo_terminal(port.native_handle()) && ::ioctl(port.native_handle(), TIOCEXCL) != 0))
       fail(path, "in use", "another session has the port: end it first");
     using asio::serial_port_base;
     port.set_option(serial_port_base::baud_rate(baud), error);

@@ -36,12 +36,14 @@ sim::Measurement SerialBackend::begin() {
 sim::Measurement SerialBackend::exchange(const sim::Command& asked) {
   sim::Command command = asked;
   const std::int64_t parts = parts_of_period();
+  const auto begin_of_part_us = [&](std::int64_t part) { return deadline_us(command.tick) + period_us_ * part / parts; };
   for (std::int64_t part = 1; part <= parts; ++part) {
     std::vector<std::uint16_t> duty;
     for (const Coil& coil : parts_.coils) duty.push_back(on_wire(command.inputs[coil.input.index]));
+    device_.listen_until(begin_of_part_us(part - 1) + send_offset_us());
     device_.command(duty, LIMIT_DEAD_MAN_ms);
     if (part == 1) written_us_ = device_.now_us();
-    device_.listen_until(part == parts ? deadline_us(command.tick + 1) : deadline_us(command.tick) + period_us_ * part / parts);
+    device_.listen_until(begin_of_part_us(part));
     const sim::Measurement measured = measure(command.tick, part_arrival_us_, heard_in_part_);
     if (part < parts && before_repetition && !before_repetition(measured, command)) break;
   }

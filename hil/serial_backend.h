@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The physical limb behind the seam of sim/signals.h: a device, over a link.
 //
-// exchange(command of tick k) sends the command at tick k's deadline, repeats it every 50 ms or more often, and returns at the
-// deadline of tick k + 1 what telemetry said last. Deadlines are absolute: begin + k * period. Before each repetition whoever supervises
-// is asked for the duty, so that neither a signal nor a coil that gets warm waits for a long period to end.
+// exchange(command of tick k) sends the command at a fixed time after tick k's deadline, within which it was computed, repeats it every
+// 50 ms or more often, and returns at the deadline of tick k + 1 what telemetry said last. Deadlines are absolute: begin + k * period.
+// Before each repetition whoever supervises is asked for the duty, so that neither a signal nor a coil that gets warm waits for a long
+// period to end.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "hil/device.h"
@@ -23,6 +25,9 @@ class SerialBackend : public sim::Backend {
   // A tick without a new telemetry frame is NaN in all channels.
   sim::Measurement exchange(const sim::Command& command) override;
 
+  // So long after a deadline, or after the beginning of a part, its command is written: computing takes less, and commands are equally far
+  // apart. One that is not ready by then goes at once.
+  std::int64_t send_offset_us() const { return std::min<std::int64_t>(period_us_ / 10, 1000); }
   // In how many parts a period is sent, each at most 50 ms long.
   std::int64_t parts_of_period() const;
   // Asked before each repetition, with what was measured since the last (NaN: nothing new): puts the duty of the next part into the

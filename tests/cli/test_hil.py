@@ -15,6 +15,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import zlib
 from pathlib import Path
@@ -118,7 +119,17 @@ def test_refusals():
     result = subprocess.run([*project, "platformio", cli.folder / "pio"], capture_output=True, text=True)
     check("a layout does not go into a folder with content", result.returncode == 2 and "not empty" in result.stderr, result.stderr)
     result = subprocess.run([sys.executable, cli.ROOT / "tools/check_firmware"], capture_output=True, text=True)
-    check("cppcheck finds nothing in the firmware, and no MISRA rule is broken without a reason", result.returncode == 0, result.stdout)
+    check("cppcheck finds nothing in the firmware, and no MISRA rule is broken without a reason; all but a board's file compiles for a Cortex-M0+",
+          result.returncode == 0, result.stdout)
+    print(*[line for line in result.stdout.splitlines() if line.startswith("SKIPPED")], sep="\n", end="")
+    write("mine.txt", "mine")
+    for program in ("sinew-board", "sinew-emulator"):
+        command = [Path(cli.program).parent / program, "--link", "mine.txt"]
+        if program == "sinew-emulator":
+            command += ["step.yaml", "--firmware", Path(cli.program).parent / "firmware.elf"]
+        result = subprocess.run(command, cwd=cli.folder, capture_output=True, text=True, timeout=20)
+        check(f"{program} --link with the name of a file: the file stays, exit code 2", result.returncode == 2
+              and "mine.txt" in result.stderr and content("mine.txt") == b"mine", said(result))
     result = sinew("hil", "step.yaml", "--emulate", "--out", "measured", "--measure-board")
     used = re.search(r"^stack: at most (\d+) bytes; with \d+ of variables that leaves (\d+) of 2048\ninterrupt, millisecond: at most ([\d.]+) us",
                      result.stderr, re.M)
@@ -159,7 +170,7 @@ def test_trips():
 
 def test_fault_rows():
     """Rows of the fault table: among them all that is known to go wrong in a first version."""
-    for words, rows in (("fuses:", 3), ("hangs while hot", 2), ("nothing goes through", 1), ("trips, then", 2), ("thermocouple open", 1),
+    for words, rows in (("with relay and dividers", 10), ("fuses:", 3), ("hangs while hot", 2), ("nothing goes through", 1), ("trips, then", 2), ("thermocouple open", 1),
                         ("a bit flipped", 2), ("1 tick late", 1)):
         result = sinew("hil-faults", "--out", "faults", "--only", words, "--quick", timeout=300)
         check(f"fault table, {words}: as due, in time, and not too hot",
@@ -260,6 +271,12 @@ def test_conform():
           and re.search(r"^[5-9]\d as the page says, 0 not, 0 left out$", result.stdout, re.M), said(result))
     result = sinew("conform", "--emulate", "--port", "/dev/null")
     check("conform: port and emulator at once, exit code 2", result.returncode == 2 and "one of the two" in result.stderr, said(result))
+    process = start("conform", "--emulate")
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=20)
+    check("conform: Ctrl-C ends it soon, with the board disarmed, and leaves nothing in the folder of temporary files", process.returncode == 130
+          and "the board says that it is disarmed" in errors and not list(Path(tempfile.gettempdir()).glob("sinew_conform_*")), out + errors)
     with Board("conform") as board:
         for attempt in range(3):  # a busy machine may be late by more than the page allows a board
             result = sinew("conform", "--port", board.port, "--clear-trip")

@@ -43,6 +43,12 @@ struct Bench {
   double noise_K = 0.0;      // of every reading, white
   std::uint64_t reading = 0;
   int angle_raw = -1;  // -1: a limb that bends as coil A gets warm and back as B does
+  bool dividers = false;
+  double supply_V = 7.0;
+  int stuck_tenths = 0;  // of each PWM period, coil B's gate is on, whatever its pin says
+  bool blind = false;    // the converter stands still
+  int away_ms = 0;       // of every 10 ms the main loop is away for so long, and finds the samples afterwards
+  board_drain shown[BOARD_COILS] = {};
   int until_reading = 105, until_command = 1;
 
   explicit Bench(std::uint32_t begin_us = 0) : now_us(begin_us) { supervisor_start(&s, TRIP_NONE, now_us); }
@@ -66,6 +72,7 @@ struct Bench {
         command(now_us);
       }
       supervisor_tick(&s, now_us);
+      if (dividers) look_at_drains();
       if (--until_reading == 0) {
         until_reading = 105;
         std::uint32_t raw[2];
@@ -80,6 +87,20 @@ struct Bench {
         supervisor_angles(&s, &angle);
       }
     }
+  }
+  // PWM of 100 Hz that begins with its gate on.
+  void look_at_drains() {
+    const int tenth = static_cast<int>(now_us / 1000 % 10);
+    for (int j = 0; j < 2; ++j) {
+      const bool on = j == 1 && stuck_tenths > 0 ? tenth < stuck_tenths : tenth * 1000 < s.duty[j];
+      const bool low = on || (j == 0 && (welded || open));
+      shown[j].samples = static_cast<std::uint8_t>(shown[j].samples + !blind);
+      shown[j].low = static_cast<std::uint8_t>(shown[j].low + (low && !blind));
+      if (!low && !blind) shown[j].highest_cV = static_cast<std::uint16_t>(std::lround(supply_V * 100.0));
+    }
+    if (tenth < away_ms) return;
+    supervisor_drains(&s, shown);
+    std::fill_n(shown, BOARD_COILS, board_drain{});
   }
   double shown_degC(int coil) const { return 25.0 + shown_share * (lagged_degC[coil] - 25.0); }
   command_result command(std::uint32_t stamped_us, std::uint16_t live_ms = 220) {
@@ -266,7 +287,9 @@ TEST_CASE("device supervisor: what the amplifier says of its thermocouple trips 
                      {word(-40), TRIP_SENSOR_RANGE},
                      {word(350), TRIP_SENSOR_RANGE},
                      {word(80), TRIP_SENSOR_JUMP},
-                     {word(41, 70), TRIP_JUNCTION}};
+                     {word(10), TRIP_SENSOR_JUMP},
+                     {word(41, 70), TRIP_JUNCTION},
+                     {word(41, -11), TRIP_JUNCTION}};
   for (const auto& one : cases) {
     Bench bench = heating();
     bench.replacing[0] = true;
@@ -280,10 +303,43 @@ TEST_CASE("device supervisor: what the amplifier says of its thermocouple trips 
 }
 
 TEST_CASE("device supervisor: a cold junction that jumps is not believed, though both readings are in range") {
-  Bench bench = heating();
-  bench.junction_degC = 29.0;
-  CHECK(bench.until_off(500) >= 0);
-  CHECK(bench.s.trip_cause == TRIP_JUNCTION);
+  for (const double junction_degC : {21.0, 29.0}) {
+    Bench bench = heating();
+    bench.junction_degC = junction_degC;
+    CHECK(bench.until_off(500) >= 0);
+    CHECK(bench.s.trip_cause == TRIP_JUNCTION);
+  }
+}
+
+TEST_CASE("device supervisor: two readings at one moment are no division by zero, and trip nothing") {
+  Bench bench;
+  bench.armed();
+  const std::uint32_t raw[BOARD_COILS] = {word(25.0), word(25.0)};
+  supervisor_reading(&bench.s, raw, bench.now_us);
+  supervisor_reading(&bench.s, raw, bench.now_us);
+  CHECK(bench.s.state == DEVICE_ARMED);
+}
+
+TEST_CASE("device supervisor: a reading at the limit trips though its line falls: hotter than the limit is too hot") {
+  Bench bench;
+  bench.armed();
+  for (const double shown_degC : {290.0, 276.0, 262.0, 248.0, 234.0, 220.0, 206.0, 192.0, 178.0, 164.0, 151.0}) {
+    bench.s.state = DEVICE_ARMED;  // as if nobody had tripped before
+    const std::uint32_t raw[BOARD_COILS] = {word(shown_degC), word(25.0)};
+    bench.now_us += 105'000;
+    supervisor_reading(&bench.s, raw, bench.now_us);
+    CAPTURE(shown_degC);
+    CHECK(bench.s.state == DEVICE_TRIPPED);
+  }
+}
+
+TEST_CASE("device supervisor: a main loop that was away for a second has all the heat of it in its bound, and half a second of its loss") {
+  Bench bench = heating(5000);
+  const double before_K = bench.s.bound_uK[0] / 1e6;
+  bench.now_us += 1'000'000;
+  supervisor_tick(&bench.s, bench.now_us);
+  // By hand: 0.5 * 30.1 K/s over a second, less 0.045 1/s of what was there over half of one.
+  CHECK(bench.s.bound_uK[0] / 1e6 == doctest::Approx(before_K + 15.05 - 0.5 * 0.045 * before_K).epsilon(0.01));
 }
 
 TEST_CASE("device supervisor: a reading that sticks under duty trips it") {
@@ -488,6 +544,15 @@ TEST_CASE("device supervisor: a bend sensor that stays where heat must have move
   held.run(7000);
   CHECK(held.temperature_degC[0] > 25.0 + 60.0);
   CHECK(held.s.state == DEVICE_ARMED);
+  Bench against;  // the other is warm by less, and may hold it too
+  against.armed();
+  against.commanded[0] = 4500;
+  against.commanded[1] = 1700;
+  against.angle_raw = 8184;
+  against.run(7000);
+  CHECK(against.temperature_degC[0] > 25.0 + 60.0);
+  CHECK(against.temperature_degC[1] < 25.0 + 60.0);
+  CHECK(against.s.state == DEVICE_ARMED);
 }
 
 TEST_CASE("heat bound: against the exact solution, over steps of 10, 50 and 320 ms, it is never below by more than the loss of a step") {
@@ -507,6 +572,89 @@ TEST_CASE("heat bound: against the exact solution, over steps of 10, 50 and 320 
   CHECK(heat_bound_cK(1) == 1);
   CHECK(heat_bound_cK(125'000'000u) == 12500);
   CHECK(heat_bound_cK(4'000'000'000u) == 65535);
+}
+
+TEST_CASE(
+    "device supervisor, dividers: whatever the duty, a limb that is well trips nothing, though the main loop is away for 5 ms of 10") {
+  for (const int away_ms : {0, 5}) {
+    Bench bench;
+    bench.dividers = true;
+    bench.away_ms = away_ms;
+    bench.armed();
+    for (const int duty : {0, 100, 7000, 1000, 0, 6900, 4500, 50, 0}) {
+      CAPTURE(duty);
+      for (int j = 0; j < 2; ++j) bench.commanded[j] = static_cast<std::uint16_t>(duty);
+      bench.run(437);
+      REQUIRE(bench.s.state == DEVICE_ARMED);
+      for (int j = 0; j < 2; ++j) bench.commanded[j] = 0;
+      bench.run(5000);
+      REQUIRE(bench.s.state == DEVICE_ARMED);
+    }
+  }
+}
+
+TEST_CASE(
+    "device supervisor, dividers: a switch that never opens, a coil or a supply that is not there trips within 60 ms, with duty or "
+    "without") {
+  for (const int duty : {0, 1000, 6000, 7000}) {
+    for (const int what : {0, 1, 2}) {
+      CAPTURE(duty);
+      CAPTURE(what);
+      Bench bench = heating(static_cast<std::uint16_t>(duty));
+      bench.dividers = true;
+      bench.run(500);
+      REQUIRE(bench.s.state == DEVICE_ARMED);
+      if (what == 0) bench.welded = true;
+      if (what == 1) bench.open = true;
+      if (what == 2) bench.blind = true;
+      int ms = 0;
+      for (; bench.s.state == DEVICE_ARMED && ms < 200; ++ms) bench.run(1);
+      CHECK(bench.s.trip_cause == TRIP_DRAIN_LOW);
+      CHECK(ms <= 60);
+    }
+  }
+}
+
+TEST_CASE(
+    "device supervisor, dividers: a gate that is on for 0.2 and more of the time without duty trips; that of 0.1 heats no coil beyond 80 "
+    "degC") {
+  for (const int tenths : {1, 2, 3, 7}) {
+    CAPTURE(tenths);
+    Bench bench = heating();
+    bench.dividers = true;
+    bench.run(500);
+    bench.stuck_tenths = tenths;
+    bench.run(200);
+    CHECK((bench.s.trip_cause == TRIP_DRAIN_LOW) == (tenths > 1));
+  }
+}
+
+TEST_CASE(
+    "device supervisor, dividers: a supply above 8.5 V trips within 20 ms, one of 8.4 V does not; what is seen while the relay closes "
+    "counts for nothing") {
+  for (const double supply_V : {8.4, 8.6, 12.0}) {
+    CAPTURE(supply_V);
+    Bench bench = heating(5000);
+    bench.dividers = true;
+    bench.run(500);
+    bench.supply_V = supply_V;
+    bench.run(20);
+    CHECK(bench.s.trip_cause == (supply_V > 8.5 ? TRIP_SUPPLY_HIGH : TRIP_NONE));
+  }
+  Bench closing;
+  closing.dividers = true;
+  closing.open = true;
+  closing.armed();
+  closing.run(LIMIT_DRAIN_SETTLING_ms - 10);
+  closing.open = false;
+  closing.run(1000);
+  CHECK(closing.s.state == DEVICE_ARMED);
+  Bench missing;
+  missing.dividers = true;
+  missing.open = true;
+  missing.armed();
+  missing.run(LIMIT_DRAIN_SETTLING_ms + LIMIT_DRAIN_LOW_ms + 2);
+  CHECK(missing.s.trip_cause == TRIP_DRAIN_LOW);
 }
 
 TEST_CASE("device supervisor: too fast a rise trips it") {

@@ -51,6 +51,37 @@ TEST_CASE("conform: a board as the page says passes, and no coil of it had duty"
   CHECK(board.s.state == DEVICE_DISARMED);
 }
 
+TEST_CASE("conform: a board that answers and never speaks of itself fails, and breaks nothing") {
+  FakeBoard board;
+  board.says_nothing = board.arms_for_anybody = board.never_silent = true;
+  const Heard heard = asked(board, true);
+  CHECK(names(heard, "telemetry: comes"));
+  CHECK(names(heard, "command: of too much duty"));
+  CHECK(board.s.state != DEVICE_ARMED);
+}
+
+TEST_CASE("conform: asked to stop, at whatever moment, it asks nothing more and disarms the board") {
+  FakeBoard whole;
+  asked(whole);
+  for (int share_100 = 0; share_100 < 100; share_100 += 3) {
+    const std::int64_t after_us = whole.now_us * share_100 / 100;
+    CAPTURE(after_us);
+    FakeBoard board;
+    ConformSettings settings;
+    bool said_after = false, stop = false;
+    settings.should_stop = [&] {
+      stop = stop || board.now_us >= after_us;
+      return stop;
+    };
+    settings.say = [&](const ConformFinding&) { said_after = said_after || stop; };
+    const ConformResult result = conform(board, settings);
+    CHECK(result.stopped);
+    CHECK_FALSE(said_after);
+    CHECK(result.brought_to_rest == (after_us > 0));
+    CHECK(board.s.state != DEVICE_ARMED);
+  }
+}
+
 TEST_CASE("conform: with the coils off, too much duty is tried too") {
   FakeBoard board;
   const Heard heard = asked(board, true);

@@ -37,6 +37,7 @@ struct FakeBoard : sinew::hil::Link {
   bool takes_again = false;                 // frames whatever their sequence numbers
   bool swallows_all = false;                // nobody is there
   bool never_silent = false;                // no dead-man
+  bool says_nothing = false;                // answers, and no telemetry
   std::vector<std::uint8_t> out, in;
   int angle_raw = -1;  // what the supervisor is shown of the bend sensor; -1: one that moves with A's heat
   int until_reading = 105, until_telemetry = 20;
@@ -160,7 +161,7 @@ struct FakeBoard : sinew::hil::Link {
     }
     if (--until_telemetry == 0) {
       until_telemetry = telemetry_period_ms;
-      if (session == 0) return;
+      if (session == 0 || says_nothing) return;
       message_telemetry t{};
       t.last_sequence = last_command;
       t.state = s.state;

@@ -251,6 +251,18 @@ TEST_CASE("frame: as long as the board's parts are not known, telemetry of any b
   CHECK(decoded.refused() == 0);
 }
 
+TEST_CASE("frame: a command for a board whose parts are not known is a whole frame too, which nobody obeys") {
+  Decoded decoded(encoded(some_frame(FRAME_COMMAND, 3)), board_parts{});
+  CHECK(decoded.frames.size() == 1);
+}
+
+TEST_CASE("frame: counters of what is refused stop at 65535") {
+  Decoded decoded;
+  decoded.decoder.refused[FRAME_TOO_SHORT] = 65'534;
+  for (int k = 0; k < 3; ++k) decoded.take({1, 0});
+  CHECK(decoded.decoder.refused[FRAME_TOO_SHORT] == 65'535);
+}
+
 TEST_CASE("frame: the wire carries 1 to 8 coils, and at most 8 thermocouples and angles") {
   for (int coils = 0; coils < 256; ++coils) {
     const board_parts parts{static_cast<std::uint8_t>(coils), 0, 0};

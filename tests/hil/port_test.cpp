@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
@@ -97,6 +98,18 @@ TEST_CASE("port: a second opener is refused while the first has it, and not afte
     CHECK(error_of(terminal.name).find("in use") != std::string::npos);
   }
   CHECK(error_of(terminal.name).empty());
+}
+
+TEST_CASE("port: a pseudo-terminal whose other end holds it open, as sinew-board does, can be opened again by who is not root") {
+  Terminal terminal;
+  const int theirs = ::open(terminal.name.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  REQUIRE(theirs >= 0);
+  { Port port(terminal.name, monotonic); }
+  // Root may open it all the same, so the terminal itself is asked.
+  int exclusive = -1;
+  CHECK(::ioctl(theirs, TIOCGEXCL, &exclusive) == 0);
+  CHECK(exclusive == 0);
+  ::close(theirs);
 }
 
 TEST_CASE("port: the other end closing is a lost link, for reader and writer") {

@@ -253,6 +253,31 @@ TEST_CASE("session: an exception from whoever looks on leaves the device disarme
   CHECK(board.s.duty[0] == 0);
 }
 
+TEST_CASE(
+    "session: commands are written at a fixed time after their deadlines, whether they were computed in no time or in a millisecond") {
+  struct Timed : FakeBoard {
+    std::vector<std::int64_t> sent_us;
+    std::int64_t send(std::span<const std::uint8_t> bytes) override {
+      if (s.state == DEVICE_ARMED) sent_us.push_back(now_us);
+      return FakeBoard::send(bytes);
+    }
+  };
+  Timed board;
+  SessionSettings settings;
+  int asked = 0;
+  settings.should_stop = [&](std::int64_t) {
+    if (++asked % 3 == 0) board.step();  // its clock goes on while the session computes
+    return false;
+  };
+  REQUIRE(run_session(scenario(), board, settings).status == SessionStatus::finished);
+  REQUIRE(board.sent_us.size() > 150);
+  // But for those until it said that it is armed, and those that bring it to rest.
+  for (std::size_t k = 3; k + 4 < board.sent_us.size(); ++k) {
+    CAPTURE(k);
+    CHECK(board.sent_us[k + 1] - board.sent_us[k] == 50'000);
+  }
+}
+
 TEST_CASE("session: who runs it can stop it, and the limb is at rest then") {
   FakeBoard board;
   SessionSettings settings;
