@@ -478,6 +478,7 @@ FaultOutcome run_once(const Row& row, double from_s, const std::filesystem::path
     now_us = anew.now_us();
   } catch (const hil::Refused& refused) {
     outcome.came = refused.what();
+    outcome.came.erase(std::min(outcome.came.find('\n'), outcome.came.size()));  // a cell of a table; the rest is advice
     now_us = emulator.receive_until(0).now_us;
   }
   const std::int64_t watched_until_us = now_us + std::llround(watched_s * 1e6);
@@ -778,7 +779,7 @@ int pairs_command(const std::string& out_name, int threads, bool overwrite) {
     late += is_late;
     hot += is_hot;
     if (sees) slowest_ms = std::max(slowest_ms, one.zero_ms < 0.0 ? HUGE_VAL : one.zero_ms);
-    std::string came = one.came.substr(0, one.came.find('\n'));
+    std::string came = one.came;
     std::replace(came.begin(), came.end(), ',', ';');
     csv += std::string(parts[p].name) + ",\"" + first_name + "\"," + parts[q].name + ",\"" + second_name + "\"," + came + "," +
            number(one.zero_ms, "%.3f") + "," + number(one.peak_degC, "%.3f") + "," + number(one.peak_reading_degC, "%.2f") + "," +
