@@ -394,7 +394,7 @@ class Diagnoser {
 
   // Where an explanation leaves something its forcings carry it, and its path must be fitted by itself.
   Fitted path_of(const Explanation& explanation) const {
-    return explanation.unrest < search_.visible_unrest ? fitted(explanation) : polished(explanation, data_, search_.fit);
+    return explanation.unrest < search_.visible_process_noise ? fitted(explanation) : polished(explanation, data_, search_.fit);
   }
 
   plant::Start start_there(const plant::Plant& plant, std::size_t held_out) const {
@@ -488,11 +488,11 @@ class Diagnoser {
       result_.objections.worse_on_held_out = true;
     }
     if (effects_.empty() && laws_.empty()) {
-      result_.verdict = leaves_something(core(), search_.visible_unrest) ? Verdict::unexplained : Verdict::consistent;
+      result_.verdict = leaves_something(core(), search_.visible_process_noise) ? Verdict::unexplained : Verdict::consistent;
       return;
     }
     const bool explains = result_.explained_share >= settings_.least_explained_share;
-    discrepancy_remains_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_unrest);
+    discrepancy_remains_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_process_noise);
     if (!laws_.empty()) {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
@@ -593,7 +593,7 @@ class Diagnoser {
   // What the plant as given can do by the other weighting of the channels, from the same search effort. What was added must be better than
   // either, channel by channel. Where nothing was, and the plant is wrong, there is one weighting: `calibrate`'s.
   void calibrate_as_given() {
-    if (nothing_added() && core().unrest < search_.visible_unrest) return;  // both weigh by the sensors' noise
+    if (nothing_added() && core().unrest < search_.visible_process_noise) return;  // both weigh by the sensors' noise
     tell(0.985, "calibrating the plant as given");
     CalibrationSettings calibration;
     calibration.start = search_.fit.start;

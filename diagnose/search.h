@@ -26,8 +26,8 @@ struct SearchSettings {
   // A further effect must gain at least this share of what the first one did: beside a strong effect the linearised noise
   // model is off by as much.
   double least_share_of_first = 0.015;
-  double settled_unrest = 40.0;   // unrest below this is nothing
-  double visible_unrest = 250.0;  // unrest of the core above this is missing physics, whether or not it has a name
+  double settled_process_noise = 40.0;   // unrest below this is nothing
+  double visible_process_noise = 250.0;  // unrest of the core above this is missing physics, whether or not it has a name
   // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
   double nothing_left_share = 0.002;
   std::size_t pairs = 8;       // fitted at once, where effects one by one leave something

@@ -187,7 +187,8 @@ Figure share_of_refit(const Cases& cases) {
   for (const Case& one : cases)
     if (const HeldOut& error = one.reported.held_out; names_something(one))
       if (const auto share = share_of_reduction(error.before, error.after, error.refit)) shares.push_back(*share);
-  return {"held-out error: median share of the reduction of one who knows the effect", median_of(shares, true), at_least(0.95)};
+  return {"held-out error: median share of the reduction an oracle reaches (true effect, fitted strength)", median_of(shares, true),
+          at_least(0.95)};
 }
 
 // Whatever was answered: of the reduction that the generator's own law reaches (oracle.h).
