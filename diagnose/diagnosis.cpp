@@ -13,7 +13,6 @@ namespace {
 constexpr double two_sided_95 = 1.959964;
 constexpr std::size_t most_samples_at_once = 50'000;  // each start of a calibration keeps a path of its own: memory
 constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
-constexpr double two_suffice_share = 0.98;            // of the misfit: a third effect is one too many
 
 bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
@@ -66,8 +65,8 @@ bool sensible(plant::EffectId effect, const Explanation& by) {
 }
 
 // Which of the explanations that the search passed is the answer. All effects that were accepted, if together they
-// leave nothing; without the last where that has a value that no plant has, or is a third and the two explain nearly
-// all. Otherwise what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
+// leave nothing; without the last where that has a value that no plant has, and the others explain nearly all. Otherwise
+// what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
   if (!laws_of(search.best, search.core).empty()) return search.best;
   if (nothing_left(search, settings.search)) {
@@ -75,9 +74,7 @@ Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
     for (const Round& round : search.rounds)
       if (round.accepted) last = &round;
     const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
-    const bool third =
-        last && search.rounds.size() > 2 && last == &search.rounds[2] && share_explained(search.core, last->before) >= two_suffice_share;
-    const bool keep = !last || (!third && sensible(last->candidates.front().effect, search.best)) || !enough(last->before);
+    const bool keep = !last || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
     return keep ? search.best : last->before;
   }
   for (const Round& round : search.rounds)
@@ -104,7 +101,7 @@ Objections objections_to(const Explanation& answer, const std::vector<plant::Eff
         share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
       result.channels.push_back(c);
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
-  result.patchwork = effects.size() > 2;
+  result.patchwork = effects.size() > 2 && answer.unrest >= settings.search.visible_process_noise;
   result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return !sensible(e, answer); });
   return result;
 }

@@ -49,7 +49,7 @@ struct Objections {
   bool pushes_parameters = false;          // away from what is believed
   bool at_a_bound = false;                 // a shape of an effect
   bool worse_on_held_out = false;          // beyond chance
-  bool patchwork = false;                  // more than two effects: one that is not known is likelier than three that are
+  bool patchwork = false;                  // more than two effects that leave something: one that is not known is likelier
   bool none() const {
     return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_held_out && !patchwork;
   }
