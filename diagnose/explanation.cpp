@@ -145,10 +145,28 @@ Guess Explanation::as_guess() const {
   Guess guess;
   for (std::size_t u = 0; u < problem->unknowns().size(); ++u) guess.values[problem->unknowns()[u].name] = value(u);
   guess.forcing = forcing;
+  guess.idle_before = problem->idle_before();
   return guess;
 }
 
 namespace {
+
+Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
+                             const ExplanationSettings& settings);
+
+// Where inputs act late, and a recording begins with a command, that command was held before or none was: as fits better.
+void ask_what_was_before(Explanation& given, const std::vector<FitData>& data, const ExplanationSettings& settings) {
+  if (!given.usable || settings.start == StartPolicy::at_rest || given.model().equations()->input_delay_s() <= 0.0) return;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const std::vector<double>& first = data[r].recording->samples.front().inputs;
+    if (std::all_of(first.begin(), first.end(), [](double input) { return input == 0.0; })) continue;
+    Guess guess = given.as_guess();
+    guess.idle_before.resize(data.size(), false);
+    guess.idle_before[r] = !guess.idle_before[r];
+    Explanation other = explain_as_begun(given.problem->centres(), data, guess, settings);
+    if (other.usable && other.log_posterior > given.log_posterior) given = std::move(other);
+  }
+}
 
 // The surroundings as they were found, but not less than what a search for their size can begin with.
 ForcingSize nuisance_to_begin_with(const Explanation& at) {
@@ -216,10 +234,21 @@ double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingS
 
 Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
                     const ExplanationSettings& settings) {
+  Explanation result = explain_as_begun(centres, data, guess, settings);
+  ask_what_was_before(result, data, settings);
+  return result;
+}
+
+namespace {
+
+Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
+                             const ExplanationSettings& settings) {
   Explanation result;
-  result.problem =
+  const auto made =
       std::make_shared<FitProblem>(centres, settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres), data,
                                    settings.start, settings.numerics);
+  made->set_idle_before(guess.idle_before);
+  result.problem = made;
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
   const Blocks& blocks = *result.blocks;
@@ -288,5 +317,7 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
   result.usable = std::isfinite(result.log_evidence);
   return result;
 }
+
+}  // namespace
 
 }  // namespace sinew::diagnose

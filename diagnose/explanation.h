@@ -24,7 +24,8 @@ namespace sinew::diagnose {
 // its prior's centre.
 struct Guess {
   std::map<std::string, double> values;
-  ForcingSize forcing{};  // empty: forcing_to_begin_with
+  ForcingSize forcing{};            // empty: forcing_to_begin_with
+  std::vector<bool> idle_before{};  // FitProblem::idle_before
 };
 
 struct ExplanationSettings {

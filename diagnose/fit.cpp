@@ -88,7 +88,7 @@ plant::Plant FitProblem::plant_at(const double* z) const {
 plant::Start FitProblem::start_at(const double* z, std::size_t recording) const {
   plant::Start start{std::vector<std::optional<double>>(states_.size()), {}};
   if (start_ == StartPolicy::at_rest) return start;
-  start.inputs = data_[recording].recording->samples.front().inputs;
+  if (recording >= idle_before_.size() || !idle_before_[recording]) start.inputs = data_[recording].recording->samples.front().inputs;
   const std::size_t first = parameters_.size() + recording * free_states_.size();
   for (std::size_t i = 0; i < free_states_.size(); ++i) start.given[free_states_[i].index] = value(first + i, z[first + i]);
   return start;

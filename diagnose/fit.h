@@ -69,6 +69,9 @@ class FitProblem {
   const plant::System& system() const { return centres_.system(); }
   // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
   const std::vector<plant::StateId>& free_states() const { return free_states_; }
+  // Where inputs act late, what was commanded before a recording acts in it: its first command, or nothing.
+  void set_idle_before(std::vector<bool> idle) { idle_before_ = std::move(idle); }
+  const std::vector<bool>& idle_before() const { return idle_before_; }  // empty: none
   void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) { data_[recording].deviation[channel] = deviation; }
   std::size_t residual_count() const { return rows_.size() + unknowns_.size() + orders_.size(); }
   // Rows of the pairs that physics orders, and their derivatives [orders x unknowns]; 0 where the order is kept.
@@ -91,6 +94,7 @@ class FitProblem {
   std::vector<plant::ParameterId> parameters_;
   std::vector<FitData> data_;
   StartPolicy start_;
+  std::vector<bool> idle_before_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
   struct Order {

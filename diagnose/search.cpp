@@ -127,7 +127,6 @@ class Searcher {
   }
 
   std::size_t base_count() const { return static_cast<std::size_t>(std::count(nominal_.on().begin(), nominal_.on().end(), true)); }
-  bool is_core(const Explanation& at) const { return at.effects().size() == base_count() && !has_laws(at); }
 
   std::vector<plant::EffectId> candidates_at(const Explanation& at) const { return addable(at.problem->centres(), settings_.without); }
 
@@ -168,9 +167,9 @@ class Searcher {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      // Where the score is of a finite step, from a core that may have gone far, it does not rank.
+      // Where the score is of a finite step, from a plant that may have gone far without it, it does not rank.
       const bool in_the_running = candidates.size() < most && (score.statistic >= 4.0 || candidates.empty());
-      if (in_the_running || (score.is_difference && is_core(at))) candidates.push_back({score.effect, score, {}});
+      if (in_the_running || score.is_difference) candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
     ExplanationSettings shortly = settings_.fit;

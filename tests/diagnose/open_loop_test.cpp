@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "diagnose/score.h"
 #include "tests/diagnose/one_limb.h"
@@ -35,7 +36,39 @@ diagnose::FoldErrors folds_of(const std::vector<double>& errors) {
   return folds;
 }
 
+// A limb whose commands act 0.35 s late.
+sim::Scenario driven_late() {
+  sim::Scenario scenario = testing::babbling(40.0, diagnose::with_effect(plant::default_plant(), testing::effect("input_delay")));
+  scenario.plant.set(testing::parameter("input_delay.delay_s"), 0.35);
+  return scenario;
+}
+
 }  // namespace
+
+TEST_CASE("open loop: where inputs act late, a recording says whether there was a command before it") {
+  const sim::Recording all = testing::recorded(driven_late());
+  const auto driven = [](const sim::Sample& sample) { return sample.inputs[0] + sample.inputs[1] > 0.3; };
+  const auto from = [&](std::size_t first) {
+    sim::Recording rest = all;
+    rest.samples.erase(rest.samples.begin(), rest.samples.begin() + static_cast<std::ptrdiff_t>(first));
+    return rest;
+  };
+  std::size_t first = 0;
+  while (!driven(all.samples[first])) ++first;
+  std::size_t held = first + 50;
+  while (!driven(all.samples[held]) || all.samples[held].inputs != all.samples[held - 5].inputs) ++held;
+  const sim::Recording whole = from(first), middle = from(held);
+  const diagnose::ExplanationSettings settings;
+  diagnose::Guess guess;
+  guess.values["input_delay.delay_s"] = 0.3;
+  const plant::Plant late = diagnose::with_effect(plant::default_plant(), testing::effect("input_delay"));
+  for (const auto& [recording, idle] : std::map<const sim::Recording*, bool>{{&whole, true}, {&middle, false}}) {
+    const Explanation found = diagnose::explain(late, testing::data_of(*recording), guess, settings);
+    REQUIRE(found.usable);
+    CHECK(found.model().get(testing::parameter("input_delay.delay_s")) == doctest::Approx(0.35).epsilon(0.03));
+    CHECK((found.start(0).inputs.empty() == idle));
+  }
+}
 
 TEST_CASE("open loop: the polished path is no further from the recording than the explanation's own") {
   const testing::FittedCore limb(lagging_thermocouples());
