@@ -63,7 +63,7 @@ class Searcher {
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
     result.core = first.before;
-    if (first.accepted) settle(first.candidates.front().explanation);
+    if (first.accepted) settle(first);
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
@@ -112,6 +112,20 @@ class Searcher {
     try_from(path, explanation);
   }
 
+  // Of a round that accepted an effect: all that stand as near to the first as a fit that stuck may be.
+  void settle(Round& round) const {
+    std::vector<Candidate>& candidates = round.candidates;
+    const double near = candidates.front().explanation.log_evidence - 0.5 * settings_.least_gain;
+    const auto end = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
+      return !candidate.explanation.usable || candidate.explanation.log_evidence < near;
+    });
+    sim::in_parallel(static_cast<std::size_t>(end - candidates.begin()), settings_.threads,
+                     [&](std::size_t i) { settle(candidates[i].explanation); });
+    std::stable_sort(candidates.begin(), candidates.end(), better);
+    round.gain = 2.0 * (candidates.front().explanation.log_posterior - round.before.log_posterior);
+    round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
+  }
+
   // What two effects hardly begin to account for is not in the catalogue: a third would only bend the fit.
   static bool hopeless(const Search& result) { return result.rounds.size() >= 2 && share_explained(result.core, result.best) < 0.5; }
 
@@ -119,7 +133,7 @@ class Searcher {
     while (result.best.effects().size() < settings_.most_effects + base_count() && !hopeless(result)) {
       Round round = one_round(result.best, result.rounds.size(), result.rounds.front().gain);
       const bool accepted = round.accepted;
-      if (accepted) settle(round.candidates.front().explanation);
+      if (accepted) settle(round);
       result.best = accepted ? round.candidates.front().explanation : round.before;
       result.rounds.push_back(std::move(round));
       if (!accepted) break;

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Concealed cases of development: one in which the core, that has to do without the effect, goes so far that nothing there
 points to it, and eight in which nothing is missing. With --long a dozen more through `sinew prove --few`: each must be
-answered right, and one in what varies; and what the oracle reaches of a case outside the catalogue.
+answered right, and one in what varies; what the oracle reaches of a case outside the catalogue; and two and three effects at once.
 Usage: few.py PROGRAM OUT [--long]. Last line: N passed, N failed."""
 import json
 import pathlib
@@ -72,10 +72,31 @@ def instead():
         failed.append(f"the lag instead of the junction: {run.stderr} {cases}")
 
 
+def three():
+    """Three effects, none of which the other two can stand for; and a delay that acts in a recording before which nothing was commanded."""
+    global passed
+    for seed, kinds in (("113", ("cross_heating+resistance_change+angle_sensor_lag", "body_heat_storage+supply_sag+dry_friction")),
+                        ("105", ("input_delay+fatigue",))):
+        folder = out / f"three_{seed}"
+        run = subprocess.run([program, "prove", "--first-seed", seed, "--seeds", "1", "--families", "triple,pair", "--kinds", *kinds,
+                              "--training", "300", "--held-out", "150", "--without-baselines", "--out", str(folder)],
+                             capture_output=True, text=True)
+        answers = json.loads((folder / "answers.json").read_text())
+        for file in folder.glob("cases/*.json"):
+            case, truth = json.loads(file.read_text()), {e["name"] for e in answers[file.stem]["effects"]}
+            if case["verdict"] == "missing_physics" and {e["name"] for e in case["effects"]} == truth:
+                passed += 1
+            else:
+                failed.append(f"{file.stem}: {run.stderr} {case['verdict']} {case['effects']}")
+        if len(answers) != len(kinds):
+            failed.append(f"{len(answers)} cases of seed {seed}")
+
+
 if "--long" in sys.argv[3:]:
     few()
     oracle()
     instead()
+    three()
 afresh = out / "afresh"
 run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--families", "catalogue", "--kinds", "sheath_heat_storage",
                       "--without-baselines", "--out", str(afresh)], capture_output=True, text=True)
