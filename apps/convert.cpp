@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sinew convert: the file of any logger into a recording, by a map; without one, the limb's own logger of 21 columns.
+// sinew convert: the file of any logger into a recording, by a map; without one, the limb's own logger of 21 columns. And what the
+// program wrote into the formats of others: recordings into .mat and HDF5, an LSTM into ONNX.
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -9,7 +10,10 @@
 #include "apps/app.h"
 #include "apps/ends_soon.h"
 #include "apps/outputs.h"
+#include "apps/training.h"
 #include "model/hdf5_file.h"
+#include "model/lstm_predictor.h"
+#include "model/onnx_file.h"
 #include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/log_map.h"
@@ -29,12 +33,13 @@ void say_what_was_written(std::size_t samples, const std::string& duration_s, co
 
 void refuse(std::string key, std::string advice) { throw sim::InputError({.key = std::move(key), .advice = std::move(advice)}); }
 
-enum class OutputKind { csv, mat, hdf5 };
+enum class OutputKind { csv, mat, hdf5, onnx };
 
 // By the ending of the name.
 OutputKind kind_of_output(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".mat") return OutputKind::mat;
+  if (ending == ".onnx") return OutputKind::onnx;
   return ending == ".h5" || ending == ".hdf5" ? OutputKind::hdf5 : OutputKind::csv;
 }
 
@@ -89,6 +94,22 @@ void say_table(const sim::Table& table, const std::string& notes, const std::str
                        sim::rounded(sim::lower_median(std::move(steps_s)), 5), notes, output);
 }
 
+void convert_to_onnx(const std::string& path, const std::string& output) {
+  if (!std::filesystem::exists(weights_path(path)))
+    throw sim::InputError({.file = weights_path(path), .advice = "is not there; an ONNX file is made of the weights.h5 of `sinew train`"});
+  const auto predictor = read_predictor_at(path);
+  const auto* lstm = dynamic_cast<const model::LstmPredictor*>(predictor.get());
+  if (!lstm)
+    throw sim::InputError({.file = weights_path(path),
+                           .key = "predictor",
+                           .value = predictor->about().kind,
+                           .advice = "has no form in ONNX: must be an LSTM, published or stateful"});
+  sim::write_file_whole(output, model::to_onnx(lstm->model()));
+  const model::AboutPredictor& about = lstm->about();
+  std::printf("%s, case %d: %s from %s\nwritten: %s\n", about.kind.c_str(), about.task.paper_case, about.task.predicted.name.c_str(),
+              words_of(about.task).c_str(), output.c_str());
+}
+
 void convert_by_map(const std::string& log, const std::string& output, const std::string& map_path) {
   std::optional<EndsSoon> ends_soon(nullptr);
   const sim::LogMap map = sim::read_log_map(map_path);
@@ -108,9 +129,11 @@ void add_convert(CLI::App& program, int& exit_code) {
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      program.add_subcommand("convert", "Convert the file of any logger into a recording, and recordings into .mat or HDF5.");
-  command->add_option("log", arguments->log, "the logger's file: text, MATLAB's .mat, or HDF5; or a CSV that sinew wrote");
-  command->add_option("recording", arguments->recording, "the file to write: CSV, or by its ending .mat, .h5 or .hdf5");
+      program.add_subcommand("convert",
+                             "Convert the file of any logger into a recording, recordings into .mat or HDF5, an LSTM into ONNX.");
+  command->add_option("log", arguments->log,
+                      "the logger's file: text, MATLAB's .mat, or HDF5; a CSV that sinew wrote; or a predictor, as `rollout` takes it");
+  command->add_option("recording", arguments->recording, "the file to write: CSV, or by its ending .mat, .h5, .hdf5 or .onnx");
   command->add_option("--map", arguments->map, "what the columns mean (docs/convert.md); without it: the limb's logger of 21 columns");
   command->add_option("--suggest", arguments->suggest, "print a map to begin with for this file")->option_text("FILE");
   command->add_flag("--swap-sides", arguments->swap_sides, "without a map: pwm_1 and Tr are coil A");
@@ -121,7 +144,8 @@ void add_convert(CLI::App& program, int& exit_code) {
       "  sinew convert robot.csv recording.csv --map robot.map.yaml\n"
       "  sinew convert DATA_EMPS.mat emps.csv --map plant/emps/emps.map.yaml\n"
       "  sinew convert LOGGER.txt recording.csv\n"
-      "  sinew convert recording.csv recording.mat");
+      "  sinew convert recording.csv recording.mat\n"
+      "  sinew convert results/lstm4 lstm4.onnx");
   command->callback([arguments, &exit_code] {
     const Arguments& a = *arguments;
     exit_code = 0;
@@ -134,6 +158,11 @@ void add_convert(CLI::App& program, int& exit_code) {
     InputPaths read{.files = {a.log}};
     if (!a.map.empty()) read.files.push_back(a.map);
     check_output_file(a.recording, read, a.overwrite);
+    if (kind_of_output(a.recording) == OutputKind::onnx) {
+      if (!a.map.empty() || a.swap_sides) refuse("--map, --swap-sides", "are for recordings: an .onnx file is made of a predictor");
+      convert_to_onnx(a.log, a.recording);
+      return;
+    }
     if (!a.map.empty()) {
       if (a.swap_sides) refuse("--swap-sides", "is for the limb's own logger; a map names each coil's columns");
       convert_by_map(a.log, a.recording, a.map);

@@ -14,7 +14,9 @@
 #include <thread>
 
 #include "apps/app.h"
+#include "apps/handover.h"
 #include "apps/limb_link.h"
+#include "apps/live_page.h"
 #include "apps/outputs.h"
 #include "apps/terminal.h"
 #include "apps/training.h"
@@ -39,9 +41,20 @@ struct HilArguments {
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   double corrupt_share = 0.0;
+  std::optional<int> page;
   bool emulate = false, clear_trip = false, ignore_bend_sensor = false, allow_overruns = false, relay = false, dividers = false,
        measure_board = false, overwrite = false;
 };
+
+const char* difference_unit(const plant::ChannelInfo& channel) { return channel.kind == "temperature" ? "K" : "deg"; }
+
+std::string words_of(const hil::Departure& one, const hil::SessionView& view, const plant::System& system) {
+  const plant::ChannelInfo& channel = system.channels()[one.channel];
+  char text[160];
+  std::snprintf(text, sizeof text, "at %.1f s: %s has left the twin by more than noise since %.1f s (now %+.2f %s)", one.said_s,
+                channel.short_name.c_str(), one.onset_s, (*view.residual)[one.channel.index], difference_unit(channel));
+  return text;
+}
 
 // The lines of a session: in a terminal they update in place, otherwise one goes out now and then.
 class View {
@@ -60,12 +73,7 @@ class View {
   }
 
   void show(const hil::SessionView& v, std::optional<double> predicted_deg) {
-    for (const hil::Departure& one : v.departures) {
-      char text[160];
-      std::snprintf(text, sizeof text, "at %.1f s: %s has left the twin by more than noise since %.1f s (now %+.2f %s)", one.said_s,
-                    info(one.channel).short_name.c_str(), one.onset_s, (*v.residual)[one.channel.index], difference_unit(one.channel));
-      say(text);
-    }
+    for (const hil::Departure& one : v.departures) say(words_of(one, v, *system_));
     if (in_place_) {
       // Ten a second at most: a terminal is slower than lock step.
       const auto now = std::chrono::steady_clock::now();
@@ -99,11 +107,10 @@ class View {
     return v.state == DEVICE_ARMED ? "armed" : v.state == DEVICE_TRIPPED ? "TRIPPED" : "disarmed";
   }
   const plant::ChannelInfo& info(plant::ChannelId c) const { return system_->channels()[c]; }
-  const char* difference_unit(plant::ChannelId c) const { return info(c).kind == "temperature" ? "K" : "deg"; }
   std::string residual(const hil::SessionView& v, plant::ChannelId channel) const {
     if (!v.residual) return "";
     char text[48];
-    std::snprintf(text, sizeof text, "  %s%+.2f %s", "off the twin ", (*v.residual)[channel.index], difference_unit(channel));
+    std::snprintf(text, sizeof text, "  %s%+.2f %s", "off the twin ", (*v.residual)[channel.index], difference_unit(info(channel)));
     return text;
   }
   std::string off_prediction(const hil::SessionView& v, std::optional<double> predicted_deg) const {
@@ -124,8 +131,7 @@ class View {
   std::chrono::steady_clock::time_point shown_{};
 };
 
-// Draws in a thread of ordinary priority, for a terminal may take its time: the loop hands over through a ring, and what finds it full
-// is not drawn. A slot keeps its memory: nothing is freed by another thread than the one that allocates.
+// Draws in a thread of ordinary priority, for a terminal may take its time: the loop hands over, and what finds no room is not drawn.
 class ViewApart {
  public:
   explicit ViewApart(View& view) : view_(view), thread_([this] { draw(); }) {}
@@ -134,14 +140,14 @@ class ViewApart {
     thread_.join();
   }
   void show(const hil::SessionView& now, std::optional<double> predicted_deg) {
-    put([&](Slot& slot) {
+    slots_.put([&](Slot& slot) {
       slot.line.clear();
       slot.view = now;
       slot.predicted_deg = predicted_deg;
     });
   }
   void say(const std::string& line) {
-    put([&](Slot& slot) { slot.line = line; });
+    slots_.put([&](Slot& slot) { slot.line = line; });
   }
 
  private:
@@ -150,32 +156,22 @@ class ViewApart {
     hil::SessionView view;
     std::optional<double> predicted_deg;
   };
-  template <class Fill>
-  void put(Fill&& fill) {
-    const std::size_t at = given_.load(std::memory_order_relaxed);
-    if (at - drawn_.load(std::memory_order_acquire) == slots_.size()) return;
-    fill(slots_[at % slots_.size()]);
-    given_.store(at + 1, std::memory_order_release);
-  }
   void draw() {
     give_priority_back();
     for (;;) {
       const bool last = ended_.load(std::memory_order_acquire);
-      for (std::size_t at = drawn_.load(std::memory_order_relaxed); at != given_.load(std::memory_order_acquire);
-           drawn_.store(++at, std::memory_order_release)) {
-        const Slot& slot = slots_[at % slots_.size()];
+      slots_.take([this](const Slot& slot) {
         if (slot.line.empty())
           view_.show(slot.view, slot.predicted_deg);
         else
           view_.say(slot.line);
-      }
+      });
       if (last) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   }
   View& view_;
-  std::vector<Slot> slots_ = std::vector<Slot>(1024);
-  std::atomic<std::size_t> given_{0}, drawn_{0};
+  Handover<Slot> slots_{1024};
   std::atomic<bool> ended_{false};
   std::thread thread_;
 };
@@ -284,6 +280,13 @@ int hil_command(const HilArguments& arguments) {
     companion.emplace(read_predictor_at(arguments.predict), scenario.plant);
   }
 
+  // Before anything is said to the board, and before the loop takes its priority: the page's thread has none.
+  std::optional<LivePage> page;
+  if (arguments.page)
+    page.emplace(*arguments.page, scenario.plant,
+                 LivePage::Shows{"Session: " + std::filesystem::path(arguments.scenario).stem().string(), settings.twin.has_value(),
+                                 companion.has_value()});
+
   const hil::MonotonicClock clock;
   std::unique_ptr<hil::Link> link;
   std::unique_ptr<hil::TamperedLink> tampered;
@@ -321,8 +324,15 @@ int hil_command(const HilArguments& arguments) {
   settings.show = [&](const hil::SessionView& now) {
     const std::optional<double> predicted_deg = companion ? companion->at(now) : std::nullopt;
     apart ? apart->show(now, predicted_deg) : view.show(now, predicted_deg);
+    if (!page) return;
+    for (const hil::Departure& one : now.departures) page->say(words_of(one, now, scenario.plant.system()));
+    page->show(now, predicted_deg);
   };
-  settings.say = [&](const std::string& line) { apart ? apart->say(line) : view.say(line); };
+  settings.say = [&](const std::string& line) {
+    apart ? apart->say(line) : view.say(line);
+    if (page) page->say(line);
+  };
+  if (page) page->begin(std::filesystem::path(arguments.scenario).filename().string(), scenario.duration_s);
   hil::SessionResult result;
   if (!outputs) {
     outputs.emplace(free_folder(), read, false, true);
@@ -331,6 +341,7 @@ int hil_command(const HilArguments& arguments) {
   const std::filesystem::path& out = outputs->folder();
   const auto not_armed = [&](const std::string& why) {
     apart.reset();
+    if (page) page->end("Not armed: " + why);
     std::fprintf(stderr, "not armed: %s\n", why.c_str());
     return 1;
   };
@@ -343,6 +354,7 @@ int hil_command(const HilArguments& arguments) {
   }
   apart.reset();
   if (settings.real_time_priority) give_priority_back();
+  if (page) page->end("The session has ended: " + std::string(hil::words(result.status)) + (result.why.empty() ? "" : ", " + result.why));
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
@@ -428,11 +440,13 @@ void add_hil(CLI::App& program, int& exit_code) {
   command->add_flag("--dividers", arguments->dividers, "--emulate: dividers that show the board the drains of its switches");
   command->add_flag("--measure-board", arguments->measure_board,
                     "--emulate: at the end, the stack that the board's program used, and its interrupts' longest times");
+  add_page(*command, arguments->page);
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --out results/today\n"
       "  sinew hil scenarios/babble_bidirectional.yaml --emulate --twin plant/limbs/paper_limb.yaml\n"
       "  sinew hil scenarios/babble_bidirectional.yaml --emulate --predict results/lstm4\n"
+      "  sinew hil scenarios/babble_bidirectional.yaml --port /dev/serial/by-id/usb-... --page 8765   # http://127.0.0.1:8765/\n"
       "  sinew hil scenarios/step.yaml --emulate --fault sensor_open:A@3.0");
   command->callback([arguments, &exit_code] { exit_code = hil_command(*arguments); });
 }

@@ -21,6 +21,7 @@
 #include "apps/ends_soon.h"
 #include "apps/investigation_page.h"
 #include "apps/limb_link.h"
+#include "apps/live_page.h"
 #include "apps/outputs.h"
 #include "apps/terminal.h"
 #include "diagnose/calibrate.h"
@@ -50,6 +51,7 @@ struct InvestigateArguments {
   std::string plant, port, out, budget = "30min", effect;
   std::vector<std::string> training, without, faults;
   double probability = 0.95, first_s = 120.0, longest_s = 160.0, strength = 1.0;
+  std::optional<int> page;
   std::int64_t seed = 1, limb_seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool emulate = false, dry = false, ask = false, clear_trip = false, replay = false, overwrite = false;
@@ -86,13 +88,15 @@ Json identity_of(const InvestigateArguments& arguments, const std::string& plant
   return json;
 }
 
-// What is believed, as bars, and what is going on: on standard error, in place where that is a terminal.
+// What is believed, as bars, and what is going on: on standard error, in place where that is a terminal. The page, if there is one, gets
+// sessions, lines and beliefs.
 class Board {
  public:
-  Board() : in_place_(may_move_cursor()) {}
+  explicit Board(LivePage* page) : in_place_(may_move_cursor()), page_(page) {}
   ~Board() { settle(); }
   void say(const std::string& text) {
     const std::lock_guard lock(mutex_);
+    if (page_) page_->say(text);
     erase();
     std::fprintf(stderr, "%s\n", report::wrap(text).c_str());
     draw();
@@ -103,6 +107,7 @@ class Board {
     bars_.clear();
     constexpr int width = 40;
     std::size_t shown = 0;
+    std::string line_of_page;
     for (const auto& answer : believed.answers) {
       if (answer.probability < 0.01 || ++shown > 8) break;
       std::string bar;
@@ -110,12 +115,24 @@ class Board {
       char line[128];
       std::snprintf(line, sizeof line, "  %-34.34s %5.1f %%  ", answer.key.c_str(), 100.0 * answer.probability);
       bars_.push_back(line + bar);
+      std::snprintf(line, sizeof line, "%s%.60s %.1f %%", line_of_page.empty() ? "Believed: " : ", ", answer.key.c_str(),
+                    100.0 * answer.probability);
+      line_of_page += line;
     }
+    if (page_ && !line_of_page.empty()) page_->say(line_of_page);
     if (!in_place_) {
       for (const std::string& bar : bars_) std::fprintf(stderr, "%s\n", bar.c_str());
       bars_.clear();
     }
     draw();
+  }
+  void session(const std::string& name, double duration_s) {
+    const std::lock_guard lock(mutex_);
+    if (page_) page_->begin(name, duration_s);
+  }
+  void sample(const hil::SessionView& view) {
+    const std::lock_guard lock(mutex_);
+    if (page_) page_->show(view, std::nullopt);
   }
   void now(const std::string& line) {
     const std::lock_guard lock(mutex_);
@@ -147,6 +164,7 @@ class Board {
     if (!now_.empty()) std::fprintf(stderr, "%.99s\n", now_.c_str()), ++lines_;
   }
   bool in_place_;
+  LivePage* page_;
   std::mutex mutex_;
   std::vector<std::string> bars_;
   std::string now_;
@@ -242,9 +260,11 @@ class SessionLimb : public investigate::Limb {
     settings.should_stop = [](std::int64_t) { return interrupted(); };
     settings.show = [&](const hil::SessionView& view) {
       timed.add(view);
+      board_.sample(view);
       board_.now(line_of(name, view, scenario.duration_s, parts));
     };
     settings.say = [&](const std::string& line) { board_.say(line); };
+    board_.session(name, scenario.duration_s);
     const hil::SessionResult result = hil::run_session(scenario, logged, settings);
     files["recording.csv"] = result.recording_csv;
     files["wire.bin"] = logged.log();
@@ -436,6 +456,8 @@ std::string concealed_text(const InvestigateArguments& arguments) {
 }
 
 int investigate_command(InvestigateArguments arguments) {
+  if (arguments.page && (arguments.replay || arguments.dry))
+    throw sim::InputError({.key = "--page", .advice = "shows sessions, and --dry-run and --replay run none"});
   if (arguments.replay) return replay_investigation(arguments.out, arguments.threads);
   if (arguments.plant.empty()) throw sim::InputError({.key = "--plant", .advice = "is needed: the plant to begin from, in YAML"});
   if (arguments.emulate == !arguments.port.empty())
@@ -508,7 +530,10 @@ int investigate_command(InvestigateArguments arguments) {
       unwritten.emplace(name, given[k]);
     }
 
-  Board board;
+  std::optional<LivePage> page;
+  if (arguments.page)
+    page.emplace(*arguments.page, plant, LivePage::Shows{.title = "Investigation of " + fs::path(arguments.plant).stem().string()});
+  Board board(page ? &*page : nullptr);
   if (!goes_on && !arguments.dry) {
     outputs.stage("plant.yaml", plant_yaml);
     if (!arguments.effect.empty()) outputs.stage("concealed.json", concealed_text(arguments));
@@ -559,6 +584,7 @@ int investigate_command(InvestigateArguments arguments) {
   const auto finish = [&] {
     ends_soon.reset();
     board.settle();
+    if (page) page->end("The investigation has ended. " + state.ending_words);
     if (arguments.dry) return;
     save(state);
     for (const auto& [name, content] : reports_of(state, plant, out)) sim::write_file_whole(out / name, content);
@@ -624,6 +650,7 @@ void add_investigate(CLI::App& program, int& exit_code) {
   command->add_flag("--ask", arguments->ask, "wait for a yes before each session");
   command->add_flag("--clear-trip", arguments->clear_trip, "clear a trip that the board remembers, in the first session");
   command->add_flag("--replay", arguments->replay, "make everything in --out again from its wires and recordings, and compare the bytes");
+  add_page(*command, arguments->page);
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Given the same --out again, it goes on where it was stopped.\n"
@@ -631,6 +658,8 @@ void add_investigate(CLI::App& program, int& exit_code) {
       "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --budget 30min --out results/mine\n"
       "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --effect latent_heat --limb-seed 7 --out results/concealed\n"
       "  sinew investigate --plant mine.yaml --port /dev/serial/by-id/usb-1a86 --train first.csv --ask --out results/bench\n"
+      "  sinew investigate --plant mine.yaml --port /dev/serial/by-id/usb-1a86 --page 8765 --out results/bench   # "
+      "http://127.0.0.1:8765/\n"
       "  sinew investigate --replay --out results/mine");
   command->callback([arguments, &exit_code] { exit_code = investigate_command(*arguments); });
 }

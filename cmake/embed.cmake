@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Script and style of reports as C++: cmake -DSCRIPT=page.js -DSTYLE=page.css -DOUTPUT=page_assets.cpp -P embed.cmake
+# Scripts and style of pages as C++: cmake -DSCRIPT=page.js -DLIVE=live.js -DSTYLE=page.css -DOUTPUT=page_assets.cpp -P embed.cmake
 # What stands above a file's first blank line, its licence and what it is, is not embedded.
 function(embed file delimiter result)
   file(READ ${file} text)
@@ -13,6 +13,7 @@ function(embed file delimiter result)
   set(${result} "R\"${delimiter}(${text})${delimiter}\"" PARENT_SCOPE)
 endfunction()
 embed(${SCRIPT} js script)
+embed(${LIVE} js live)
 embed(${STYLE} css style)
 file(WRITE ${OUTPUT} "#include \"report/page_assets.h\"
 
@@ -21,6 +22,8 @@ namespace sinew::report {
 const std::string_view page_style = ${style};
 
 const std::string_view page_script = ${script};
+
+const std::string_view live_script = ${live};
 
 }  // namespace sinew::report
 ")

@@ -498,8 +498,8 @@ class Writer {
     body_ += "<figure class=\"plot time\" id=\"plot-" + std::to_string(index) + "\">\n";
     write_head(plot, colors, [](const Series& series) {
       const Range range = finite_range(series.y);
-      const int decimals = readout_decimals(series.y);
-      if (is_empty(range)) return std::size_t{1};
+      const int decimals = series.decimals.value_or(readout_decimals(series.y));
+      if (is_empty(range)) return std::size_t{series.decimals ? 7u : 1u};
       if (decimals < 0) return std::size_t{10};
       return std::max(fixed(range.low, decimals).size(), fixed(range.high, decimals).size());
     });
@@ -527,7 +527,8 @@ class Writer {
       const Series& series = plot.series[i];
       if (i > 0) plots_ += ",\n";
       plots_ += "{\"name\":" + json_string(series.name) + ",\"color\":\"" + colors[i] + "\",\"style\":\"" + style_name(series.style) +
-                "\",\"digits\":" + std::to_string(readout_decimals(series.y)) + ",\"y\":" + json_values(series.y, rows);
+                "\",\"digits\":" + std::to_string(series.decimals.value_or(readout_decimals(series.y))) +
+                ",\"y\":" + json_values(series.y, rows);
       if (!series.lower.empty()) {
         plots_ += ",\"lower\":" + json_values(series.lower, rows) + ",\"upper\":" + json_values(series.upper, rows);
       }
@@ -615,7 +616,10 @@ std::string to_html(const Page& page, const std::filesystem::path& dygraphs_dir)
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       // The page asks nobody for anything, and the browser is told to see to that.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
-      "style-src 'unsafe-inline'; img-src data:\">\n"
+      "style-src 'unsafe-inline'; img-src data:";
+  if (!page.events.empty()) out += "; connect-src 'self'";
+  out +=
+      "\">\n"
       "<title>" +
       escaped(page.title) + "</title>\n<style>\n";
   if (writer.has_time_plots()) out += library(dygraphs_dir / "dygraph.min.css", "/*# sourceMappingURL");
@@ -634,6 +638,9 @@ std::string to_html(const Page& page, const std::filesystem::path& dygraphs_dir)
     }
     out += "</ol></nav>\n";
   }
+  if (!page.events.empty())
+    out += "<div class=\"finding\" id=\"live\" data-events=\"" + escaped(page.events) +
+           "\"><p class=\"state\" role=\"status\">Nothing has come yet.</p><ul></ul></div>\n";
   out += writer.body();
   if (!page.footer.empty()) {
     out += "<footer>\n";
@@ -652,6 +659,11 @@ std::string to_html(const Page& page, const std::filesystem::path& dygraphs_dir)
     out += "<script>";
     out += page_script;
     out += "</script>\n";
+    if (!page.events.empty()) {
+      out += "<script>";
+      out += live_script;
+      out += "</script>\n";
+    }
   }
   return out + "</body>\n</html>\n";
 }

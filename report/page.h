@@ -50,12 +50,15 @@ struct Page {
   std::string lead{};  // one sentence: what the page says
   std::vector<Block> blocks{};
   std::vector<std::string> footer{};
+  // Not empty: the page goes on. Its server sends further rows of its time plots, all of one time axis, by server-sent events at this
+  // address; live.js says which.
+  std::string events{};
 };
 
 // Where the browser library of the plots is read from when a page is rendered.
 std::filesystem::path default_dygraphs_dir();
 
-// The page as one HTML file that needs no network and no other file. The same page gives the same bytes.
+// The page as one HTML file that needs no network and no other file (but its events, where it has any). The same page gives the same bytes.
 //
 // Time plots of one time axis zoom, pan and point together; a range selector stands under the last of them. A
 // series of more than 20 000 points is embedded decimated (decimate.h), and the page says so.

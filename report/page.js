@@ -213,6 +213,7 @@
       times.push(axis.full[1]);
       rows.push([axis.full[1]].concat(nothing));
     }
+    let resting = -1;  // the row that is read out while nothing is pointed at; -1: none
     const has_data = spec.series.some(function (s) { return s.y.some(function (y) { return y !== null; }); });
 
     function draw_under(context, area, graph) {
@@ -303,7 +304,7 @@
     plot.point = function (t, marked) {
       const graph = plot.graph;
       const inside = t !== null && t >= axis.window[0] && t <= axis.window[1];
-      const row = t === null ? -1 : nearest(times, t);
+      const row = t === null ? resting : nearest(times, t);
       cursor.style.display = inside ? 'block' : 'none';
       if (inside) {
         const area = graph.getArea();
@@ -392,8 +393,8 @@
     chart.dygraph = plot.graph;
     home = plot.graph.yAxisRange();
     chart.appendChild(cursor);
+    const note = document.createElement('div');
     if (!has_data) {
-      const note = document.createElement('div');
       note.className = 'empty';
       note.textContent = 'no data';
       note.style.left = '50%';
@@ -401,6 +402,44 @@
       chart.appendChild(note);
     }
     axis.plots.push(plot);
+
+    // For a page that goes on (live.js). The first and the last row hold the range open, and stay.
+    chart.plot = plot;
+    plot.begin = function (full) {
+      axis.full = full.slice();
+      axis.window = full.slice();
+      resting = -1;
+      times.length = rows.length = 0;
+      for (const t of full) {
+        times.push(t);
+        rows.push([t].concat(nothing));
+      }
+      draw_anew();
+    };
+    // Rows of time and the values of the columns, later than those that are there. What is zoomed to stays.
+    plot.extend = function (more) {
+      if (more.length === 0) return;
+      note.remove();
+      const zoomed = is_zoomed(axis);
+      const end = Math.max(times.pop(), more[more.length - 1][0]);
+      rows.pop();
+      for (const row of more) {
+        times.push(row[0]);
+        rows.push(row);
+      }
+      resting = rows.length - 1;
+      times.push(end);
+      rows.push([end].concat(nothing));
+      axis.full[1] = Math.max(axis.full[1], end);
+      if (!zoomed) axis.window = axis.full.slice();
+      draw_anew();
+    };
+    function draw_anew() {
+      axis.applying = true;
+      plot.graph.updateOptions({file: rows, dateWindow: axis.window.slice()});
+      axis.applying = false;
+      plot.point(axis.cursor, false);
+    }
 
     plot.redraw = function () {
       plot.graph.updateOptions(Object.assign({colors: colors(), pixelRatio: printing ? 3 : null}, look()));

@@ -32,6 +32,7 @@ struct Series {
   std::vector<double> y{};  // one value per time; NaN is a gap
   std::string color{};      // "#rrggbb"; empty: the next of the palette
   Style style = Style::line;
+  std::optional<int> decimals{};  // with which a value is read out; otherwise what the data need
 
   // An area around the line, such as a 95 % interval: both empty, or one value per time each.
   std::vector<double> lower{};

@@ -8,11 +8,12 @@ import {pathToFileURL} from 'node:url';
 
 import {chromium} from 'playwright-core';
 
-// Opens `path` from the disk and hands {page, complaints, url} to `use`; whatever happens, the browser is closed and
-// its profile removed. complaints: console errors and warnings, uncaught exceptions, and every request but the page's.
+// Opens `path` from the disk, or an address of this machine, and hands {page, complaints, url} to `use`; whatever happens, the browser is closed and
+// its profile removed. complaints: console errors and warnings, uncaught exceptions, and every request but the page's and, of
+// an address, that for its events.
 export async function with_report(path, options, use) {
   const profile = mkdtempSync(join(tmpdir(), 'sinew-browser-'));
-  const url = pathToFileURL(resolve(path)).href;
+  const url = path.startsWith('http://127.0.0.1:') ? path : pathToFileURL(resolve(path)).href;
   const context = await chromium.launchPersistentContext(profile, {
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     headless: true,
@@ -31,7 +32,7 @@ export async function with_report(path, options, use) {
     });
     page.on('pageerror', (error) => complaints.push(`exception: ${error.message}`));
     page.on('request', (request) => {
-      if (request.url() !== url && !request.url().startsWith('data:')) complaints.push(`request: ${request.url()}`);
+      if (![url, `${url}events`].includes(request.url()) && !request.url().startsWith('data:')) complaints.push(`request: ${request.url()}`);
     });
     page.on('dialog', (dialog) => {
       complaints.push(`dialog: ${dialog.message()}`);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ESLint over the script of reports and over the tests of it: node tests/browser/lint.mjs
+// ESLint over the scripts of pages and over the tests of it: node tests/browser/lint.mjs
 // Exits with 0 when nothing is found. Once, before the first run: npm ci in tests/browser.
 
 import {readFileSync} from 'node:fs';
@@ -16,8 +16,8 @@ const root = new URL('../../', import.meta.url);
 const script = {sourceType: 'script', globals: {...globals.browser, Dygraph: 'readonly'}};
 const test = {sourceType: 'module', globals: {...globals.node, ...globals.browser}};
 const files = {
-  'report/page.js': script, 'tests/browser/browser.mjs': test, 'tests/browser/report_test.mjs': test, 'tests/browser/screenshot.mjs': test,
-  'tests/browser/lint.mjs': test
+  'report/page.js': script, 'report/live.js': script, 'tests/browser/browser.mjs': test, 'tests/browser/report_test.mjs': test,
+  'tests/browser/live_test.mjs': test, 'tests/browser/screenshot.mjs': test, 'tests/browser/lint.mjs': test
 };
 let failed = 0;
 for (const [name, languageOptions] of Object.entries(files)) {

@@ -12,6 +12,7 @@ import os
 import re
 import select
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -20,6 +21,7 @@ import time
 import zlib
 from pathlib import Path
 
+import page_client
 import test_cli as cli
 from test_cli import check, columns, content, files_in, refused, said, same_bytes, sinew, write
 
@@ -331,6 +333,79 @@ def running(process, seconds):
     return line
 
 
+def test_page():
+    """The session in a browser, and browsers that do not behave."""
+    write("step.yaml", STEP)
+    write("babble.yaml", BABBLE)
+    began = time.monotonic()
+    sinew("hil", "babble.yaml", "--emulate", "--out", "unshown", "--twin", cli.PAPER_LIMB)
+    unshown_s = time.monotonic() - began
+    port = page_client.free_port()
+    process = start("hil", "babble.yaml", "--emulate", "--out", "shown", "--twin", cli.PAPER_LIMB, "--page", port)
+    follower = page_client.Follower(port)
+    at_work = [page_client.get(port, path, method, **headers) for method, path, headers in
+               (("GET", "/other", {}), ("POST", "/", {}), ("GET", "/", {"Host": f"elsewhere.example:{port}"}))]
+    out, errors = process.communicate(timeout=120)
+    follower.join(20)
+    check("--page: says where it is, the terminal stays", process.returncode == 0 and f"page: http://127.0.0.1:{port}/" in errors
+          and re.search(r"^ +0\.0 s  A ", errors, re.M), errors)
+    status, headers, page = follower.page or (0, {}, "")
+    check("--page: a page that needs nothing but its events, with the plots of a report", status == 200
+          and headers.get("Content-Type") == "text/html; charset=utf-8" and 'id="live" data-events="events"' in page and "Dygraph" in page
+          and "connect-src 'self'" in page and page.count('class="plot time"') == 5, follower.wrong or status)
+    begun, samples, ended = follower.of("begin"), follower.of("sample"), follower.of("end")
+    check("--page: the session begins, ends, and has every sample between", begun == [{"name": "babble.yaml", "duration_s": 30.0}]
+          and [one["t"] for one in samples] == [k / 10 for k in range(301)] and ended == ["The session has ended: finished"],
+          (follower.wrong, begun, len(samples), ended))
+    recording = columns("shown/recording.csv")
+    temperatures, angles, duty = ([one["plots"][k] for one in samples] for k in range(3))
+    check("--page: what is drawn is what is recorded", [one[:2] for one in temperatures] ==
+          [list(pair) for pair in zip(recording["temperature_A_degC"], recording["temperature_B_degC"])]
+          and [one[0] for one in angles] == recording["angle_deg"]
+          and duty == [list(pair) for pair in zip(recording["duty_A"], recording["duty_B"])])
+    check("--page: the twin's residual, small where the limb is its twin", all(len(one["plots"]) == 5 for one in samples)
+          and 0 < max(abs(one["plots"][4][0]) for one in samples[1:]) < 3)
+    same_bytes("a session with and without --page", "unshown", "shown", [*SESSION_FILES, "twin.yaml"])
+    check("--page: another path, another method, another host (DNS rebinding) are refused", [one[0] for one in at_work] == [404, 405, 403], at_work)
+
+    # Connected from the beginning: one that never reads, one that goes away, one that never asks, one that talks nonsense.
+    process = start("hil", "babble.yaml", "--emulate", "--out", "stared_at", "--twin", cli.PAPER_LIMB, "--page", port)
+    began = time.monotonic()
+    stalled = page_client.connected(port, buffer_bytes=4096)
+    gone = page_client.connected(port)
+    gone.recv(300)
+    gone.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    gone.close()
+    silent = socket.create_connection(("127.0.0.1", port))
+    nonsense = socket.create_connection(("127.0.0.1", port))
+    nonsense.sendall(b"\0\xff" * 20000)
+    many = [socket.create_connection(("127.0.0.1", port)) for _ in range(40)]
+    for one in many:
+        one.close()
+    follower = page_client.Follower(port)
+    out, errors = process.communicate(timeout=120)
+    took_s = time.monotonic() - began
+    follower.join(20)
+    for one in (stalled, silent, nonsense):
+        one.close()
+    check("browsers that stall, vanish, say nothing or nonsense, or come in crowds: the session ends as it would, and no later than a second",
+          process.returncode == 0 and took_s < 2 * unshown_s + 3, (errors, took_s, unshown_s))
+    check("... and one that reads gets all of it", len(follower.of("sample")) == 301 and follower.of("end"), (follower.wrong, len(follower.events)))
+    same_bytes("a session that is stared at", "unshown", "stared_at", [*SESSION_FILES, "twin.yaml"])
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        its_port = taken.getsockname()[1]
+        refused("--page at a port that is taken: before anything is armed, or opened",
+                ["hil", "step.yaml", "--port", "/dev/serial/by-id/no", "--page", its_port, "--out", "o"], rf"--page = {its_port}\n  another program has this port")
+        refused("the same in the emulator", ["hil", "step.yaml", "--emulate", "--page", its_port, "--out", "o"], rf"--page = {its_port}\n")
+    for wrong in ("80", "65536", "eight", ""):
+        refused(f"--page {wrong or 'nothing'}", ["hil", "step.yaml", "--emulate", "--page", wrong, "--out", "o"], r"--page")
+    result = sinew("hil", "step.yaml", "--emulate", "--page", port, "--out", "tripped_page", "--fault", "sensor_open:A@4")
+    check("--page: a session that trips ends as it would without", result.returncode == 1 and "sensor_open" in result.stderr, said(result))
+
+
 def test_wire():
     write("mild.yaml", MILD)
     check("wire: the frame of the page", Wire.framed(3, 0x0102, 5, 0x01000000).hex(" ")
@@ -382,11 +457,24 @@ def test_real_time():
         check("a session in real time plays again", sinew("replay", f"real{attempt}").returncode == 0)
         refused("hil into a folder with a session", ["hil", "mild.yaml", "--port", limb.port, "--out", f"real{attempt}"], r"a session is there already")
 
-        first = start("hil", "long.yaml", "--port", limb.port, "--out", "first", "--allow-overruns")
-        running(first, 1.0)
+        port = page_client.free_port()
+        first = start("hil", "long.yaml", "--port", limb.port, "--out", "first", "--allow-overruns", "--page", port)
+        page_client.get(port, "/")
+        stalled = page_client.connected(port, buffer_bytes=4096)
+        seen = page_client.events(port, until="sample")
+        check("hil --port --page: events while the session runs", [one[0] for one in seen][-1:] == ["sample"], seen)
+        again = page_client.events(port, until="sample", last_id=seen[-1][2])
+        check("... a browser that comes back goes on after what it has", [one[0] for one in again] == ["sample"]
+              and again[0][1]["t"] > seen[-1][1]["t"], again)
+        follower = page_client.Follower(port)
+        running(first, 0.5)
         refused("a second opener", ["hil", "mild.yaml", "--port", limb.port, "--out", "second"], r"in use")
         first.send_signal(signal.SIGINT)
         out, errors = first.communicate(timeout=20)
+        stalled.close()
+        follower.join(20)
+        check("hil --port --page: one that looks on is told how it ended", follower.of("end") and "stopped" in follower.of("end")[0],
+              (follower.wrong, follower.of("end")))
         check("Ctrl-C: exit code 130, at rest, the recording is written", first.returncode == 130 and session("first")["brought_to_rest"]
               and session("first")["status"] == "stopped", errors)
         result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "after_stop", "--allow-overruns")
@@ -436,4 +524,5 @@ def test_real_time():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_trips, test_fault_rows, test_wire, test_conform, test_real_time)))
+    sys.exit(cli.run_tests("test_hil", (test_lock_step, test_refusals, test_page, test_trips, test_fault_rows, test_wire, test_conform,
+                                        test_real_time)))

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 
+import page_client
 import test_cli as cli
 from test_cli import check, content, files_in, refused, said, sinew, write
 
@@ -38,9 +39,17 @@ def state(out):
 
 def test_to_the_end():
     latent = call("latent", "--budget", "150s", "--effect", "latent_heat", "--limb-seed", "2")
-    result = sinew(*latent, timeout=600)
+    port = page_client.free_port()
+    follower = page_client.Follower(port)
+    result = sinew(*latent, "--page", port, timeout=600)
     check("investigate: ends by itself", result.returncode == 0, said(result))
     one = state("latent")
+    follower.join(20)
+    begun = [data["name"] for data in follower.of("begin")]
+    check("investigate --page: each session, what is believed after it, and how it ended", begun == [
+        step["name"] for step in one["recordings"] if "recorded" in step] and len(follower.of("sample")) > 300 * len(begun)
+        and any(line.startswith("Believed: ") and "latent_heat" in line for line in follower.of("said"))
+        and follower.of("end")[0].startswith("The investigation has ended."), (follower.wrong, begun, follower.of("said"), follower.of("end")))
     recorded = [step for step in one["recordings"] if "recorded" in step]
     check("investigate: begins with babbling and goes on with an experiment or ends", recorded[0]["origin"] == "babbling"
           and all(step["origin"] == "experiment" for step in recorded[1:]) and "ending" in one, one)
@@ -116,6 +125,7 @@ def test_bad_input():
     refused("a budget that is none", [*base, "--emulate", "--budget", "30 parsecs"], r"--budget = 30 parsecs\n.*30min")
     refused("a budget that is too short", [*base, "--emulate", "--budget", "5s"], r"1 min to 24 h")
     refused("an effect that there is not", [*base, "--emulate", "--effect", "latent_hat"], r"--effect = latent_hat\n.*latent_heat")
+    refused("a page where no session runs", [*base, "--emulate", "--dry-run", "--page", "8765"], r"--page\n?.*--dry-run")
     refused("an effect in a limb at a port", [*base, "--port", "/dev/null", "--effect", "latent_heat"], r"are for --emulate")
     refused("leaving out what there is not", [*base, "--emulate", "--without", "latent_hat"], r"did you mean latent_heat")
     refused("a recording that is not there", [*base, "--emulate", "--train", "none.csv"], r"none\.csv")

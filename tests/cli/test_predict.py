@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the commands that make data, train and use predictors as a person would. See test_cli.py.
 
-    python3 tests/cli/test_predict.py build/release/sinew
+    /usr/bin/python3 tests/cli/test_predict.py build/release/sinew
+
+What is said of ONNX is checked with Debian's python3-onnx and python3-numpy, and said to be SKIPPED without.
 """
 import csv
 import hashlib
@@ -184,6 +186,82 @@ def test_train_and_use():
     check("paper-table: says nothing of methods that were not run", "beats published" not in (cli.folder / "paper/README.md").read_text())
 
 
+def test_onnx():
+    try:
+        import numpy as np
+        from onnx_evaluator import Evaluator
+    except ImportError as missing:
+        print(f"SKIPPED: ONNX files ({missing}; python3-onnx)")
+        return
+    recording = cli.folder / "set1/runs/0005.csv"
+    header, *rows = [line.split(",") for line in recording.read_text().splitlines() if not line.startswith("#")]
+    table = {name: np.array(column, float) for name, column in zip(header, zip(*rows))}
+    # The same numbers, said to be of inputs in another order: v(t-1), y(t-1), v(t) as in the paper's notebook.
+    (cli.folder / "notebook.h5").write_bytes((cli.folder / "bare.h5").read_bytes())
+    *head, now, before, y_before, output = (cli.folder / "bare.h5.yaml").read_text().splitlines()
+    write("notebook.h5.yaml", "\n".join([*head, before, y_before, now, output]))
+    all_four = ["duty_A", "temperature_A_degC", "duty_B", "temperature_B_degC"]
+    for model, inputs, memory in (("stateful4", all_four, True), ("stateful1", ["duty_A"], True), ("published1", ["duty_A"], False),
+                                  ("bare.h5", ["duty_A"], False), ("notebook.h5", ["duty_A"], False)):
+        name = model.replace(".h5", "") + ".onnx"
+        result = sinew("convert", model, name)
+        check(f"convert: {model} into ONNX", result.returncode == 0 and f"written: {name}" in result.stdout, said(result))
+        step = Evaluator(cli.folder / name)  # runs the checker, shapes and types included
+        features, hidden = len(inputs), 8
+        state = {"h": [1, "streams", hidden], "c": [1, "streams", hidden]} if memory else {}
+        check(f"{name}: has v, what was before, and its state as inputs, its next state as outputs", step.inputs == {
+            "v": ["streams", features], "v_before": ["streams", features], "y_before": ["streams", 1], **state}
+            and step.outputs == ["y", *(f"{one}_next" for one in state)], (step.inputs, step.outputs))
+        check(f"{name}: says its columns and its period", step.metadata["inputs"] == ",".join(inputs) and step.metadata["output"] == "angle_deg"
+              and step.metadata["sample_period_s"] == "0.1", step.metadata)
+        sinew("rollout", model, "--recording", recording, "--out", f"roll_{name}")
+        text = (cli.folder / f"roll_{name}/rollout.csv").read_text()
+        rolled = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+        rolled = {key: np.array(column, float) for key, column in zip(rolled[0], zip(*rolled[1:]))}
+        expected = np.stack([rolled["angle_rollout_deg"], rolled["angle_one_step_deg"]], 1)  # two streams side by side
+        v = np.stack([table[column] for column in inputs], 1)
+        carried = {one: np.zeros((1, 2, hidden)) for one in state}
+        y = np.full((2, 1), table["angle_deg"][0])
+        found = [y[:, 0]]
+        forgot = 0.0
+        for k in range(1, len(v)):
+            before = y.copy()
+            before[1] = table["angle_deg"][k - 1]  # one step ahead: as measured
+            now = {"v": np.stack([v[k]] * 2), "v_before": np.stack([v[k - 1]] * 2), "y_before": before}
+            out = step(**now, **carried)
+            if memory:
+                without = step(**now, **{one: np.zeros((1, 2, hidden)) for one in state})["y"]
+                forgot = max(forgot, float(np.abs(without - out["y"]).max()))
+            y = out["y"].astype(float)
+            carried = {one: out[f"{one}_next"] for one in state}
+            found.append(y[:, 0])
+        span = json.loads(step.metadata["sinew"])["output"]["span"]
+        off = np.abs(np.array(found) - expected).max(0) / span
+        check(f"{name}: {len(v)} steps as the program's own, in open loop and one step ahead, to 1e-5 of the angle's range",
+              (off < 1e-5).all(), off)
+        print(f"        off by {off[0]:.1e} and {off[1]:.1e} of {span:.3g} deg")
+        if memory:
+            check(f"{name}: its state matters", forgot / span > 1e-3, forgot / span)
+    sinew("convert", "stateful4", "twice.onnx")
+    check("convert: the same bytes again", (cli.folder / "twice.onnx").read_bytes() == (cli.folder / "stateful4.onnx").read_bytes())
+
+
+def test_onnx_refused():
+    sinew("convert", "stateful4", "stateful4.onnx", "--overwrite")
+    there = (cli.folder / "stateful4.onnx").read_bytes()
+    refused("convert: no model there", sinew("convert", "nowhere", "never.onnx"), "nowhere\n", "is not there", "weights.h5")
+    refused("convert: a folder without a model", sinew("convert", "set1/runs", "never.onnx"), "set1/runs/weights.h5", "is not there")
+    for kind in ("arx", "corrected", "plant"):
+        refused(f"convert: {kind} is no LSTM", sinew("convert", kind, "never.onnx"), f"{kind}/weights.h5: predictor = {kind}", "published or stateful")
+    refused("convert: a recording is no model", sinew("convert", "set1/runs/0005.csv", "never.onnx"), "set1/runs/0005.csv", "is not an HDF5 file")
+    refused("convert: a map is not for models", sinew("convert", "stateful4", "never.onnx", "--map", "few.yaml"), "--map", "predictor")
+    refused("convert: a place that cannot be written to", sinew("convert", "stateful4", "nowhere/never.onnx"), "nowhere/never.onnx")
+    refused("convert: a device", sinew("convert", "stateful4", "/proc/never.onnx"), "/proc/never.onnx")
+    refused("convert: what is there already", sinew("convert", "stateful1", "stateful4.onnx"), "stateful4.onnx", "--overwrite")
+    check("convert: and nothing of all that is written, or changed", not list(cli.folder.rglob("never.onnx*"))
+          and (cli.folder / "stateful4.onnx").read_bytes() == there)
+
+
 def test_beside_a_session():
     result = sinew("hil", "short.yaml", "--emulate", "--predict", "stateful4", "--out", "session")
     check("hil --predict: a session with a predictor beside it", result.returncode == 0 and "prediction.csv" in result.stdout and
@@ -245,4 +323,5 @@ def test_wrong_input():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_predict", (test_dataset, test_train_and_use, test_beside_a_session, test_wrong_input)))
+    sys.exit(cli.run_tests("test_predict", (test_dataset, test_train_and_use, test_onnx, test_onnx_refused, test_beside_a_session,
+                                            test_wrong_input)))

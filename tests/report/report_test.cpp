@@ -100,6 +100,28 @@ TEST_CASE("a page needs nothing but itself") {
   CHECK(contains(html, "default-src 'none'"));
 }
 
+TEST_CASE("a page that goes on may ask its own server for its events, and for nothing else; no other page asks for any") {
+  Page page = small_page();
+  page.events = "events?of=\"this\"";
+  const std::string html = to_html(page);
+  CHECK(contains(html, "default-src 'none'"));
+  CHECK(contains(html, "connect-src 'self'\">"));
+  CHECK(contains(html, "data-events=\"events?of=&quot;this&quot;\""));
+  CHECK(count(html, "new EventSource(") == 1);
+  const std::string whole = to_html(small_page());
+  CHECK_FALSE(contains(whole, "connect-src"));
+  CHECK_FALSE(contains(whole, "new EventSource("));
+  CHECK_FALSE(contains(whole, "id=\"live\""));
+}
+
+TEST_CASE("a value is read out with the decimals that its series asks for, whatever its data need") {
+  Page page{.title = "Nothing yet", .blocks = {small_plot()}};
+  auto& series = std::get<TimePlot>(page.blocks.front()).series;
+  series[0].y.assign(4, gap);
+  series[0].decimals = 3;
+  CHECK(contains(data_of(to_html(page)), "\"digits\":3,\"y\":[null,null,null,null]"));
+}
+
 TEST_CASE("the same page gives the same bytes") { CHECK(to_html(small_page()) == to_html(small_page())); }
 
 TEST_CASE("NaN and infinity become gaps in the data of a page") {
