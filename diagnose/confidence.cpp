@@ -9,7 +9,7 @@ namespace sinew::diagnose {
 namespace {
 
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
-constexpr std::array<double, support_terms> weights{-1.51, 1.10, 0.57, -0.51, -1.44};
+constexpr std::array<double, support_terms> weights{-2.02, 1.37, 0.41, -0.36, -1.72};
 
 }  // namespace
 
