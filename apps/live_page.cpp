@@ -40,7 +40,7 @@ report::Series live_line(std::string name, std::string color, int decimals, repo
   return series;
 }
 
-report::Page page_of(const plant::System& system, const hil::LimbParts& parts, const LivePage::Shows& shows) {
+report::Page live_page_of(const plant::System& system, const hil::LimbParts& parts, const LivePage::Shows& shows) {
   using Style = report::Series::Style;
   const auto words = [&](plant::ChannelId channel) { return system.channels()[channel].words; };
   std::vector<report::Series> temperatures, duty, angles, off_K, off_deg;
@@ -61,9 +61,7 @@ report::Page page_of(const plant::System& system, const hil::LimbParts& parts, c
 
   report::Page page;
   page.title = shows.title;
-  page.lead =
-      "A session as it goes on. This page only looks on: nothing on it steers the limb, and what it does not draw in time is recorded all "
-      "the same.";
+  page.lead = "A session while it runs. Nothing here steers the limb, and the recording is whole whatever this page misses.";
   page.events = "events";
   page.blocks.push_back(live_plot("Temperatures", "temperature / °C", temperatures, 200));
   if (!angles.empty()) page.blocks.push_back(live_plot("Bend angle", "angle / °", angles, 180));
@@ -77,7 +75,7 @@ report::Page page_of(const plant::System& system, const hil::LimbParts& parts, c
 }
 
 // JSON has no NaN: null.
-void put(nlohmann::json& list, double value) { std::isfinite(value) ? list.push_back(value) : list.push_back(nullptr); }
+void put_number(nlohmann::json& list, double value) { std::isfinite(value) ? list.push_back(value) : list.push_back(nullptr); }
 
 std::string json_text(const std::string& words) {
   return nlohmann::json(words).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -93,7 +91,7 @@ void add_page(CLI::App& command, std::optional<int>& port) {
 
 LivePage::LivePage(int port, const plant::Plant& limb, const Shows& shows)
     : system_(limb.shared_system()), parts_(hil::parts_of(limb)), shows_(shows), server_(port) {
-  server_.start(report::to_html(page_of(*system_, parts_, shows_)), "begin", [this](const PageServer::Emit& emit) {
+  server_.start(report::to_html(live_page_of(*system_, parts_, shows_)), "begin", [this](const PageServer::Emit& emit) {
     slots_.take([&](const Slot& slot) {
       switch (slot.kind) {
         case Slot::Kind::begin:
@@ -147,24 +145,24 @@ void LivePage::end(const std::string& words) {
   }
 }
 
-// In the order of page_of.
+// In the order of live_page_of.
 std::string LivePage::sample(const Slot& slot) const {
   const hil::SessionView& v = slot.view;
   nlohmann::json temperatures = nlohmann::json::array(), angles = temperatures, duty = temperatures, off_K = temperatures,
                  off_deg = temperatures;
   for (const plant::ChannelId channel : parts_.thermocouples) {
-    put(temperatures, v.measured.channels[channel.index]);
-    if (v.residual) put(off_K, (*v.residual)[channel.index]);
+    put_number(temperatures, v.measured.channels[channel.index]);
+    if (v.residual) put_number(off_K, (*v.residual)[channel.index]);
   }
   for (std::size_t j = 0; j < parts_.coils.size(); ++j) {
-    put(temperatures, v.predicted_degC[j]);
-    put(duty, v.duty_fraction[j]);
+    put_number(temperatures, v.predicted_degC[j]);
+    put_number(duty, v.duty_fraction[j]);
   }
   for (const plant::ChannelId channel : parts_.angles) {
-    put(angles, v.measured.channels[channel.index]);
-    if (v.residual) put(off_deg, (*v.residual)[channel.index]);
+    put_number(angles, v.measured.channels[channel.index]);
+    if (v.residual) put_number(off_deg, (*v.residual)[channel.index]);
   }
-  if (shows_.predictor && !parts_.angles.empty()) put(angles, slot.predicted_deg.value_or(std::nan("")));
+  if (shows_.predictor && !parts_.angles.empty()) put_number(angles, slot.predicted_deg.value_or(std::nan("")));
   nlohmann::json plots = nlohmann::json::array({temperatures});
   if (!parts_.angles.empty()) plots.push_back(angles);
   plots.push_back(duty);

@@ -35,7 +35,7 @@ constexpr std::size_t most_kept = 40'000;        // events: more than an hour at
 constexpr std::size_t most_browsers = 16;        // at once
 constexpr std::size_t longest_request = 16'384;  // bytes
 constexpr std::size_t longest_write = 65'536;    // bytes, of events at once
-constexpr auto between_looks = std::chrono::milliseconds(20);
+constexpr auto between_turns = std::chrono::milliseconds(20);
 constexpr auto longest_question = std::chrono::seconds(10);  // for a request to be whole, and for its answer to be taken
 constexpr auto longest_farewell = std::chrono::seconds(1);
 
@@ -54,7 +54,7 @@ std::string header_of(const std::string& request, const std::string& name) {
   return "";
 }
 
-std::string answer(const std::string& status, const std::string& more, const std::string& content = "") {
+std::string http_answer(const std::string& status, const std::string& more, const std::string& content = "") {
   return "HTTP/1.1 " + status + "\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n" + more +
          "Content-Length: " + std::to_string(content.size()) + "\r\n\r\n" + content;
 }
@@ -90,7 +90,7 @@ class PageServer::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   void start(std::string document, std::string opening, std::function<void(const Emit&)> next) {
-    document_ = answer("200 OK", "Content-Type: text/html; charset=utf-8\r\n", document);
+    document_ = http_answer("200 OK", "Content-Type: text/html; charset=utf-8\r\n", document);
     opening_ = std::move(opening);
     next_ = std::move(next);
     // Tells this story from that of a program before, at whose events a browser may have stopped.
@@ -144,14 +144,14 @@ class PageServer::Implementation {
     const std::string line = request.substr(0, request.find("\r\n"));
     const std::size_t after_method = line.find(' '), after_path = line.find(' ', after_method + 1);
     if (after_method == std::string::npos || after_path == std::string::npos || line.compare(after_path, 6, " HTTP/") != 0)
-      return answer_with(browser, answer("400 Bad Request", ""));
+      return answer_with(browser, http_answer("400 Bad Request", ""));
     const std::string path = line.substr(after_method + 1, after_path - after_method - 1);
     // A page of elsewhere whose name was made to lead here (DNS rebinding) is not answered.
     const std::string host = header_of(request, "host"), at = ":" + std::to_string(port_);
-    if (host != "127.0.0.1" + at && host != "localhost" + at) return answer_with(browser, answer("403 Forbidden", ""));
-    if (line.compare(0, after_method, "GET") != 0) return answer_with(browser, answer("405 Method Not Allowed", "Allow: GET\r\n"));
+    if (host != "127.0.0.1" + at && host != "localhost" + at) return answer_with(browser, http_answer("403 Forbidden", ""));
+    if (line.compare(0, after_method, "GET") != 0) return answer_with(browser, http_answer("405 Method Not Allowed", "Allow: GET\r\n"));
     if (path == "/") return answer_with(browser, document_);
-    if (path != "/events") return answer_with(browser, answer("404 Not Found", ""));
+    if (path != "/events") return answer_with(browser, http_answer("404 Not Found", ""));
     const std::string last = header_of(request, "last-event-id");
     if (last.starts_with(story_ + "-")) {
       const auto number = last.substr(story_.size() + 1);
@@ -249,7 +249,7 @@ class PageServer::Implementation {
         return;
       }
     }
-    timer_.expires_after(between_looks);
+    timer_.expires_after(between_turns);
     timer_.async_wait([this](const asio::error_code& error) {
       if (!error) look();
     });

@@ -44,7 +44,7 @@ constexpr std::int64_t attribute_int = 2;               // AttributeProto.Attrib
 
 using Names = std::vector<std::string>;
 using Extents = std::vector<std::int64_t>;
-constexpr std::int64_t streams = -1;  // the dimension that is left open
+constexpr std::int64_t any_number = -1;  // the dimension that is left open
 
 class Graph {
  public:
@@ -88,7 +88,7 @@ class Graph {
   static Message value(const std::string& name, const Extents& extents, const std::string& words) {
     Message shape;
     for (const std::int64_t extent : extents)
-      shape.message(1, extent == streams ? Message().text(2, "streams") : Message().number(1, extent));
+      shape.message(1, extent == any_number ? Message().text(2, "streams") : Message().number(1, extent));
     const Message type = Message().message(1, Message().number(1, type_float).message(2, shape));
     return Message().text(1, name).message(2, type).text(3, words);
   }
@@ -133,12 +133,12 @@ std::string to_onnx(const Model& model) {
   const bool carried = !model.memoryless();
 
   Graph graph;
-  graph.input("v", {streams, K}, columns + ", in these units");
-  graph.input("v_before", {streams, K}, "v one step before");
-  graph.input("y_before", {streams, 1}, y + " one step before: measured, or the y of that step");
+  graph.input("v", {any_number, K}, columns + ", in these units");
+  graph.input("v_before", {any_number, K}, "v one step before");
+  graph.input("y_before", {any_number, 1}, y + " one step before: measured, or the y of that step");
   if (carried) {
-    graph.input("h", {1, streams, H}, "h_next of the step before; zero to begin with");
-    graph.input("c", {1, streams, H}, "c_next of the step before; zero to begin with");
+    graph.input("h", {1, any_number, H}, "h_next of the step before; zero to begin with");
+    graph.input("c", {1, any_number, H}, "c_next of the step before; zero to begin with");
   }
   graph.constant("v_offset", {K}, row_by_row(model.scaling.v_offset));
   graph.constant("v_span", {K}, row_by_row(model.scaling.v_span));
@@ -177,10 +177,10 @@ std::string to_onnx(const Model& model) {
   if (shape.output_relu) graph.node("Relu", {"y_linear"}, {"y_scaled"});
   graph.node("Mul", {"y_scaled", "y_span"}, {"y_from_offset"});
   graph.node("Add", {"y_from_offset", "y_offset"}, {"y"});
-  graph.output("y", {streams, 1}, y);
+  graph.output("y", {any_number, 1}, y);
   if (carried) {
-    graph.output("h_next", {1, streams, H}, "h of the next step");
-    graph.output("c_next", {1, streams, H}, "c of the next step");
+    graph.output("h_next", {1, any_number, H}, "h of the next step");
+    graph.output("c_next", {1, any_number, H}, "c of the next step");
   }
 
   Message file;  // ModelProto

@@ -393,6 +393,29 @@ def test_page():
     check("... and one that reads gets all of it", len(follower.of("sample")) == 301 and follower.of("end"), (follower.wrong, len(follower.events)))
     same_bytes("a session that is stared at", "unshown", "stared_at", [*SESSION_FILES, "twin.yaml"])
 
+    write("long.yaml", MILD.replace("duration_s: 4", "duration_s: 60"))
+    with Board("paged") as board:
+        process = start("hil", "long.yaml", "--port", board.port, "--out", "live", "--allow-overruns", "--clear-trip", "--page", port)
+        page_client.get(port, "/")
+        stalled = page_client.connected(port, buffer_bytes=4096)
+        seen = page_client.events(port, until="sample")
+        check("hil --port --page: events while the session runs in real time", [one[0] for one in seen][-1:] == ["sample"], seen)
+        again = page_client.events(port, until="sample", last_id=seen[-1][2]) if seen else []
+        check("... a browser that comes back goes on after what it has", [one[0] for one in again][-1:] == ["sample"]
+              and again[-1][1]["t"] > seen[-1][1]["t"] and all(one[0] != "begin" for one in again), again)
+        follower = page_client.Follower(port)
+        end = time.monotonic() + 20
+        while not follower.page and time.monotonic() < end:
+            time.sleep(0.02)
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=20)
+        follower.join(20)
+        stalled.close()
+        check("... and is told how the session ended: at Ctrl-C, at rest, with its recording", process.returncode == 130
+              and session("live")["brought_to_rest"] and follower.of("end") and "stopped" in follower.of("end")[0],
+              (follower.wrong, follower.of("end"), errors))
+
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -457,24 +480,11 @@ def test_real_time():
         check("a session in real time plays again", sinew("replay", f"real{attempt}").returncode == 0)
         refused("hil into a folder with a session", ["hil", "mild.yaml", "--port", limb.port, "--out", f"real{attempt}"], r"a session is there already")
 
-        port = page_client.free_port()
-        first = start("hil", "long.yaml", "--port", limb.port, "--out", "first", "--allow-overruns", "--page", port)
-        page_client.get(port, "/")
-        stalled = page_client.connected(port, buffer_bytes=4096)
-        seen = page_client.events(port, until="sample")
-        check("hil --port --page: events while the session runs", [one[0] for one in seen][-1:] == ["sample"], seen)
-        again = page_client.events(port, until="sample", last_id=seen[-1][2])
-        check("... a browser that comes back goes on after what it has", [one[0] for one in again] == ["sample"]
-              and again[0][1]["t"] > seen[-1][1]["t"], again)
-        follower = page_client.Follower(port)
-        running(first, 0.5)
+        first = start("hil", "long.yaml", "--port", limb.port, "--out", "first", "--allow-overruns")
+        running(first, 1.0)
         refused("a second opener", ["hil", "mild.yaml", "--port", limb.port, "--out", "second"], r"in use")
         first.send_signal(signal.SIGINT)
         out, errors = first.communicate(timeout=20)
-        stalled.close()
-        follower.join(20)
-        check("hil --port --page: one that looks on is told how it ended", follower.of("end") and "stopped" in follower.of("end")[0],
-              (follower.wrong, follower.of("end")))
         check("Ctrl-C: exit code 130, at rest, the recording is written", first.returncode == 130 and session("first")["brought_to_rest"]
               and session("first")["status"] == "stopped", errors)
         result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "after_stop", "--allow-overruns")
