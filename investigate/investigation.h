@@ -17,7 +17,18 @@
 
 namespace sinew::investigate {
 
+// What the limb's time is used for. All but the first are for comparison: they plan the whole budget ahead and look once more, at its end.
+enum class Use {
+  designed,  // each experiment by what is believed then
+  babbling,  // the paper's, all the time
+  random,    // programmes whose shape is drawn by chance, within the same limits
+  once,      // the one that is designed after the first recording, again and again
+};
+std::string_view text_of(Use use);
+std::optional<Use> use_of(std::string_view text);
+
 struct Settings {
+  Use use = Use::designed;
   double probability = 0.95;  // of one answer: it ends
   double budget_s = 1800.0;   // of the limb's time, cooling included; recordings that are given do not count
   double first_s = 120.0;     // of babbling, where no recording is given
@@ -84,6 +95,7 @@ struct Investigation {
   std::string ending_words;
   std::vector<std::string> measure;  // where duty cannot tell: what would have to be measured
   double spent_s() const;            // of the limb's time
+  Step* next();                      // the first that is planned and not recorded; null: none
 };
 nlohmann::ordered_json to_json(const Investigation& investigation);
 Investigation from_json(const nlohmann::ordered_json& json);  // throws nlohmann::json::exception
