@@ -49,7 +49,7 @@ constexpr int state_format = 1;
 struct InvestigateArguments {
   std::string plant, port, out, budget = "30min", effect, use = "designed";
   std::vector<std::string> training, without, faults;
-  double probability = 0.95, first_s = 120.0, longest_s = 160.0, strength = 1.0;
+  double probability = 0.9, first_s = 120.0, longest_s = 160.0, strength = 1.0;
   std::int64_t seed = 1, limb_seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool emulate = false, dry = false, ask = false, clear_trip = false, replay = false, overwrite = false;
