@@ -38,6 +38,7 @@ void add_unseen(Belief& belief, const Diagnosis& diagnosis, const diagnose::Diag
                           key_of(system, {score.effect}),
                           std::exp((root * std::min(found, root) - 0.5 * root * root) / divisor) / count});
     if (root < seen_root) belief.unseen.push_back(score.effect);
+    if (score.smallest_seen <= 0.0) belief.never.push_back(score.effect);
   }
 }
 

@@ -209,6 +209,7 @@ class Investigator {
       if (hooks_.computing) hooks_.computing(false);
       state_.ending = Ending::resolved;
       state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
+      ask_beside_nothing(belief, diagnosis.search.core.system());
       return told();
     }
     if (left_s < least_experiment_s) {
@@ -346,18 +347,28 @@ class Investigator {
     return count;
   }
 
+  void measure_at(std::string_view place) {
+    const std::string what = instrument_for(place);
+    if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
+      state_.measure.push_back(what);
+  }
   void ask_to_measure(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
     const plant::System& system = diagnosis.search.core.system();
-    const auto add = [&](std::string_view place) {
-      const std::string what = instrument_for(place);
-      if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
-        state_.measure.push_back(what);
-    };
     for (const Hypothesis& one : belief.all) {
       if (one.probability < 0.02) break;
-      for (const plant::EffectId e : one.effects) add(system.effects()[e].place);
-      if (one.kind == Kind::something_else) add(diagnosis.located.place);
+      for (const plant::EffectId e : one.effects) measure_at(system.effects()[e].place);
+      if (one.kind == Kind::something_else) measure_at(diagnosis.located.place);
     }
+  }
+  // That nothing is missing says nothing of what no duty can show.
+  void ask_beside_nothing(const Belief& belief, const plant::System& system) {
+    if (belief.first().kind != Kind::nothing || belief.never.empty()) return;
+    std::string names;
+    for (const plant::EffectId e : belief.never) {
+      names += (names.empty() ? "" : ", ") + std::string(system.effects()[e].name);
+      measure_at(system.effects()[e].place);
+    }
+    state_.ending_words += " That is of what duty can show: whether there is " + names + " cannot be told by duty.";
   }
 
   Investigation& state_;

@@ -92,6 +92,8 @@ def test_scores(tool):
             ("a name, where nothing is", "wrong", score("core", ("latent_heat", 0.97))),
             ("another form has its effect's name", "right", score("latent_heat.directional", ("latent_heat", 0.97))),
             ("gain: cannot tell, and what to measure", "right", score("thermocouple_heat_sink", ("nothing", 0.6), ending="cannot_tell", measure=[wire])),
+            ("gain: nothing that duty could show, and what to measure", "right", score("thermocouple_heat_sink", ("nothing", 0.96), measure=[wire])),
+            ("gain: nothing, without a word of it", "wrong", score("thermocouple_heat_sink", ("nothing", 0.96))),
             ("gain: cannot tell, and something else to measure", "not resolved",
              score("thermocouple_heat_sink", ("nothing", 0.6), ending="cannot_tell", measure=["the angle by a camera"])),
             ("gain: the budget is used", "not resolved", score("thermocouple_heat_sink", ("nothing", 0.6), ending="budget", measure=[wire]))):
