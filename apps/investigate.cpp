@@ -48,9 +48,9 @@ constexpr std::string_view state_file = "investigation.json";
 constexpr int state_format = 1;
 
 struct InvestigateArguments {
-  std::string plant, port, out, budget = "30min", effect;
+  std::string plant, port, out, budget = "30min", effect, use = "designed";
   std::vector<std::string> training, without, faults;
-  double probability = 0.95, first_s = 120.0, longest_s = 160.0, strength = 1.0;
+  double probability = 0.9, first_s = 120.0, longest_s = 160.0, strength = 1.0;
   std::optional<int> page;
   std::int64_t seed = 1, limb_seed = 1;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -73,6 +73,27 @@ double seconds_of(const std::string& text) {
   return value * factor;
 }
 
+std::string concealed_text(const InvestigateArguments& arguments) {
+  prove::Settings how;
+  how.strength = arguments.strength;
+  const prove::ConcealedLimb limb =
+      prove::conceal(prove::kind_of_name(arguments.effect), static_cast<std::uint64_t>(arguments.limb_seed), how);
+  Json truth{{"note", "What is concealed in the emulated limb. No computation reads this file."},
+             {"kind", arguments.effect},
+             {"seed", arguments.limb_seed},
+             {"strength", arguments.strength},
+             {"effects", Json::array()}};
+  for (const prove::TruthEffect& effect : limb.effects)
+    truth["effects"].push_back({{"name", effect.name},
+                                {"form", effect.form},
+                                {"place", effect.place},
+                                {"in_catalogue", effect.in_catalogue},
+                                {"parameters", effect.parameters},
+                                {"words", effect.words}});
+  truth["core"] = limb.core_parameters;
+  return truth.dump(2) + "\n";
+}
+
 // What decides the course: a later call must be given the same.
 Json identity_of(const InvestigateArguments& arguments, const std::string& plant_yaml) {
   Json json{{"plant_sha256", sim::sha256(plant_yaml)},
@@ -82,8 +103,9 @@ Json identity_of(const InvestigateArguments& arguments, const std::string& plant
             {"longest_s", arguments.longest_s},
             {"without", arguments.without},
             {"given", Json::array()}};
-  if (!arguments.effect.empty())
-    json["concealed"] = {{"kind", arguments.effect}, {"seed", arguments.limb_seed}, {"strength", arguments.strength}};
+  if (arguments.use != "designed") json["use"] = arguments.use;
+  // By a checksum: what a later call reads does not say what is concealed.
+  if (!arguments.effect.empty()) json["concealed_sha256"] = sim::sha256(concealed_text(arguments));
   for (const std::string& path : arguments.training) json["given"].push_back(sim::sha256(sim::read_file(path)));
   return json;
 }
@@ -356,6 +378,7 @@ investigate::Settings settings_of(const InvestigateArguments& arguments, const p
   settings.longest_s = arguments.longest_s;
   settings.seed = arguments.seed;
   settings.threads = arguments.threads;
+  settings.use = *investigate::use_of(arguments.use);
   // What the loop records begins cold and at rest; of what is given nobody knows.
   settings.diagnosis.start =
       arguments.training.empty() && arguments.emulate ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
@@ -390,6 +413,9 @@ int replay_investigation(const fs::path& out, int threads) {
     arguments.seed = identity.at("seed");
     arguments.without = identity.at("without").get<std::vector<std::string>>();
     arguments.emulate = identity.at("limb") == "emulated";
+    arguments.use = identity.value("use", arguments.use);
+    if (!investigate::use_of(arguments.use))
+      throw sim::InputError({.file = (out / state_file).string(), .key = "use", .value = arguments.use, .advice = "is none"});
     arguments.training.resize(identity.at("given").size());
   } catch (const nlohmann::json::exception& e) {
     throw sim::InputError({.file = (out / state_file).string(), .advice = e.what()});
@@ -411,8 +437,7 @@ int replay_investigation(const fs::path& out, int threads) {
   hooks.should_stop = interrupted;
   // What is not recorded yet ends the replay: as then, a person stopped.
   hooks.confirm = [&](const investigate::Step& step) {
-    const std::size_t at = now.steps.size() - 1;
-    return at < then.steps.size() && then.steps[at].status && then.steps[at].name == step.name;
+    return std::any_of(then.steps.begin(), then.steps.end(), [&](const auto& one) { return one.status && one.name == step.name; });
   };
   const auto recorded = [](const investigate::Investigation& one) {
     return std::count_if(one.steps.begin(), one.steps.end(), [](const investigate::Step& s) { return s.status.has_value(); });
@@ -434,27 +459,6 @@ int replay_investigation(const fs::path& out, int threads) {
   return 1;
 }
 
-std::string concealed_text(const InvestigateArguments& arguments) {
-  prove::Settings how;
-  how.strength = arguments.strength;
-  const prove::ConcealedLimb limb =
-      prove::conceal(prove::kind_of_name(arguments.effect), static_cast<std::uint64_t>(arguments.limb_seed), how);
-  Json truth{{"note", "What is concealed in the emulated limb. No computation reads this file."},
-             {"kind", arguments.effect},
-             {"seed", arguments.limb_seed},
-             {"strength", arguments.strength},
-             {"effects", Json::array()}};
-  for (const prove::TruthEffect& effect : limb.effects)
-    truth["effects"].push_back({{"name", effect.name},
-                                {"form", effect.form},
-                                {"place", effect.place},
-                                {"in_catalogue", effect.in_catalogue},
-                                {"parameters", effect.parameters},
-                                {"words", effect.words}});
-  truth["core"] = limb.core_parameters;
-  return truth.dump(2) + "\n";
-}
-
 int investigate_command(InvestigateArguments arguments) {
   if (arguments.page && (arguments.replay || arguments.dry))
     throw sim::InputError({.key = "--page", .advice = "shows sessions, and --dry-run and --replay run none"});
@@ -465,6 +469,8 @@ int investigate_command(InvestigateArguments arguments) {
   if (!arguments.emulate && (!arguments.effect.empty() || !arguments.faults.empty()))
     throw sim::InputError(
         {.key = "--effect, --fault", .advice = "are for --emulate: nothing is concealed in a limb at a port, and it is not made to fail"});
+  if (!arguments.emulate && arguments.use != "designed")
+    throw sim::InputError({.key = "--use", .value = arguments.use, .advice = "is for --emulate: it is there for comparison"});
   const plant::Plant plant = sim::read_plant_file(arguments.plant);
   hil::parts_of(plant, arguments.plant);
   std::vector<std::string> all_effects;
@@ -506,8 +512,8 @@ int investigate_command(InvestigateArguments arguments) {
                                          ". Give what it was begun with, or another --out"});
     if (stored["identity"].size() != identity.size())
       throw sim::InputError({.file = (out / state_file).string(),
-                             .key = "concealed",
-                             .advice = "it was begun with --effect; give the same, or another --out"});
+                             .key = "--effect, --use",
+                             .advice = "it was begun with one of these; give the same, or another --out"});
     try {
       state = investigate::from_json(stored);
       const bool more = stored.at("budget_s") != settings.budget_s || stored.at("probability") != settings.probability;
@@ -603,11 +609,11 @@ int investigate_command(InvestigateArguments arguments) {
   }
   finish();
   if (arguments.dry) {
-    if (state.steps.empty() || state.ending)
+    const investigate::Step* next = state.next();
+    if (!next || state.ending)
       std::printf("%s\n", report::wrap(state.ending ? state.ending_words : "nothing to do").c_str());
     else
-      std::printf("%s\n\n%s", report::wrap("would run " + investigate::announcement_of(state.steps.back())).c_str(),
-                  state.steps.back().plan->scenario_yaml.c_str());
+      std::printf("%s\n\n%s", report::wrap("would run " + investigate::announcement_of(*next)).c_str(), next->plan->scenario_yaml.c_str());
     return 0;
   }
   return print_end(state, plant, out);
@@ -643,6 +649,13 @@ void add_investigate(CLI::App& program, int& exit_code) {
                       "conceal this in the emulated limb: a kind of `sinew prove`'s generator; core: nothing");
   command->add_option("--limb-seed", arguments->limb_seed, "which limb of that kind")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--strength", arguments->strength, "of what is concealed")->check(CLI::Range(0.05, 4.0))->capture_default_str();
+  command
+      ->add_option(
+          "--use", arguments->use,
+          "of the limb's time: designed; or, for comparison, babbling, random (programmes by chance) or once (one design, repeated), "
+          "each with one look at the end of the budget")
+      ->check(CLI::IsMember({"designed", "babbling", "random", "once"}))
+      ->capture_default_str();
   command->add_option("--fault", arguments->faults,
                       "makes the emulated board fail, in the first session of this call (sinew-emulator --help)");
   command->add_option("--threads", arguments->threads, "the result does not depend on it")->check(CLI::Range(1, 1024));

@@ -9,6 +9,8 @@ namespace {
 
 using diagnose::Diagnosis;
 
+// Of an effect's trace: less is imitated by the other parameters, as apps/diagnosis_text.cpp has it.
+constexpr double imitated_share = 0.02;
 constexpr double seen_root = 5.0;  // Score::smallest_seen is the strength whose statistic is 25 on average
 
 std::string key_of(const plant::System& system, const std::vector<plant::EffectId>& effects) {
@@ -38,6 +40,7 @@ void add_unseen(Belief& belief, const Diagnosis& diagnosis, const diagnose::Diag
                           key_of(system, {score.effect}),
                           std::exp((root * std::min(found, root) - 0.5 * root * root) / divisor) / count});
     if (root < seen_root) belief.unseen.push_back(score.effect);
+    if (root < seen_root && score.smallest_seen > 0.0 && score.visible_share < imitated_share) belief.never.push_back(score.effect);
   }
 }
 

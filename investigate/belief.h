@@ -42,6 +42,7 @@ struct Belief {
   std::vector<Hypothesis> all;  // most probable first
   diagnose::Verdict verdict = diagnose::Verdict::consistent;
   std::vector<plant::EffectId> unseen;  // at usual strength these would have gone unnoticed
+  std::vector<plant::EffectId> never;   // of these, what other parameters imitate: no duty shows it to the sensors that there are
   double entropy_bit() const;
   const Hypothesis& first() const { return all.front(); }
 };

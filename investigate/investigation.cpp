@@ -17,6 +17,8 @@ using Json = nlohmann::ordered_json;
 constexpr double least_used_s = 20.0;        // of a recording that is diagnosed
 constexpr double least_experiment_s = 45.0;  // that must be left of the budget for another one
 constexpr double idle_share = 0.1;
+constexpr double longest_babbling_s = 300.0;  // of one recording
+constexpr int most_draws = 50;                // of a programme by chance, until one is within the limits
 
 std::string percent(double probability) {
   char text[16];
@@ -68,11 +70,10 @@ class Investigator {
     }
     while (!state_.ending) {
       if (stopping()) return end(Ending::stopped, "A person stopped it.");
-      if (state_.steps.empty()) state_.steps.push_back(babbling());
-      Step& last = state_.steps.back();
-      if (!last.status) {
+      if (state_.steps.empty()) babble();
+      if (Step* next = state_.next()) {
         if (dry_) return;
-        if (!record(last)) return;
+        if (!record(*next)) return;
         continue;
       }
       decide();
@@ -95,27 +96,46 @@ class Investigator {
     return std::nullopt;
   }
 
+  double planned_s() const {
+    double sum = state_.spent_s();
+    for (const Step& step : state_.steps)
+      if (!step.status && step.plan) sum += step.plan->duration_s;
+    return sum;
+  }
+  // Of the budget, for what is not planned yet.
+  double left_s() const { return settings_.budget_s - planned_s(); }
+  std::int64_t next_seed() const { return settings_.seed + static_cast<std::int64_t>(state_.steps.size()); }
+
+  // A short one to begin with; for comparison as many as the budget holds.
+  void babble() {
+    state_.steps.push_back(babbling(settings_.first_s));
+    if (settings_.use == Use::babbling) babble_on();
+  }
+  void babble_on() {
+    while (left_s() >= least_experiment_s) state_.steps.push_back(babbling(std::min(longest_babbling_s, std::floor(left_s()))));
+  }
+
   // The paper's, with fresh setpoints of its own.
-  Step babbling() const {
+  Step babbling(double duration_s) const {
     Step step;
     const std::size_t number = state_.steps.size() + 1;
     step.name = folder_name(number);
     step.origin = "babbling";
     Plan plan;
     sim::Scenario scenario;
-    scenario.comments = {"The first recording of an investigation: babbling."};
-    scenario.seed = settings_.seed + static_cast<std::int64_t>(number) - 1;
-    scenario.duration_s = settings_.first_s;
+    scenario.comments = {number == 1 ? "The first recording of an investigation: babbling." : "Babbling."};
+    scenario.seed = next_seed();
+    scenario.duration_s = duration_s;
     scenario.plant = nominal_;
     scenario.sensors = sim::usual_sensors(nominal_.system());
     scenario.start.assign(nominal_.states().size(), std::nullopt);
     sim::BabbleInput babble;
     babble.positive_drives = nominal_.system().inputs()[nominal_.system().drives().front().input].name;
-    babble.longest_hold_s = std::min(babble.longest_hold_s, settings_.first_s / 8.0);
+    babble.longest_hold_s = std::min(babble.longest_hold_s, duration_s / 8.0);
     scenario.input = babble;
     plan.words = "babbling: random setpoints of the angle, followed by the paper's controller";
     plan.family = "babbling";
-    plan.duration_s = settings_.first_s;
+    plan.duration_s = duration_s;
     plan.highest_degC = std::numeric_limits<double>::quiet_NaN();
     plan.scenario_yaml = sim::to_yaml(scenario);
     step.plan = plan;
@@ -170,7 +190,7 @@ class Investigator {
       if (step.used) recordings.push_back(std::move(recording));
     }
     if (recordings.empty()) {  // what there is was cut short
-      state_.steps.push_back(babbling());
+      babble();
       return save();
     }
     Step& last = state_.steps.back();
@@ -184,11 +204,12 @@ class Investigator {
     const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal_, recordings, {}, diagnosis_settings);
     const Belief belief = belief_of(diagnosis, settings_.diagnosis);
     last.after = believed(belief, diagnosis);
-    const double left_s = settings_.budget_s - state_.spent_s();
+    const double left_s = this->left_s();
     if (belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else) {
       if (hooks_.computing) hooks_.computing(false);
       state_.ending = Ending::resolved;
       state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
+      ask_beside_nothing(belief, diagnosis.search.core.system());
       return told();
     }
     if (left_s < least_experiment_s) {
@@ -199,7 +220,22 @@ class Investigator {
       ask_to_measure(belief, diagnosis);
       return told();
     }
+    if (settings_.use == Use::babbling) {
+      if (hooks_.computing) hooks_.computing(false);
+      told();
+      babble_on();
+      return save();
+    }
     const Question question = question_of(diagnosis, belief, settings_.diagnosis);
+    if (settings_.use == Use::random) {
+      told();
+      draw(question, diagnosis);
+      if (hooks_.computing) hooks_.computing(false);
+      if (state_.next()) return save();
+      state_.ending = Ending::budget;
+      state_.ending_words = "No programme that was drawn by chance stays within the limits.";
+      return save();
+    }
     DesignSettings design_settings;
     design_settings.longest_drive_s = std::min(settings_.longest_s, left_s - 10.0);
     design_settings.longest_s = left_s;
@@ -227,8 +263,44 @@ class Investigator {
       return told();
     }
     told();
-    state_.steps.push_back(experiment(designed, diagnosis));
+    state_.steps.push_back(experiment(designed.best, designed.tried, diagnosis));
+    if (settings_.use == Use::once) repeat();
     save();
+  }
+
+  // Programmes by chance, as many as the budget holds.
+  void draw(const Question& question, const diagnose::Diagnosis& diagnosis) {
+    std::uint64_t number = 0;
+    while (left_s() >= least_experiment_s) {
+      Expected expected;
+      for (int k = 0; k < most_draws && !expected.possible; ++k) {
+        if (stopping()) throw diagnose::Stopped{};
+        const Shape shape = random_shape(question.alternatives.front().model.system(), std::min(settings_.longest_s, left_s() - 10.0),
+                                         static_cast<std::uint64_t>(settings_.seed), number++);
+        expected = expected_of(question, shape, left_s());
+      }
+      if (!expected.possible) return;
+      expected.apart.clear();  // it is no answer to a question
+      expected.from.clear();
+      state_.steps.push_back(experiment(expected, 1, diagnosis));
+    }
+  }
+
+  // The last one again, until the budget is planned; what does not fit whole is cut short.
+  void repeat() {
+    const Step first = state_.steps.back();
+    while (left_s() >= least_experiment_s) {
+      Step step = first;
+      step.name = folder_name(state_.steps.size() + 1);
+      sim::Scenario scenario = sim::parse_scenario(first.plan->scenario_yaml, step.name + "/scenario.yaml");
+      scenario.seed = next_seed();
+      const double cut_s = std::max(0.0, scenario.duration_s - std::floor(left_s()));
+      scenario.duration_s -= cut_s;
+      step.plan->duration_s -= cut_s;
+      step.plan->cool_s = std::max(0.0, step.plan->cool_s - cut_s);
+      step.plan->scenario_yaml = sim::to_yaml(scenario);
+      state_.steps.push_back(std::move(step));
+    }
   }
 
   void told() {
@@ -236,8 +308,7 @@ class Investigator {
     if (hooks_.show) hooks_.show(state_);
   }
 
-  Step experiment(const Design& designed, const diagnose::Diagnosis& diagnosis) const {
-    const Expected& best = designed.best;
+  Step experiment(const Expected& best, std::size_t tried, const diagnose::Diagnosis& diagnosis) const {
     Step step;
     const std::size_t number = state_.steps.size() + 1;
     step.name = folder_name(number);
@@ -252,11 +323,12 @@ class Investigator {
     plan.expected_bit = best.information_nat / std::log(2.0);
     plan.separation = best.separation;
     plan.highest_degC = best.highest_degC;
-    plan.tried = designed.tried;
+    plan.tried = tried;
     const std::string question = best.apart.empty() ? "What is there?" : "Is it " + best.apart + ", or " + best.from + "?";
-    plan.scenario_yaml = sim::to_yaml(scenario_of(best.programme, nominal_, settings_.seed + static_cast<std::int64_t>(number) - 1,
-                                                  {question + " " + plan.words + ", then " + sim::shortest(plan.cool_s) + " s to cool.",
-                                                   "Designed by `sinew investigate`."}));
+    plan.scenario_yaml = sim::to_yaml(
+        scenario_of(best.programme, nominal_, next_seed(),
+                    {question + " " + plan.words + ", then " + sim::shortest(plan.cool_s) + " s to cool.",
+                     settings_.use == Use::random ? "Drawn by chance by `sinew investigate`." : "Designed by `sinew investigate`."}));
     step.plan = std::move(plan);
     return step;
   }
@@ -275,18 +347,28 @@ class Investigator {
     return count;
   }
 
+  void measure_at(std::string_view place) {
+    const std::string what = instrument_for(place);
+    if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
+      state_.measure.push_back(what);
+  }
   void ask_to_measure(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
     const plant::System& system = diagnosis.search.core.system();
-    const auto add = [&](std::string_view place) {
-      const std::string what = instrument_for(place);
-      if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
-        state_.measure.push_back(what);
-    };
     for (const Hypothesis& one : belief.all) {
       if (one.probability < 0.02) break;
-      for (const plant::EffectId e : one.effects) add(system.effects()[e].place);
-      if (one.kind == Kind::something_else) add(diagnosis.located.place);
+      for (const plant::EffectId e : one.effects) measure_at(system.effects()[e].place);
+      if (one.kind == Kind::something_else) measure_at(diagnosis.located.place);
     }
+  }
+  // That nothing is missing says nothing of what no duty can show.
+  void ask_beside_nothing(const Belief& belief, const plant::System& system) {
+    if (belief.first().kind != Kind::nothing || belief.never.empty()) return;
+    std::string names;
+    for (const plant::EffectId e : belief.never) {
+      names += (names.empty() ? "" : ", ") + std::string(system.effects()[e].name);
+      measure_at(system.effects()[e].place);
+    }
+    state_.ending_words += " That is of what duty can show: whether there is " + names + " cannot be told by duty.";
   }
 
   Investigation& state_;
@@ -313,6 +395,31 @@ std::string_view text_of(Ending ending) {
       return "interrupted";
   }
   return "";
+}
+
+std::string_view text_of(Use use) {
+  switch (use) {
+    case Use::designed:
+      return "designed";
+    case Use::babbling:
+      return "babbling";
+    case Use::random:
+      return "random";
+    case Use::once:
+      return "once";
+  }
+  return "";
+}
+
+std::optional<Use> use_of(std::string_view text) {
+  for (const Use use : {Use::designed, Use::babbling, Use::random, Use::once})
+    if (text_of(use) == text) return use;
+  return std::nullopt;
+}
+
+Step* Investigation::next() {
+  const auto next = std::find_if(steps.begin(), steps.end(), [](const Step& step) { return !step.status; });
+  return next == steps.end() ? nullptr : &*next;
 }
 
 double Investigation::spent_s() const {

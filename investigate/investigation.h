@@ -17,11 +17,23 @@
 
 namespace sinew::investigate {
 
+// What the limb's time is used for. All but the first are for comparison: they plan the whole budget ahead and look once more, at its end.
+enum class Use {
+  designed,  // each experiment by what is believed then
+  babbling,  // the paper's, all the time
+  random,    // programmes whose shape is drawn by chance, within the same limits
+  once,      // the one that is designed after the first recording, again and again
+};
+std::string_view text_of(Use use);
+std::optional<Use> use_of(std::string_view text);
+
 struct Settings {
-  double probability = 0.95;  // of one answer: it ends
-  double budget_s = 1800.0;   // of the limb's time, cooling included; recordings that are given do not count
-  double first_s = 120.0;     // of babbling, where no recording is given
-  double longest_s = 160.0;   // that an experiment drives the limb
+  Use use = Use::designed;
+  // Of one answer: it ends. The diagnosis gives 0.95 or more only to a name that gains above 4300 (diagnose/confidence.cpp).
+  double probability = 0.9;
+  double budget_s = 1800.0;  // of the limb's time, cooling included; recordings that are given do not count
+  double first_s = 120.0;    // of babbling, where no recording is given
+  double longest_s = 160.0;  // that an experiment drives the limb
   // Where the best experiment is expected to take away less than this share of the entropy, none tells.
   double least_share = 0.08;
   // So many experiments in a row that told less than a tenth of what was expected: none tells.
@@ -84,6 +96,7 @@ struct Investigation {
   std::string ending_words;
   std::vector<std::string> measure;  // where duty cannot tell: what would have to be measured
   double spent_s() const;            // of the limb's time
+  Step* next();                      // the first that is planned and not recorded; null: none
 };
 nlohmann::ordered_json to_json(const Investigation& investigation);
 Investigation from_json(const nlohmann::ordered_json& json);  // throws nlohmann::json::exception

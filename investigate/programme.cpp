@@ -2,8 +2,10 @@
 #include "investigate/programme.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "sim/random.h"
 #include "sim/text.h"
 
 namespace sinew::investigate {
@@ -76,6 +78,20 @@ std::vector<Shape> first_shapes(const plant::System& system, double longest_driv
   add(Family::together, 0, 0.4, 5.0, 15.0, 80.0);
   add(Family::together, 0, 0.14, 40.0, 30.0, 110.0);
   return all;
+}
+
+Shape random_shape(const plant::System& system, double longest_drive_s, std::uint64_t seed, std::uint64_t number) {
+  constexpr std::array families{Family::pulses_in_turn, Family::pulses_on_one, Family::hold_in_turn, Family::steps,
+                                Family::sweep_in_turn,  Family::together,      Family::against};
+  constexpr double shortest_drive_s = 40.0;
+  const sim::RandomStream chance(seed, "random programme " + std::to_string(number));
+  const auto one_of = [&](std::uint64_t n, std::size_t count) {
+    return std::min(count - 1, static_cast<std::size_t>(chance.uniform(n) * static_cast<double>(count)));
+  };
+  const auto between = [&](std::uint64_t n, double least, double most) { return least * std::pow(most / least, chance.uniform(n)); };
+  return rounded({families[one_of(0, families.size())], one_of(1, system.inputs().size()), between(2, 0.08, most_level),
+                  between(3, 2.0, 40.0), between(4, 4.0, 40.0), between(5, shortest_drive_s, std::max(shortest_drive_s, longest_drive_s))},
+                 longest_drive_s);
 }
 
 std::vector<Shape> neighbours(const Shape& shape, double longest_drive_s) {

@@ -2,6 +2,7 @@
 // A programme of duty: what an experiment does to the coils, with numbers that can be optimised.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ struct Programme {
 
 // The shapes that a search begins with: every family, short, middle and long, none longer than `longest_drive_s`.
 std::vector<Shape> first_shapes(const plant::System& system, double longest_drive_s);
+// One by chance: every family and coil alike, level and times alike in their logarithms, up to `longest_drive_s`.
+Shape random_shape(const plant::System& system, double longest_drive_s, std::uint64_t seed, std::uint64_t number);
 // The same shape with one number larger or smaller.
 std::vector<Shape> neighbours(const Shape& shape, double longest_drive_s);
 

@@ -23,9 +23,9 @@ SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "timed.csv", 
 REPORTS = ["investigation.json", "plant.yaml", "report.html", "story.txt"]
 
 
-def without():
+def without(*also_kept):
     names = [line.split()[0] for line in sinew("effects").stdout.splitlines() if line and not line.startswith(" ") and "(" in line]
-    return [name for name in names if name not in KEPT]
+    return [name for name in names if name not in KEPT and name not in also_kept]
 
 
 def call(out, *more):
@@ -72,6 +72,23 @@ def test_to_the_end():
     check("given again, it is over and changes nothing", result.returncode == 0 and all(content(f"latent/{n}") == b for n, b in before.items()), said(result))
 
 
+def test_other_uses():
+    """For comparison: the whole budget is planned ahead, with one look at its end."""
+    arguments = call("babbled", "--budget", "90s", "--effect", "latent_heat", "--limb-seed", "2", "--use", "babbling")
+    result = sinew(*arguments, timeout=600)
+    one = state("babbled")
+    steps = one["recordings"]
+    check("--use babbling: fills the budget with babbling, each with a seed of its own", result.returncode == 0 and one["spent_s"] == 90.0
+          and [step["origin"] for step in steps] == ["babbling", "babbling"] and content("babbled/recording_02/scenario.yaml").find(b"seed: 4") >= 0,
+          said(result))
+    check("--use babbling: looks once, at the end", ["believed" in step for step in steps] == [False, True], one)
+    check("the state that a later call reads does not say what is concealed", "concealed_sha256" in one["identity"]
+          and "latent_heat" not in json.dumps(one["identity"]), one["identity"])
+    result = sinew("investigate", "--replay", "--out", "babbled", timeout=600)
+    check("--use babbling: --replay makes the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
+    refused("what was begun with --use, without it", arguments[:-2], r"--effect, --use", cli.WRONG_INPUT)
+
+
 def test_nothing_concealed():
     write("on_board.yaml", "format: 1\neffects:\n  input_delay:\n    delay_s: 0.02\n")
     arguments = call("clean", "--budget", "60s")
@@ -79,6 +96,13 @@ def test_nothing_concealed():
     result = sinew(*arguments, timeout=600)
     answers = state("clean")["recordings"][0]["believed"]["answers"]
     check("a limb that is its plant: nothing is missing, most probably", result.returncode == 0 and answers[0]["key"] == "nothing", answers)
+    arguments[arguments.index("--out") + 1] = "gain"
+    arguments[arguments.index("--without") + 1] = ",".join(without("thermocouple_heat_sink"))
+    result = sinew(*arguments, "--probability", "0.5", timeout=600)
+    one = state("gain")
+    check("where it ends with nothing, it says that duty cannot show the thermocouple's gain, and what would", one["ending"]["why"] == "resolved"
+          and "thermocouple_heat_sink cannot be told by duty" in one["ending"]["words"] and "the wire's temperature" in " ".join(one["measure_instead"]),
+          said(result))
 
 
 def test_stopped_and_resumed():
@@ -127,6 +151,8 @@ def test_bad_input():
     refused("an effect that there is not", [*base, "--emulate", "--effect", "latent_hat"], r"--effect = latent_hat\n.*latent_heat")
     refused("a page where no session runs", [*base, "--emulate", "--dry-run", "--page", "8765"], r"--page\n?.*--dry-run")
     refused("an effect in a limb at a port", [*base, "--port", "/dev/null", "--effect", "latent_heat"], r"are for --emulate")
+    refused("another use of a limb at a port", [*base, "--port", "/dev/null", "--use", "once"], r"--use = once\n.*comparison")
+    refused("a use that there is not", [*base, "--emulate", "--use", "twice"], r"--use.*twice")
     refused("leaving out what there is not", [*base, "--emulate", "--without", "latent_hat"], r"did you mean latent_heat")
     refused("a recording that is not there", [*base, "--emulate", "--train", "none.csv"], r"none\.csv")
     (cli.folder / "damaged").mkdir()
@@ -172,4 +198,4 @@ def test_what_is_there_is_kept():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_what_is_there_is_kept, test_to_the_end, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))
+    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_what_is_there_is_kept, test_to_the_end, test_other_uses, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))

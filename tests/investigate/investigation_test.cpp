@@ -63,6 +63,58 @@ TEST_CASE("investigation: recordings that were given do not count as the limb's 
   CHECK(one.spent_s() == 30.0);
 }
 
+// Records nothing but rows at rest, and notes what it is asked for.
+class Counting : public Limb {
+ public:
+  explicit Counting(int until) : until_(until) {}
+  Recorded record(const sim::Scenario& scenario, const std::string& name) override {
+    asked.emplace_back(name, scenario.duration_s);
+    seeds.push_back(scenario.seed);
+    Recorded recorded;
+    recorded.recording.columns = sim::columns_of(scenario.plant.system());
+    for (int k = 0; k <= 10 * static_cast<int>(scenario.duration_s); ++k)
+      recorded.recording.samples.push_back({0.1 * k, {0.0, 0.0}, {25.0, 25.0, 0.0}});
+    if (static_cast<int>(asked.size()) >= until_) recorded.status = hil::SessionStatus::stopped;
+    return recorded;
+  }
+  sim::Recording read(const std::string&) override { return {}; }
+  std::vector<std::pair<std::string, double>> asked;
+  std::vector<std::int64_t> seeds;
+
+ private:
+  int until_;
+};
+
+TEST_CASE("investigation: babbling for comparison fills the budget with recordings of their own seeds, without a look in between") {
+  Settings settings;
+  settings.use = Use::babbling;
+  settings.budget_s = 760.0;
+  settings.seed = 9;
+  Counting limb(3);  // a person stops the last one, so that no diagnosis is made
+  Investigation state;
+  investigate::investigate(state, plant::default_plant(), settings, limb, {}, false);
+  // By hand: 120 s, and of the 640 s that are left 300 s, 300 s; 40 s are too short for one.
+  const std::vector<std::pair<std::string, double>> due{{"recording_01", 120.0}, {"recording_02", 300.0}, {"recording_03", 300.0}};
+  REQUIRE(state.steps.size() == due.size());
+  for (std::size_t k = 0; k < due.size(); ++k) CHECK(state.steps[k].plan->duration_s == due[k].second);
+
+  // The second one stopped: what is planned and recorded is kept, and goes through a file.
+  Counting stopped(2);
+  Investigation half;
+  investigate::investigate(half, plant::default_plant(), settings, stopped, {}, false);
+  CHECK(half.ending == Ending::stopped);
+  CHECK(stopped.asked == std::vector<std::pair<std::string, double>>(due.begin(), due.begin() + 2));
+  CHECK(stopped.seeds == std::vector<std::int64_t>{9, 10});
+  Investigation read = from_json(to_json(half));
+  REQUIRE(read.next() != nullptr);
+  CHECK(read.next()->name == "recording_03");
+}
+
+TEST_CASE("investigation: every use of the limb's time has a name that is read again") {
+  for (const Use use : {Use::designed, Use::babbling, Use::random, Use::once}) CHECK(use_of(text_of(use)) == use);
+  CHECK_FALSE(use_of("twice"));
+}
+
 TEST_CASE("belief: half and two quarters leave one bit and a half open") {
   Belief belief;
   belief.all = {{Kind::named, {}, "a", 0.5}, {Kind::named, {}, "b", 0.25}, {Kind::something_else, {}, "c", 0.25}};

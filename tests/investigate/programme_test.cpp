@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <set>
+
 #include "investigate/information.h"
 #include "plant/systems.h"
 #include "sim/simulation.h"
@@ -49,6 +51,30 @@ TEST_CASE("programme: its scenario commands what the programme says, to the tick
       for (std::size_t i = 0; i < row.inputs.size(); ++i) CHECK(command.inputs[i] == doctest::Approx(row.inputs[i]).epsilon(1e-9));
     }
   }
+}
+
+TEST_CASE("programme by chance: one number one shape, others other ones, all within what shapes may be") {
+  const Shape one = random_shape(limb.system(), 160.0, 3001, 5), again = random_shape(limb.system(), 160.0, 3001, 5);
+  CHECK(one.drive_s == again.drive_s);
+  CHECK(one.level_fraction == again.level_fraction);
+  std::set<Family> families;
+  std::set<std::size_t> coils;
+  std::set<double> levels;
+  for (std::uint64_t n = 0; n < 200; ++n) {
+    const Shape shape = random_shape(limb.system(), 160.0, 3001, n);
+    families.insert(shape.family);
+    coils.insert(shape.coil);
+    levels.insert(shape.level_fraction);
+    CHECK(shape.drive_s >= 40.0);
+    CHECK(shape.drive_s <= 160.0);
+    CHECK(shape.level_fraction >= 0.08);
+    CHECK(shape.level_fraction <= 0.6);
+    CHECK_FALSE(programme_of(shape, limb.system()).parts.empty());
+  }
+  CHECK(families.size() == 7);
+  CHECK(coils.size() == 2);
+  CHECK(levels.size() > 50);
+  CHECK(random_shape(limb.system(), 45.0, 1, 0).drive_s <= 45.0);
 }
 
 TEST_CASE("device limits: full duty for half a minute passes the on-time, short pulses do not") {
