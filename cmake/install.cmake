@@ -22,7 +22,7 @@ foreach(room plant sim diagnose model report)
   set_target_properties(sinew_${room} PROPERTIES EXPORT_NAME ${room})
   install(TARGETS sinew_${room} EXPORT sinewTargets)
   install(DIRECTORY ${room}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/sinew/${room} FILES_MATCHING PATTERN "*.h")
-  install(CODE "execute_process(COMMAND ${CMAKE_STRIP} --strip-debug
+  install(CODE "execute_process(COMMAND ${CMAKE_STRIP} --strip-unneeded
     \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/libsinew_${room}.a COMMAND_ERROR_IS_FATAL ANY)")
 endforeach()
 target_compile_definitions(sinew_plant INTERFACE EIGEN_MAX_ALIGN_BYTES=16)  # as the libraries were compiled
