@@ -67,7 +67,7 @@ ordered_json round_json(const Diagnosis& d, const diagnose::Round& round, const 
   json["accepted"] = round.accepted;
   json["gain"] = round.gain;
   json["chance"] = round.chance;
-  json["unrest_before"] = round.before.unrest;
+  json["unrest_before"] = round.before.process_noise;
   json["candidates"] = ordered_json::array();
   for (const auto& candidate : round.candidates) {
     ordered_json one{{"name", name_of(d, candidate.effect)},
@@ -132,8 +132,8 @@ ordered_json support_json(const diagnose::Support& support) {
           {"surrogate", support.surrogate}};
 }
 
-ordered_json chance_json(const diagnose::UnrestByChance& chance) {
-  return {{"drawn", chance.drawn},    {"as_large", chance.as_large}, {"unrest", chance.unrest},
+ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance) {
+  return {{"drawn", chance.drawn},    {"as_large", chance.as_large}, {"unrest", chance.process_noise},
           {"air_K", chance.nuisance}, {"largest", chance.largest},   {"probability", chance.probability()}};
 }
 
@@ -229,8 +229,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     json["proposals"].push_back({{"effects", names_of(d, one.effects)}, {"log_odds", one.log_odds}, {"probability", one.probability}});
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
-  json["unrest"] = {{"core", d.search.core.unrest}, {"repaired", d.answer.unrest}};
-  if (d.unrest_after_refit) json["unrest"]["after_refit"] = *d.unrest_after_refit;
+  json["unrest"] = {{"core", d.search.core.process_noise}, {"repaired", d.answer.process_noise}};
+  if (d.process_noise_after_refit) json["unrest"]["after_refit"] = *d.process_noise_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(d, stand_ins(d));
   json["fitted"] = fitted_json(d);

@@ -14,7 +14,7 @@ namespace sinew::apps {
 using InputHashes = std::map<std::string, std::string>;
 
 nlohmann::ordered_json support_json(const diagnose::Support& support);
-nlohmann::ordered_json chance_json(const diagnose::UnrestByChance& chance);
+nlohmann::ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance);
 
 // Place, odds, curve and band of physics without a name.
 nlohmann::ordered_json law_json(const diagnose::Diagnosis& diagnosis, const diagnose::FoundLaw& found);

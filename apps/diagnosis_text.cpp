@@ -354,13 +354,13 @@ std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings&
 
 // What chance has to do with what is left, where that was asked.
 std::string chance_of_the_rest(const Diagnosis& d) {
-  const diagnose::UnrestByChance& chance = *d.by_chance;
+  const diagnose::ProcessNoiseByChance& chance = *d.by_chance;
   const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that varies by " +
                                 report::fixed(chance.nuisance, 2) + " K, ";
   return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
                                    std::to_string(chance.as_large) + " left as much: it may be chance."
                              : "What is left is not much: none of " + simulated + "left as much, but one left " +
-                                   percent(chance.largest / chance.unrest) + " of it.";
+                                   percent(chance.largest / chance.process_noise) + " of it.";
 }
 
 // "+0.31 W at 25 °C, ... and -0.2 W at 90 °C": ends and middle.

@@ -118,7 +118,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     for (const plant::EffectId e : one.names) terms.push_back(system.effects()[e].name);
     for (const plant::EffectId e : one.explanation.effects())
       if (with_laws.effects()[e].law) terms.push_back(plant::law_words(with_laws, with_laws.laws()[*with_laws.effects()[e].law]));
-    result["bent"].push_back({{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"process_noise", one.explanation.unrest}});
+    result["bent"].push_back(
+        {{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"process_noise", one.explanation.process_noise}});
   }
   result["laws"] = Json::array();
   for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));
@@ -127,7 +128,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   result["objections"] = Json::array();
   if (diagnosis.objections.leaves_too_much) result["objections"].push_back("it leaves too much");
   for (const std::string& words : objection_words(system, diagnosis.objections)) result["objections"].push_back("it " + words);
-  result["unrest"] = {diagnosis.search.core.unrest, diagnosis.search.best.unrest};
+  result["unrest"] = {diagnosis.search.core.process_noise, diagnosis.search.best.process_noise};
   if (diagnosis.by_chance) result["by_chance"] = chance_json(*diagnosis.by_chance);
   for (const auto& round : diagnosis.search.rounds)
     result["rounds"].push_back({{"best", round.candidates.empty() ? Json() : Json(system.effects()[round.candidates.front().effect].name)},
@@ -138,7 +139,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     for (const auto& candidate : diagnosis.search.rounds[r].candidates)
       if (candidate.explanation.usable)
         result["rounds"][r]["candidates"].push_back({system.effects()[candidate.effect].name, candidate.explanation.log_evidence,
-                                                     candidate.explanation.misfit, candidate.explanation.unrest});
+                                                     candidate.explanation.misfit, candidate.explanation.process_noise});
   const auto numbers_of = [](const std::vector<plant::EffectId>& effects) {
     std::vector<std::size_t> numbers;
     for (const plant::EffectId e : effects) numbers.push_back(e.index);
@@ -147,7 +148,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
     result["explanations"].push_back({{"evidence", one->log_evidence},
                                       {"misfit", one->misfit},
-                                      {"unrest", one->unrest},
+                                      {"unrest", one->process_noise},
                                       {"forcing", one->forcing.values()},
                                       {"effects", numbers_of(one->effects())}});
   for (const auto* one : {&diagnosis.agreement_before, &diagnosis.agreement_after})
@@ -184,7 +185,7 @@ double refit_with_truth(const plant::Plant& nominal, const prove::Concealed& con
   }
   settings.search.without = all_effects(system);
   settings.search.most_laws = 0;
-  settings.certain_unrest = 0.0;  // only the fit is wanted
+  settings.certain_process_noise = 0.0;  // only the fit is wanted
   settings.search.guess = guess;
   const diagnose::Diagnosis known = diagnose::diagnose(with_truth, training, held_out, settings);
   return normalised(known.held_out.after, known.held_out.noise);
@@ -281,7 +282,7 @@ Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
   core_alone.search.most_laws = 0;
-  core_alone.certain_unrest = 0.0;  // only the fit is wanted
+  core_alone.certain_process_noise = 0.0;  // only the fit is wanted
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, core_alone);
   if (lacks_baselines(one, kept)) kept["baselines"] = baselines(diagnosis, given.settings);
   if (lacks_oracle(one, kept)) kept["oracle"] = oracle_json(one, given, diagnosis);

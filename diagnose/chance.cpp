@@ -61,8 +61,8 @@ sim::Recording drawn_recording(const Explanation& from, std::size_t r, double nu
 
 }  // namespace
 
-UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const std::vector<FitData>& data, int threads, std::uint64_t seed,
-                                const ExplanationSettings& settings) {
+ProcessNoiseByChance process_noise_by_chance(const Explanation& found, double process_noise, const std::vector<FitData>& data, int threads,
+                                             std::uint64_t seed, const ExplanationSettings& settings) {
   constexpr std::size_t most = 99, at_once = 4;
   // The fit begins where the draw was made, so that a short one is near; one that matters is fitted to the end.
   ExplanationSettings shortly = settings;
@@ -71,8 +71,8 @@ UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const s
   shortly.enough = 1.0;
   ForcingSize size;
   static_cast<void>(likelihood_with(found, nuisance_free(found.system()), &size));
-  UnrestByChance result;
-  result.unrest = unrest;
+  ProcessNoiseByChance result;
+  result.process_noise = process_noise;
   result.nuisance = nuisance_of(found.system(), size);
   while (result.drawn < most && result.as_large == 0) {
     std::vector<double> drawn(std::min(at_once, most - result.drawn));
@@ -85,14 +85,14 @@ UnrestByChance unrest_by_chance(const Explanation& found, double unrest, const s
       std::vector<FitData> instead = data;
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];
       Explanation again = explain(found.problem->centres(), instead, found.as_guess(), shortly);
-      if (again.usable && again.unrest >= unrest)
+      if (again.usable && again.process_noise >= process_noise)
         if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable) again = whole;
-      drawn[i] = again.usable ? again.unrest : unrest;
-      if (again.usable && again.unrest >= unrest) drawn[i] = unrest_after_refit(again, instead, settings);
+      drawn[i] = again.usable ? again.process_noise : process_noise;
+      if (again.usable && again.process_noise >= process_noise) drawn[i] = process_noise_after_refit(again, instead, settings);
     });
     for (const double one : drawn) {
       ++result.drawn;
-      result.as_large += one >= unrest;
+      result.as_large += one >= process_noise;
       result.largest = std::max(result.largest, one);
     }
   }

@@ -101,7 +101,7 @@ Objections objections_to(const Explanation& answer, const std::vector<plant::Eff
         share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
       result.channels.push_back(c);
   result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
-  result.patchwork = effects.size() > 2 && answer.unrest >= settings.search.visible_process_noise;
+  result.patchwork = effects.size() > 2 && answer.process_noise >= settings.search.visible_process_noise;
   result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return !sensible(e, answer); });
   return result;
 }
@@ -391,7 +391,7 @@ class Diagnoser {
 
   // Where an explanation leaves something its forcings carry it, and its path must be fitted by itself.
   Fitted path_of(const Explanation& explanation) const {
-    return explanation.unrest < search_.visible_process_noise ? fitted(explanation) : polished(explanation, data_, search_.fit);
+    return explanation.process_noise < search_.visible_process_noise ? fitted(explanation) : polished(explanation, data_, search_.fit);
   }
 
   plant::Start start_there(const plant::Plant& plant, std::size_t held_out) const {
@@ -459,19 +459,20 @@ class Diagnoser {
     effects_.clear();
     laws_.clear();
     result_.by_chance.reset();
-    result_.unrest_after_refit.reset();
+    result_.process_noise_after_refit.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
     score_held_out();
   }
 
   // Whether an explanation leaves more than there is where nothing is missing.
   bool leaves_something(const Explanation& explanation, double limit) {
-    if (explanation.unrest < limit) return false;
-    if (explanation.unrest >= settings_.certain_unrest) return true;
+    if (explanation.process_noise < limit) return false;
+    if (explanation.process_noise >= settings_.certain_process_noise) return true;
     tell(0.98, "asking how much is left by chance");
-    result_.unrest_after_refit = unrest_after_refit(explanation, data_, search_.fit);
-    if (*result_.unrest_after_refit < limit) return false;
-    result_.by_chance = unrest_by_chance(explanation, *result_.unrest_after_refit, data_, search_.threads, search_.seed, search_.fit);
+    result_.process_noise_after_refit = process_noise_after_refit(explanation, data_, search_.fit);
+    if (*result_.process_noise_after_refit < limit) return false;
+    result_.by_chance =
+        process_noise_by_chance(explanation, *result_.process_noise_after_refit, data_, search_.threads, search_.seed, search_.fit);
     return result_.by_chance->as_large == 0;
   }
 
@@ -562,7 +563,7 @@ class Diagnoser {
       ++channels_off;
     }
     result_.by_chance.reset();
-    result_.unrest_after_refit.reset();
+    result_.process_noise_after_refit.reset();
     result_.answer = path.of;
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);
@@ -590,7 +591,7 @@ class Diagnoser {
   // What the plant as given can do by the other weighting of the channels, from the same search effort. What was added must be better than
   // either, channel by channel. Where nothing was, and the plant is wrong, there is one weighting: `calibrate`'s.
   void calibrate_as_given() {
-    if (nothing_added() && core().unrest < search_.visible_process_noise) return;  // both weigh by the sensors' noise
+    if (nothing_added() && core().process_noise < search_.visible_process_noise) return;  // both weigh by the sensors' noise
     tell(0.985, "calibrating the plant as given");
     CalibrationSettings calibration;
     calibration.start = search_.fit.start;

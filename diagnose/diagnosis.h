@@ -25,10 +25,11 @@ struct DiagnosisSettings {
   double fit_until_s = 1e300;       // of each training recording; what comes later is held out
   StartPolicy start = StartPolicy::estimated;
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
-  double least_explained_share = 0.9;  // of the misfit: with less, the limit for unrest is that of the core
+  double least_explained_share = 0.9;  // of the misfit: with less, the limit for process noise is that of the core
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
-  // Unrest between search.visible_process_noise and this is held against simulated recordings in which nothing is missing (chance.h).
-  double certain_unrest = 2500.0;
+  // Process noise between search.visible_process_noise and this is held against simulated recordings in which nothing is missing
+  // (chance.h).
+  double certain_process_noise = 2500.0;
   // Of what a channel's path was off before, squared, at most this may be left after, unless that is no more than ordinary surroundings do
   // (ChannelInfo::ordinary_disturbance), beside twice the sensor's noise.
   double most_left_of_channel = 0.3;
@@ -131,10 +132,10 @@ struct Diagnosis {
   double explained_share = 0.0;
   bool by_paths = false;  // the effects were found by open-loop simulation (proposals.h)
   Proposals proposals;    // that were compared then
-  // Where the verdict hangs on an unrest that is not large: what is left of it once the parameters are fitted again without the
+  // Where the verdict hangs on a process noise that is not large: what is left of it once the parameters are fitted again without the
   // forcings that carry it; and, unless that is nothing, how large it becomes where nothing is missing.
-  std::optional<double> unrest_after_refit;
-  std::optional<UnrestByChance> by_chance;
+  std::optional<double> process_noise_after_refit;
+  std::optional<ProcessNoiseByChance> by_chance;
   double visibility = 0.0;         // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;  // effects that were not found
   LeftOver left_over;

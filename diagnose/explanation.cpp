@@ -178,13 +178,13 @@ ForcingSize nuisance_to_begin_with(const Explanation& at) {
 
 }  // namespace
 
-double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
+double process_noise_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
   ExplanationSettings nuisance_alone = settings;
   nuisance_alone.free = nuisance_free(at.system());
   Guess guess = at.as_guess();
   guess.forcing = nuisance_to_begin_with(at);
   const Explanation again = explain(at.problem->centres(), data, guess, nuisance_alone);
-  return again.usable ? std::min(at.unrest, 2.0 * (at.log_posterior - again.log_posterior)) : at.unrest;
+  return again.usable ? std::min(at.process_noise, 2.0 * (at.log_posterior - again.log_posterior)) : at.process_noise;
 }
 
 std::vector<Guess> with_other_starts(const Explanation& at) {
@@ -301,7 +301,7 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
   }
   if (!best) return result;
   static_cast<void>(best->maximise(result.residual, nuisance_to_begin_with(result), nuisance_free(result.system()), 1.3));
-  result.unrest = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
+  result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
   Eigen::MatrixXd whitened = result.residual;
   best->whiten(whitened);
   result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());

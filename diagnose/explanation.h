@@ -57,7 +57,7 @@ struct Explanation {
   // anything does.
   double misfit = 0.0;
   // 2 (log likelihood with all forcings - with the surroundings, and what varies, alone): what is still there that these do not explain.
-  double unrest = 0.0;
+  double process_noise = 0.0;
   bool usable = false;
 
   plant::Plant model() const { return problem->plant_at(z.data()); }
@@ -77,9 +77,9 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr);
 
-// What the forcings beside the surroundings gain in twice the log posterior, if the unknowns are fitted again without them: the unrest, but
-// for what other values of the parameters would do as well. At most `at.unrest`.
-double unrest_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings);
+// What the forcings beside the surroundings gain in twice the log posterior, if the unknowns are fitted again without them: the process
+// noise, but for what other values of the parameters would do as well. At most `at.process_noise`.
+double process_noise_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
 // The same guess with other first values of one recording, which a fit that began at these does not feel (System::other_starts); of
 // every recording that has such.

@@ -92,21 +92,21 @@ class Searcher {
   // with small ones, from other first values, from the effects alone, from the whole path's least
   // squares.
   void settle(Explanation& explanation) const {
-    if (explanation.unrest <= settings_.settled_process_noise) return;
+    if (explanation.process_noise <= settings_.settled_process_noise) return;
     const ForcingSize small = small_forcing(system_);
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
       if (unknown.parameter && system_.parameters()[*unknown.parameter].effect) effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
-    if (explanation.unrest <= settings_.settled_process_noise) return;
+    if (explanation.process_noise <= settings_.settled_process_noise) return;
     for (Guess& begun : with_other_starts(explanation)) {
       begun.forcing = small;
       try_from(begun, explanation);
     }
-    if (effects.values.empty() || explanation.unrest <= settings_.settled_process_noise) return;
+    if (effects.values.empty() || explanation.process_noise <= settings_.settled_process_noise) return;
     try_from(effects, explanation);
-    if (explanation.unrest <= settings_.settled_process_noise) return;
+    if (explanation.process_noise <= settings_.settled_process_noise) return;
     Guess path = polished(explanation, data_, settings_.fit).of.as_guess();
     path.forcing = small;
     try_from(path, explanation);
@@ -223,7 +223,7 @@ class Searcher {
     const double largest = round.scores.best.empty() ? 0.0 : round.scores.all[round.scores.best.front()].statistic;
     round.gain = largest;
     round.chance = family_wise_probability(round.scores, largest, settings_.seed);
-    if (before.unrest < settings_.settled_process_noise && largest < 0.6 * settings_.least_gain) return round;
+    if (before.process_noise < settings_.settled_process_noise && largest < 0.6 * settings_.least_gain) return round;
     round.candidates = fitted(before, round.scores, number == 0 ? settings_.refits : settings_.refits / 2, from, to,
                               number == 0 ? "trying effects" : "trying further effects");
     if (round.candidates.empty() || !round.candidates.front().explanation.usable) return round;
@@ -759,11 +759,11 @@ bool is_own(const plant::System& system, const std::vector<plant::EffectId>& nam
 }
 
 double as_good_as_nothing(const Explanation& core, const SearchSettings& settings) {
-  return std::max(settings.visible_process_noise, settings.nothing_left_share * core.unrest);
+  return std::max(settings.visible_process_noise, settings.nothing_left_share * core.process_noise);
 }
 
 bool nothing_left(const Search& search, const SearchSettings& settings) {
-  return search.best.unrest < as_good_as_nothing(search.core, settings);
+  return search.best.process_noise < as_good_as_nothing(search.core, settings);
 }
 
 Search search(const plant::Plant& nominal, const std::vector<FitData>& data, const SearchSettings& settings) {

@@ -26,9 +26,9 @@ struct SearchSettings {
   // A further effect must gain at least this share of what the first one did: beside a strong effect the linearised noise
   // model is off by as much.
   double least_share_of_first = 0.015;
-  double settled_process_noise = 40.0;   // unrest below this is nothing
-  double visible_process_noise = 250.0;  // unrest of the core above this is missing physics, whether or not it has a name
-  // Beside a strong effect the linearised noise model is off: of the core's unrest, this share is as good as nothing.
+  double settled_process_noise = 40.0;   // process noise below this is nothing
+  double visible_process_noise = 250.0;  // process noise of the core above this is missing physics, whether or not it has a name
+  // Beside a strong effect the linearised noise model is off: of the core's process noise, this share is as good as nothing.
   double nothing_left_share = 0.002;
   std::size_t pairs = 8;       // fitted at once, where effects one by one leave something
   std::size_t bent_names = 4;  // that laws are added to: the best of the first round
@@ -83,7 +83,7 @@ Guess guess_with(const Explanation& at, const Score& score);
 // Whether a law enters the equation, or the reading, of one of these names: that name in a form of its own.
 bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law);
 
-// The unrest below which an explanation leaves nothing, beside the core's.
+// The process noise below which an explanation leaves nothing, beside the core's.
 double as_good_as_nothing(const Explanation& core, const SearchSettings& settings);
 
 // Whether the best explanation leaves no more than noise.

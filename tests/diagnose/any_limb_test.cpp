@@ -64,7 +64,7 @@ TEST_CASE("any limb: two coils written out are fitted as the limb of format 1, t
   CHECK(explained.residual == again.residual);
   CHECK(explained.forcing == again.forcing);
   CHECK(explained.log_evidence == again.log_evidence);
-  CHECK(explained.unrest == again.unrest);
+  CHECK(explained.process_noise == again.process_noise);
   const std::vector<plant::EffectId> candidates{testing::effect("thermocouple_lag"), testing::effect("hard_stop"),
                                                 testing::effect("input_delay")};
   const Scores scores = score(explained, candidates, 1), scores_again = score(again, candidates, 1);

@@ -9,7 +9,7 @@
 namespace diagnose_chance_test {
 
 using namespace sinew;
-using diagnose::UnrestByChance;
+using diagnose::ProcessNoiseByChance;
 
 namespace {
 
@@ -21,45 +21,45 @@ sim::Scenario with_sensors_of_the_paper() {
 
 }  // namespace
 
-TEST_CASE("chance: much unrest never comes by it, whatever the number of threads" * long_when_sanitized) {
+TEST_CASE("chance: much process noise never comes by it, whatever the number of threads" * long_when_sanitized) {
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
-  CHECK(limb.core.unrest < 50.0);
-  const UnrestByChance by_one = diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 1, 7, limb.settings);
+  CHECK(limb.core.process_noise < 50.0);
+  const ProcessNoiseByChance by_one = diagnose::process_noise_by_chance(limb.core, 1e4, limb.data, 1, 7, limb.settings);
   CHECK(by_one.drawn == 99);
   CHECK(by_one.as_large == 0);
   CHECK(by_one.probability() == 0.01);
   CHECK(by_one.largest > 0.0);
   CHECK(by_one.largest < 250.0);
-  CHECK(diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 2, 7, limb.settings).largest == by_one.largest);
-  CHECK(diagnose::unrest_by_chance(limb.core, 1e4, limb.data, 2, 8, limb.settings).largest != by_one.largest);
+  CHECK(diagnose::process_noise_by_chance(limb.core, 1e4, limb.data, 2, 7, limb.settings).largest == by_one.largest);
+  CHECK(diagnose::process_noise_by_chance(limb.core, 1e4, limb.data, 2, 8, limb.settings).largest != by_one.largest);
 }
 
 TEST_CASE("chance: as much as any has comes with the first draws, and no more are made") {
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
-  const UnrestByChance any = diagnose::unrest_by_chance(limb.core, -1e9, limb.data, 2, 7, limb.settings);
+  const ProcessNoiseByChance any = diagnose::process_noise_by_chance(limb.core, -1e9, limb.data, 2, 7, limb.settings);
   CHECK(any.drawn == 4);
   CHECK(any.as_large == 4);
   CHECK(any.probability() == 1.0);
 }
 
-TEST_CASE("chance: an unrest that other parameters take away as well is none") {
+TEST_CASE("chance: process noise that other parameters take away as well is none") {
   testing::FittedCore limb(with_sensors_of_the_paper());
   REQUIRE(limb.core.usable);
-  limb.core.unrest = 1e4;  // as where the forcings beside the air let the parameters slide
-  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) < 20.0);
-  limb.core.unrest = -5.0;
-  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) <= -5.0);
+  limb.core.process_noise = 1e4;  // as where the forcings beside the air let the parameters slide
+  CHECK(diagnose::process_noise_after_refit(limb.core, limb.data, limb.settings) < 20.0);
+  limb.core.process_noise = -5.0;
+  CHECK(diagnose::process_noise_after_refit(limb.core, limb.data, limb.settings) <= -5.0);
 }
 
-TEST_CASE("chance: what is missing leaves an unrest that no other parameters take away") {
+TEST_CASE("chance: what is missing leaves process noise that no other parameters take away") {
   sim::Scenario scenario = with_sensors_of_the_paper();
   scenario.plant = diagnose::with_effect(scenario.plant, testing::effect("thermocouple_lag"));
   scenario.plant.set_in_file_units(testing::parameter("thermocouple_lag.time_constant_s"), 0.5);
   const testing::FittedCore limb(scenario);
   REQUIRE(limb.core.usable);
-  CHECK(diagnose::unrest_after_refit(limb.core, limb.data, limb.settings) > 250.0);
+  CHECK(diagnose::process_noise_after_refit(limb.core, limb.data, limb.settings) > 250.0);
 }
 
 }  // namespace diagnose_chance_test

@@ -171,7 +171,7 @@ TEST_CASE("linear inputs: a plant that is no limb is calibrated, and explained w
   REQUIRE(explained.usable);
   for (std::size_t u = 0; u < 2; ++u)
     CHECK(std::abs(explained.value(u) - other.get(*explained.problem->unknowns()[u].parameter)) < 4.0 * explained.deviation(u));
-  CHECK(explained.unrest < 20.0);
+  CHECK(explained.process_noise < 20.0);
 }
 
 }  // namespace diagnose_linear_inputs_test

@@ -126,7 +126,7 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
   const sim::Recording nothing = recorded_with("", 0.0);
   const Search clean = search(plant::default_plant(), data_of(nothing), settings);
   CHECK(clean.best.effects().empty());
-  CHECK(clean.best.unrest < 40.0);
+  CHECK(clean.best.process_noise < 40.0);
 
   const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
   const Search found = search(plant::default_plant(), data_of(lagging), settings);
@@ -134,7 +134,7 @@ TEST_CASE("search: names what was left out and its size, and finds nothing where
   for (std::size_t u = 0; u < found.best.problem->unknowns().size(); ++u)
     if (found.best.problem->unknowns()[u].name == "thermocouple_lag.time_constant_s")
       CHECK(std::abs(found.best.value(u) - 0.8) < 3.0 * found.best.deviation(u));
-  CHECK(found.best.unrest < 40.0);
+  CHECK(found.best.process_noise < 40.0);
 }
 
 TEST_CASE("search: what is taken out of the catalogue is not found, and what is left does not look like noise" * long_when_sanitized) {
@@ -143,7 +143,7 @@ TEST_CASE("search: what is taken out of the catalogue is not found, and what is 
   settings.without = {testing::effect("thermocouple_lag"), testing::effect("junction")};  // a junction without current lags, too
   const sim::Recording lagging = recorded_with("thermocouple_lag.time_constant_s", 0.8);
   const Search without = search(plant::default_plant(), data_of(lagging), settings);
-  CHECK(without.best.unrest > 1000.0);
+  CHECK(without.best.process_noise > 1000.0);
 }
 
 }  // namespace diagnose_search_test
