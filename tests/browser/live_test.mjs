@@ -10,19 +10,12 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
 import {with_report} from './browser.mjs';
+import {check, end} from './check.mjs';
 
 const [program, picture] = process.argv.slice(2);
 if (!program) {
   console.error('usage: node live_test.mjs path/to/sinew [screenshot.png]');
   process.exit(2);
-}
-
-let passed = 0;
-let failed = 0;
-function check(statement, holds, found) {
-  if (holds) ++passed; else ++failed;
-  const instead = holds || found === undefined ? '' : `; found ${JSON.stringify(found)}`;
-  console.log(`${holds ? 'ok  ' : 'FAIL'}  ${statement}${instead}`);
 }
 
 const port = await new Promise((done) => {
@@ -76,5 +69,4 @@ try {
   session?.kill();
   rmSync(folder, {recursive: true, force: true});
 }
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed > 0 ? 1 : 0);
+end();

@@ -4,19 +4,12 @@
 // Exits with 0 when every check passes. Once, before the first run: npm ci in tests/browser.
 
 import {with_report} from './browser.mjs';
+import {check, end} from './check.mjs';
 
 const [path, picture] = process.argv.slice(2);
 if (!path) {
   console.error('usage: node report_test.mjs path/to/report.html [screenshot.png]');
   process.exit(2);
-}
-
-let passed = 0;
-let failed = 0;
-function check(statement, holds, found) {
-  if (holds) ++passed; else ++failed;
-  const instead = holds || found === undefined ? '' : `; found ${JSON.stringify(found)}`;
-  console.log(`${holds ? 'ok  ' : 'FAIL'}  ${statement}${instead}`);
 }
 
 // In the page: the time plots, first those of the axis with the most plots.
@@ -252,5 +245,4 @@ try {
 } catch (error) {
   check('the browser came to the end of the test', false, String(error));
 }
-console.log(`${passed} passed, ${failed} failed`);
-process.exit(failed === 0 ? 0 : 1);
+end();
