@@ -8,8 +8,8 @@ import {pathToFileURL} from 'node:url';
 
 import {chromium} from 'playwright-core';
 
-// Opens `path` from the disk, or an address of this machine, and hands {page, complaints, url} to `use`; whatever happens, the browser is closed and
-// its profile removed. complaints: console errors and warnings, uncaught exceptions, and every request but the page's and, of
+// Opens `path` from the disk, or an address of this machine, and hands {page, complaints, url} to `use`; whatever happens, the browser is
+// closed and its profile removed. complaints: console errors and warnings, uncaught exceptions, and every request but the page's and, of
 // an address, that for its events.
 export async function with_report(path, options, use) {
   const profile = mkdtempSync(join(tmpdir(), 'sinew-browser-'));

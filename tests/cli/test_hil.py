@@ -366,7 +366,8 @@ def test_page():
     same_bytes("a session with and without --page", "unshown", "shown", [*SESSION_FILES, "twin.yaml"])
     check("--page: another path, another method, another host (DNS rebinding) are refused", [one[0] for one in at_work] == [404, 405, 403], at_work)
 
-    # Long enough that all of them come while it runs. Connected from the beginning: one that never reads, one that goes away, one that never asks, one that talks nonsense.
+    # Long enough that all of them come while it runs. Connected from the beginning: one that never reads, one that goes away, one
+    # that never asks, one that talks nonsense.
     write("stare.yaml", BABBLE.replace("duration_s: 30", "duration_s: 200"))
     began = time.monotonic()
     sinew("hil", "stare.yaml", "--emulate", "--out", "alone", "--twin", cli.PAPER_LIMB)
