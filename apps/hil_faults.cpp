@@ -373,7 +373,8 @@ std::vector<Row> all_rows() {
   add("device", "fuses: brown-out detection at 2.7 V", Due::refusal, {"fuse_extended@0=253"}, "brown-out detection is off");
   add("plant", "coil open", Due::evidence, {"coil_open:A@"}, "not_following");
   add("plant", "supply sags to 6 V", Due::nothing, {"supply_V@=6"});
-  add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected|not_following");
+  // The host looks for 30 K: more than a coil loses in the few seconds that are left of the short sessions.
+  add("plant", "supply sags to 5 V: as if the thermocouple read cold", Due::host, {"supply_V@=5"}, "objected|not_following", false, true);
   // Two errors that hide each other: the readings look right. Heat goes with the square of the supply: 7.98 V are 1.3 of it.
   add("both", "supply at 8 V from the start, both thermocouples show 0.8 of the rise", Due::cool,
       {"supply_V@0=8", "sensor_scale:A@0=0.8", "sensor_scale:B@0=0.8"}, "finished|objected", false, true);
