@@ -146,7 +146,7 @@ std::string read_file(const std::filesystem::path& path) {
     content.resize(static_cast<std::size_t>(facts.st_size) + 1);
   }
   for (std::size_t length = 0;;) {
-    if (length == content.size()) content.resize(std::max(2 * length, least_room));
+    if (length == content.size()) content.resize(std::clamp(2 * length, least_room, most_bytes + 1));
     const ssize_t got = ::read(file.number(), content.data() + length, content.size() - length);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail(path, "cannot read", errno);

@@ -23,7 +23,7 @@ from pathlib import Path
 import test_cli as cli
 from test_cli import PAPER_LIMB, ROOT, WRONG_INPUT, check, write
 
-LONGEST_S, MOST_BYTES = 10.0, 1 << 30
+LONGEST_S, MOST_BYTES = 20.0, 1 << 30
 SCENARIO = (ROOT / "scenarios/babble_bidirectional.yaml").read_text()
 STEP = "format: 1\nduration_s: 5\ninput: { duty_A: { step: { height_fraction: 0.4, from_s: 1, until_s: 3 } } }\n"
 MAP = "format: 1\ntime: {column: time_s}\ncolumns:\n  duty_A: duty_A\n  duty_B: duty_B\n  angle_deg: angle_deg\n"
