@@ -27,7 +27,7 @@ struct DiagnosisSettings {
   // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
   double least_explained_share = 0.9;  // of the misfit: with less, the limit for process noise is that of the core
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
-  // Process noise between search.visible_process_noise and this is held against simulated recordings in which nothing is missing
+  // Process noise between search.visible_process_noise and this is compared with simulated recordings in which nothing is missing
   // (chance.h).
   double certain_process_noise = 2500.0;
   // Of what a channel's path was off before, squared, at most this may be left after, unless that is no more than ordinary surroundings do
