@@ -238,24 +238,19 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   when += ".";
 
   std::string place = shares_words(d);
-  if (d.wandering) {
+  if (d.wandering)
     place += std::string(place.empty() ? "" : " ") + "What would explain it best acts in " + place_words(system_of(d), located.place) + ".";
-    std::vector<std::string> words;
-    for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
-    if (!words.empty()) place += " It could as well act in " + either_words(words) + ".";
-  } else if (!d.effects.empty() && !leads(d, located.place))
+  else if (!d.effects.empty() && effects_of(d)[d.effects.front().effect].place == located.place && !leads(d, located.place))
     place += (place.empty() ? "" : " ") +
              std::string(d.effects.size() == 1 ? "The effect that may explain it, below,"
                                                : "Of the effects that may explain it, below, the strongest") +
              " acts in " + place_words(system_of(d), located.place) +
              ": without a law in mind only pushes of a few seconds are compared, and these do its work best elsewhere.";
-  if (!d.wandering && d.effects.empty() && !located.cannot_be_told_from.empty()) {
+  if (!located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
-    place += " It could as well enter in " + listed(words) + ".";
+    place += std::string(place.empty() ? "" : " ") + "It may as well enter in " + either_words(words) + ".";
   }
-  if (d.by_paths && !located.cannot_be_told_from.empty())
-    place += " Were one thing no constant instead, it would act in " + place_words(system_of(d), located.cannot_be_told_from.front()) + ".";
   if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};
 }

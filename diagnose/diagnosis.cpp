@@ -659,7 +659,9 @@ class Diagnoser {
     return wandering;
   }
 
-  // The equation that is wrong: of what varies, of the effect, or else by the forcing that accounts for most.
+  // Where it enters: what varies, a name that is more likely than not, a law, or else the forcing that accounts for most says it. Without
+  // a name that is sure, all that speaks for another place is said beside it, and what moves the same channels: between a beam and the
+  // sensor that reads it, say, a curve or a push of any course decides nothing.
   void place(const std::optional<Wandering>& wandering) {
     result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
     const auto& groups = system().entry_groups();
@@ -667,46 +669,47 @@ class Diagnoser {
     if (something_is_left(result_.verdict))
       result_.left_over =
           left_over((result_.effects.empty() && result_.laws.empty()) || result_.wandering ? core() : result_.answer, leading);
-    std::string& place = result_.located.place;
-    std::vector<std::string>& group = result_.located.cannot_be_told_from;
-    const auto add_to_group = [&](std::string_view other) {
-      if (other != place && std::find(group.begin(), group.end(), other) == group.end()) group.emplace_back(other);
-    };
-    if (result_.wandering) {
-      place = result_.wandering->of.place;
-      group.clear();
-      for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss) add_to_group(other.place);
-    } else if (!result_.effects.empty() &&
-               (result_.laws.empty() || result_.by_paths || result_.laws.front().log_odds < result_.effects.front().support.gain)) {
-      // A name's place is its effect's; but what paths alone suggest is as often a look-alike, which may act elsewhere.
-      place = system().effects()[result_.effects.front().effect].place;
-      group.clear();
-      if (wandering) add_to_group(wandering->of.place);
-    } else if (!result_.laws.empty()) {
-      place = result_.laws.front().place;
-      group.clear();
-      for (const FoundLaw& law : result_.laws) add_to_group(law.place);
-      if (wandering) add_to_group(wandering->of.place);
-    } else if (result_.verdict == Verdict::unexplained) {
-      const auto& places = groups[leading].places;
-      const auto& variables = system().variables();
-      const bool of_input = places.size() > 1 && std::any_of(variables.begin(), variables.end(), [&](const plant::VariableInfo& variable) {
-                              return variable.of_inputs && variable.name == result_.left_over.variable;
-                            });
-      place = places[of_input ? 1 : 0];
-      if (places.size() > 1) group.emplace_back(places[of_input ? 0 : 1]);
-      // What moves the same channels could sit in any of these: without a law none of them is excluded.
-      if (!groups[leading].alike.empty())
-        for (const plant::EntryGroup& other : groups)
-          if (other.alike == groups[leading].alike) group.emplace_back(other.places.front());
-      std::sort(group.begin(), group.end());
-      group.erase(std::unique(group.begin(), group.end()), group.end());
-      std::erase(group, place);
-    } else {  // of noise no time is the worst
+    if (result_.verdict == Verdict::consistent) {  // of noise no time is the worst
       result_.located.worst = {};
       result_.located.while_words.clear();
+      return;
     }
+    std::vector<std::string> said;
+    const auto say = [&](std::string_view one) {
+      if (std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
+    };
+    if (result_.wandering) {
+      say(result_.wandering->of.place);
+      for (const auto& [other, loss] : result_.wandering->others)
+        if (loss < settings_.other_place_loss) say(other.place);
+    } else {
+      const double sure = result_.effects.empty() ? 0.0 : result_.effects.front().confidence;
+      if (sure >= settings_.likely) say(system().effects()[result_.effects.front().effect].place);
+      if (sure < settings_.sure) {
+        for (const FoundLaw& law : result_.laws) say(law.place);
+        if (result_.by_paths || said.empty()) say(place_of_forcing(leading));
+        if (!result_.effects.empty()) say(system().effects()[result_.effects.front().effect].place);
+        if (wandering) say(wandering->of.place);
+        for (const std::string& one : std::vector<std::string>(said))
+          for (const plant::EntryGroup& group : groups)
+            if (std::find(group.places.begin(), group.places.end(), one) != group.places.end())
+              for (const plant::EntryGroup& other : groups)
+                if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
+                  for (const std::string_view place : other.places) say(place);
+      }
+    }
+    result_.located.place = said.front();
+    result_.located.cannot_be_told_from.assign(said.begin() + 1, said.end());
+  }
+
+  // Of a group that enters in two places, the second if what is left goes with an input.
+  std::string_view place_of_forcing(plant::EntryGroupId group) const {
+    const auto& places = system().entry_groups()[group].places;
+    const auto& variables = system().variables();
+    const bool of_input = places.size() > 1 && std::any_of(variables.begin(), variables.end(), [&](const plant::VariableInfo& variable) {
+                            return variable.of_inputs && variable.name == result_.left_over.variable;
+                          });
+    return places[of_input ? 1 : 0];
   }
 
   void list_others() {

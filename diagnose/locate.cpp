@@ -252,9 +252,6 @@ Located locate(const Explanation& core, const std::vector<sim::Recording>& recor
   }
   std::stable_sort(result.shares.begin(), result.shares.end(),
                    [](const PlaceShare& a, const PlaceShare& b) { return a.log_likelihood > b.log_likelihood; });
-  for (const PlaceShare& place : result.shares)
-    if (place.group != result.shares.front().group && place.log_likelihood > result.shares.front().log_likelihood - 3.0)
-      for (const std::string_view text : groups[place.group].places) result.cannot_be_told_from.emplace_back(text);
   return result;
 }
 

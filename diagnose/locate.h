@@ -19,8 +19,8 @@ struct Located {
   plant::ChannelId channel{};                    // with the largest error in units of noise
   PerChannel rmse, noise;                        // of what is `before` (held_out.h), on what was fitted
   std::vector<PlaceShare> shares;                // by falling likelihood; the surroundings are not among them
-  std::string place;                             // of the effect, or by the forcing that accounts best; empty if consistent
-  std::vector<std::string> cannot_be_told_from;  // places whose forcing accounts as well (within 3 of log likelihood)
+  std::string place;                             // of what was found, or by the forcing that accounts best; empty if consistent
+  std::vector<std::string> cannot_be_told_from;  // other places in which it may enter as well
   WorstTime worst;                               // of that channel, on the training recording with the largest error
   std::size_t worst_recording = 0;
   std::string while_words;  // "while <input> cools from 72 to 55 °C", by the part's own words
