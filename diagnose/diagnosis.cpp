@@ -659,12 +659,9 @@ class Diagnoser {
     return wandering;
   }
 
-  // Where it enters: what varies, a name that is more likely than not, a law, or else the forcing that accounts for most says it. Without
-  // a name that is sure, all that speaks for another place is said beside it, and what moves the same channels: between a beam and the
-  // sensor that reads it, say, a curve or a push of any course decides nothing.
+  // Where it enters: in what varies, or as places_said() has it.
   void place(const std::optional<Wandering>& wandering) {
     result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
-    const auto& groups = system().entry_groups();
     const plant::EntryGroupId leading = result_.located.shares.front().group;
     if (something_is_left(result_.verdict))
       result_.left_over =
@@ -675,28 +672,20 @@ class Diagnoser {
       return;
     }
     std::vector<std::string> said;
-    const auto say = [&](std::string_view one) {
-      if (std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
-    };
     if (result_.wandering) {
-      say(result_.wandering->of.place);
+      said.emplace_back(result_.wandering->of.place);
       for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss) say(other.place);
+        if (loss < settings_.other_place_loss && std::find(said.begin(), said.end(), other.place) == said.end())
+          said.emplace_back(other.place);
     } else {
-      const double sure = result_.effects.empty() ? 0.0 : result_.effects.front().confidence;
-      if (sure >= settings_.likely) say(system().effects()[result_.effects.front().effect].place);
-      if (sure < settings_.sure) {
-        for (const FoundLaw& law : result_.laws) say(law.place);
-        if (result_.by_paths || said.empty()) say(place_of_forcing(leading));
-        if (!result_.effects.empty()) say(system().effects()[result_.effects.front().effect].place);
-        if (wandering) say(wandering->of.place);
-        for (const std::string& one : std::vector<std::string>(said))
-          for (const plant::EntryGroup& group : groups)
-            if (std::find(group.places.begin(), group.places.end(), one) != group.places.end())
-              for (const plant::EntryGroup& other : groups)
-                if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
-                  for (const std::string_view place : other.places) say(place);
+      PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
+      if (!result_.effects.empty()) {
+        evidence.name = system().effects()[result_.effects.front().effect].place;
+        evidence.name_probability = result_.effects.front().confidence;
       }
+      for (const FoundLaw& law : result_.laws) evidence.laws.push_back(law.place);
+      if (wandering) evidence.wandering = wandering->of.place;
+      said = places_said(system(), evidence);
     }
     result_.located.place = said.front();
     result_.located.cannot_be_told_from.assign(said.begin() + 1, said.end());

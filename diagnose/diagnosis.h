@@ -41,8 +41,6 @@ struct DiagnosisSettings {
   WanderSettings wander;            // thresholds
   double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
   double least_share = 0.05;        // a name beside a law that has less of the posterior is none
-  // Where it enters, the name says that has at least so much, alone if it has `sure`. Not chosen: what the words mean.
-  double likely = 0.5, sure = 0.9;
 };
 
 // Why an explanation that was found is not the answer. Empty where it is.

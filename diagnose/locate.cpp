@@ -98,6 +98,28 @@ Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, c
 
 }  // namespace
 
+std::vector<std::string> places_said(const plant::System& system, const PlaceEvidence& evidence) {
+  constexpr double likely = 0.5, sure = 0.9;  // not chosen: what the words mean
+  std::vector<std::string> said;
+  const auto say = [&](std::string_view one) {
+    if (!one.empty() && std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
+  };
+  if (evidence.name_probability >= likely) say(evidence.name);
+  if (evidence.name_probability >= sure) return said;
+  for (const std::string& law : evidence.laws) say(law);
+  if (evidence.forcing_speaks || said.empty()) say(evidence.forcing);
+  say(evidence.name);
+  if (evidence.wandering) say(*evidence.wandering);
+  for (const std::string& one : std::vector<std::string>(said))
+    for (const plant::EntryGroup& group : system.entry_groups()) {
+      if (std::find(group.places.begin(), group.places.end(), one) == group.places.end()) continue;
+      for (const plant::EntryGroup& other : system.entry_groups())
+        if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
+          for (const std::string_view place : other.places) say(place);
+    }
+  return said;
+}
+
 std::vector<Eigen::VectorXd> variables_of(const Explanation& at) {
   const plant::System& system = at.system();
   const auto& blocks = at.blocks->blocks();

@@ -148,6 +148,19 @@ Figure right_place(const Cases& cases) {
           share_of(cases, shown_of({catalogue, other_form, outside, removed}), place_is_right), at_least(0.97)};
 }
 
+// How many places are said there, that one and those: with all of them the figure above would always be reached.
+Figure number_of_places(const Cases& cases) {
+  double sum = 0.0, count = 0.0;
+  for (const Case& one : cases) {
+    if (!shown_of({catalogue, other_form, outside, removed})(one) || one.reported.place.empty()) continue;
+    sum += 1.0 + static_cast<double>(one.reported.places_alike.size());
+    ++count;
+  }
+  return {"mean number of equations that are said there",
+          Quantity{sum / count, static_cast<std::size_t>(count)},
+          {-HUGE_VAL, 2.0, "one or two"}};
+}
+
 // Calls for each parameter that was fitted of an effect that is rightly named in the catalogue's own form.
 template <class Visit>
 void for_parameters(const Cases& cases, Visit&& visit) {
@@ -274,6 +287,7 @@ std::vector<Figure> figures_of(const Cases& cases) {
           set_contains_truth(cases),
           size_of_set(cases),
           right_place(cases),
+          number_of_places(cases),
           strength_error(cases),
           coverage(cases),
           share_of_refit(cases),

@@ -24,7 +24,7 @@ void fill(Block block, const Json& from) {
     }
 }
 
-Weights<double> weights_from(const Json& json, const Shape& shape) {
+Weights<double> weights_from(const Json& json, const sinew::model::Shape& shape) {
   Weights<double> w(shape);
   fill(w.input(), json.at("input"));
   fill(w.recurrent(), json.at("recurrent"));
@@ -44,7 +44,7 @@ TEST_CASE("network: outputs, gradients and one step of Adam are PyTorch's (tests
   for (const Json& one : cases) {
     const bool memoryless = one.at("memoryless");
     CAPTURE(memoryless);
-    const Shape shape{one.at("inputs"), one.at("hidden"), one.at("dense"), one.at("output_relu")};
+    const sinew::model::Shape shape{one.at("inputs"), one.at("hidden"), one.at("dense"), one.at("output_relu")};
     const Index T = one.at("steps"), B = one.at("streams");
     Weights<double> w = weights_from(one.at("weights"), shape);
     Stretch<double> stretch{Matrix<double>(shape.inputs - 1, T * B), Matrix<double>(B, T), Matrix<double>::Zero(B, T), Matrix<double>(B, T),
