@@ -250,8 +250,9 @@ FoundLaw found_law(plant::EffectId effect, const Explanation& fit, double log_od
   return result;
 }
 
-// An effect whose strength is no constant, so that no parameter of it has a value.
-FoundEffect found_wandering(const Wandering& wandering) {
+// An effect whose strength is no constant, so that no parameter of it has a value. A free course in one place can do what physics does in
+// any that moves the same channels, so it has its share of these alone.
+FoundEffect found_wandering(const Wandering& wandering, const plant::System& system) {
   FoundEffect result;
   result.effect = *wandering.of.effect;
   result.support.gain = 2.0 * wandering.gain;
@@ -261,7 +262,7 @@ FoundEffect found_wandering(const Wandering& wandering) {
     likely += std::exp(-std::max(0.0, loss));
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
-  result.support.share = wandering.explained_share / likely;
+  result.support.share = wandering.explained_share / likely / static_cast<double>(places_alike(system, wandering.of.place).size());
   result.support.discrepancy_remains = result.support.open_loop = true;
   return result;
 }
@@ -652,7 +653,7 @@ class Diagnoser {
     std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
     if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
-      result_.effects.push_back(found_wandering(*result_.wandering));
+      result_.effects.push_back(found_wandering(*result_.wandering, system()));
       for (const auto& [rival, loss] : result_.effects.front().rivals)
         if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
     }
@@ -673,10 +674,13 @@ class Diagnoser {
     }
     std::vector<std::string> said;
     if (result_.wandering) {
-      said.emplace_back(result_.wandering->of.place);
+      const auto say = [&](std::string_view one) {
+        if (std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
+      };
+      say(result_.wandering->of.place);
       for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss && std::find(said.begin(), said.end(), other.place) == said.end())
-          said.emplace_back(other.place);
+        if (loss < settings_.other_place_loss) say(other.place);
+      for (const std::string_view one : places_alike(system(), result_.wandering->of.place)) say(one);
     } else {
       PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
       if (!result_.effects.empty()) {

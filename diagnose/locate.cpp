@@ -98,6 +98,18 @@ Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, c
 
 }  // namespace
 
+std::vector<std::string_view> places_alike(const plant::System& system, std::string_view place) {
+  std::vector<std::string_view> alike{place};
+  for (const plant::EntryGroup& group : system.entry_groups()) {
+    if (std::find(group.places.begin(), group.places.end(), place) == group.places.end()) continue;
+    for (const plant::EntryGroup& other : system.entry_groups())
+      if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
+        for (const std::string_view one : other.places)
+          if (std::find(alike.begin(), alike.end(), one) == alike.end()) alike.push_back(one);
+  }
+  return alike;
+}
+
 std::vector<std::string> places_said(const plant::System& system, const PlaceEvidence& evidence) {
   constexpr double likely = 0.5, sure = 0.9;  // not chosen: what the words mean
   std::vector<std::string> said;
@@ -111,12 +123,7 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   say(evidence.name);
   if (evidence.wandering) say(*evidence.wandering);
   for (const std::string& one : std::vector<std::string>(said))
-    for (const plant::EntryGroup& group : system.entry_groups()) {
-      if (std::find(group.places.begin(), group.places.end(), one) == group.places.end()) continue;
-      for (const plant::EntryGroup& other : system.entry_groups())
-        if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
-          for (const std::string_view place : other.places) say(place);
-    }
+    for (const std::string_view place : places_alike(system, one)) say(place);
   return said;
 }
 

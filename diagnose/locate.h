@@ -28,6 +28,9 @@ struct Located {
   std::string while_words;  // "while <input> cools from 72 to 55 °C", by the part's own words
 };
 
+// The places that move the same channels as this one, itself among them.
+std::vector<std::string_view> places_alike(const plant::System& system, std::string_view place);
+
 // What speaks for a place.
 struct PlaceEvidence {
   std::string name{};                      // the place of the first effect that was named; empty: none was

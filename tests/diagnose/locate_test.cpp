@@ -31,6 +31,16 @@ TEST_CASE("where it enters: the place of a name that is sure stands alone, whate
               .wandering = "actuation"}) == Places{"mechanics"});
 }
 
+TEST_CASE("where it enters: alike are the places that move the same channels") {
+  const auto alike = [](std::string_view place) {
+    const auto places = sinew::diagnose::places_alike(sinew::plant::default_plant().system(), place);
+    return sorted(Places(places.begin(), places.end()));
+  };
+  for (const std::string& place : of_the_angle) CHECK(alike(place) == of_the_angle);
+  CHECK(alike("thermal") == Places{"actuation", "thermal"});
+  CHECK(alike("sensor.temperature") == Places{"sensor.temperature"});
+}
+
 TEST_CASE("where it enters: a name that is likely comes first, and beside it what moves the same channels") {
   const Places places = said({.name = "mechanics", .name_probability = 0.89, .forcing = "thermal"});
   CHECK(places.front() == "mechanics");
