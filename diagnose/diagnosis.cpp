@@ -660,7 +660,6 @@ class Diagnoser {
     return wandering;
   }
 
-  // Where it enters: in what varies, or as places_said() has it.
   void place(const std::optional<Wandering>& wandering) {
     result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
     const plant::EntryGroupId leading = result_.located.shares.front().group;
@@ -672,25 +671,17 @@ class Diagnoser {
       result_.located.while_words.clear();
       return;
     }
-    std::vector<std::string> said;
-    if (result_.wandering) {
-      const auto say = [&](std::string_view one) {
-        if (std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
-      };
-      say(result_.wandering->of.place);
-      for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss) say(other.place);
-      for (const std::string_view one : places_alike(system(), result_.wandering->of.place)) say(one);
-    } else {
-      PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
-      if (!result_.effects.empty()) {
-        evidence.name = system().effects()[result_.effects.front().effect].place;
-        evidence.name_probability = result_.effects.front().confidence;
-      }
-      for (const FoundLaw& law : result_.laws) evidence.laws.push_back(law.place);
-      if (wandering) evidence.wandering = wandering->of.place;
-      said = places_said(system(), evidence);
+    PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
+    if (!result_.effects.empty()) {
+      evidence.name = system().effects()[result_.effects.front().effect].place;
+      evidence.name_probability = result_.effects.front().confidence;
     }
+    for (const FoundLaw& law : result_.laws) evidence.without_name.push_back(law.place);
+    if (result_.wandering)
+      for (const auto& [other, loss] : result_.wandering->others)
+        if (loss < settings_.other_place_loss) evidence.varying.emplace_back(other.place);
+    if (wandering) evidence.varying.emplace(evidence.varying.begin(), wandering->of.place);
+    const std::vector<std::string> said = places_said(system(), evidence);
     result_.located.place = said.front();
     result_.located.cannot_be_told_from.assign(said.begin() + 1, said.end());
   }

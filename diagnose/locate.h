@@ -2,8 +2,6 @@
 // Where the calibrated core and the recordings part: in which equation, when, and as a function of what.
 #pragma once
 
-#include <optional>
-
 #include "diagnose/compare.h"
 #include "diagnose/explanation.h"
 #include "diagnose/held_out.h"
@@ -33,17 +31,17 @@ std::vector<std::string_view> places_alike(const plant::System& system, std::str
 
 // What speaks for a place.
 struct PlaceEvidence {
-  std::string name{};                      // the place of the first effect that was named; empty: none was
-  double name_probability = 0.0;           // of that effect
-  std::vector<std::string> laws{};         // without a name, beside it
-  std::string forcing;                     // of the single forcing that accounts best for everything
-  bool forcing_speaks = false;             // even where there is a name or a law: these were found without regard to forcings
-  std::optional<std::string> wandering{};  // of what stands out if it is no constant
+  std::string name{};                       // the place of the first effect that was named; empty: none was
+  double name_probability = 0.0;            // of that effect
+  std::vector<std::string> without_name{};  // of laws
+  std::string forcing;                      // of the single forcing that accounts best for everything
+  bool forcing_speaks = false;              // even where there is a name or a law: these were found without regard to forcings
+  std::vector<std::string> varying{};       // of what stands out if it is no constant, and of what does nearly as well
 };
 
-// The places in which it may enter, first the one that is said. A name says it that is more likely than not; else a law, else the forcing.
-// If the name is sure (0.9), its place stands alone. Else all that speaks for another place is among them, and all that moves the same
-// channels: between a beam and the sensor that reads it, say, a curve or a push of any course decides nothing.
+// The places in which it may enter, first the one that is said. A name says it that is more likely than not; else a law, else what varies,
+// else the forcing. If the name is sure (0.9), its place stands alone. Else all that speaks for another place is among them, and all that
+// moves the same channels: between a beam and the sensor that reads it, say, a curve or a push of any course decides nothing.
 std::vector<std::string> places_said(const plant::System& system, const PlaceEvidence& evidence);
 
 // A series against the plant's variable that accounts for most of it, in bins.

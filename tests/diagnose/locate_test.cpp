@@ -25,10 +25,10 @@ const Places of_the_angle{"mechanics", "sensor.angle", "transformation"};
 TEST_CASE("where it enters: the place of a name that is sure stands alone, whatever else speaks") {
   CHECK(said({.name = "mechanics",
               .name_probability = 0.9,
-              .laws = {"thermal"},
+              .without_name = {"thermal"},
               .forcing = "sensor.temperature",
               .forcing_speaks = true,
-              .wandering = "actuation"}) == Places{"mechanics"});
+              .varying = {"actuation"}}) == Places{"mechanics"});
 }
 
 TEST_CASE("where it enters: alike are the places that move the same channels") {
@@ -48,10 +48,11 @@ TEST_CASE("where it enters: a name that is likely comes first, and beside it wha
 }
 
 TEST_CASE("where it enters: a law without a name does not tell the bend sensor from the beam, nor the current's heat from the air's") {
-  CHECK(sorted(said({.laws = {"sensor.angle"}, .forcing = "thermal"})) == of_the_angle);
-  CHECK(said({.laws = {"thermal"}, .forcing = "sensor.angle"}) == Places{"thermal", "actuation"});
-  CHECK(said({.laws = {"actuation"}, .forcing = "sensor.angle"}) == Places{"actuation", "thermal"});
+  CHECK(sorted(said({.without_name = {"sensor.angle"}, .forcing = "thermal"})) == of_the_angle);
+  CHECK(said({.without_name = {"thermal"}, .forcing = "sensor.angle"}) == Places{"thermal", "actuation"});
+  CHECK(said({.without_name = {"actuation"}, .forcing = "sensor.angle"}) == Places{"actuation", "thermal"});
   CHECK(said({.forcing = "sensor.temperature"}) == Places{"sensor.temperature"});
+  CHECK(said({.forcing = "thermal", .varying = {"sensor.temperature"}}) == Places{"sensor.temperature"});
 }
 
 TEST_CASE(
@@ -62,7 +63,7 @@ TEST_CASE(
   const Places by_paths = said({.name = "thermal", .name_probability = 0.7, .forcing = "sensor.angle", .forcing_speaks = true});
   CHECK(by_paths.front() == "thermal");
   CHECK(std::count(by_paths.begin(), by_paths.end(), "mechanics") == 1);
-  const Places varies = said({.name = "thermal", .name_probability = 0.7, .forcing = "sensor.angle", .wandering = "sensor.temperature"});
+  const Places varies = said({.name = "thermal", .name_probability = 0.7, .forcing = "sensor.angle", .varying = {"sensor.temperature"}});
   CHECK(varies == Places{"thermal", "sensor.temperature", "actuation"});
 }
 
