@@ -89,7 +89,7 @@ report::TimePlot input_plot(const Diagnosis& d, const Prediction& prediction) {
 report::Table place_table(const Diagnosis& d) {
   report::Table table;
   table.title = "Which equation does the mismatch enter?";
-  table.header = {"place", "share of the mismatch", "95 % interval", "this place alone, against the best"};
+  table.header = {"place", "share of the mismatch", "95 % interval", "random pushes here alone, against the best"};
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
@@ -101,11 +101,10 @@ report::Table place_table(const Diagnosis& d) {
   }
   table.align = {report::Align::left, report::Align::right, report::Align::right, report::Align::left};
   table.caption =
-      "An unknown push was allowed into each equation of the calibrated plant, beside air that moves. Share: how much "
-      "of the mismatch "
-      "the pushes into this equation make, when all are allowed at once. Last column: how well a push into this "
-      "equation alone would "
-      "account for everything.";
+      "Random pushes that last a few seconds were allowed into each equation of the calibrated plant, beside air that moves. Share: how "
+      "much of the mismatch the pushes into this equation make, when all are allowed at once. Last column: how well pushes into this "
+      "equation alone would account for everything. What is missing is seldom random: what lasts longer may enter elsewhere, and look like "
+      "this.";
   return table;
 }
 

@@ -249,7 +249,8 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   if (!located.cannot_be_told_from.empty()) {
     std::vector<std::string> words;
     for (const std::string& other : located.cannot_be_told_from) words.push_back(place_words(system_of(d), other));
-    place += std::string(place.empty() ? "" : " ") + "It may as well enter in " + either_words(words) + ".";
+    place += std::string(place.empty() ? "" : " ") + "It may as well enter in " + either_words(words) +
+             ": what lasts longer than pushes of a few seconds can act there and look like this.";
   }
   if (place.empty()) return {first + " " + when};
   return {first + " " + when, place};

@@ -676,7 +676,7 @@ class Diagnoser {
       evidence.name = system().effects()[result_.effects.front().effect].place;
       evidence.name_probability = result_.effects.front().confidence;
     }
-    for (const FoundLaw& law : result_.laws) evidence.without_name.push_back(law.place);
+    for (const FoundLaw& law : result_.laws) evidence.laws.push_back(law.place);
     if (result_.wandering)
       for (const auto& [other, loss] : result_.wandering->others)
         if (loss < settings_.other_place_loss) evidence.varying.emplace_back(other.place);

@@ -118,12 +118,11 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   };
   if (evidence.name_probability >= likely) say(evidence.name);
   if (evidence.name_probability >= sure) return said;
-  for (const std::string& law : evidence.without_name) say(law);
-  if (said.empty() && !evidence.forcing_speaks)
-    for (const std::string& one : evidence.varying) say(one);
-  if (evidence.forcing_speaks || said.empty()) say(evidence.forcing);
-  say(evidence.name);
+  for (const std::string& law : evidence.laws) say(law);
+  if (evidence.forcing_speaks) say(evidence.forcing);
   for (const std::string& one : evidence.varying) say(one);
+  if (said.empty()) say(evidence.forcing);
+  say(evidence.name);
   for (const std::string& one : std::vector<std::string>(said))
     for (const std::string_view place : places_alike(system, one)) say(place);
   return said;

@@ -31,12 +31,12 @@ std::vector<std::string_view> places_alike(const plant::System& system, std::str
 
 // What speaks for a place.
 struct PlaceEvidence {
-  std::string name{};                       // the place of the first effect that was named; empty: none was
-  double name_probability = 0.0;            // of that effect
-  std::vector<std::string> without_name{};  // of laws
-  std::string forcing;                      // of the single forcing that accounts best for everything
-  bool forcing_speaks = false;              // even where there is a name or a law: these were found without regard to forcings
-  std::vector<std::string> varying{};       // of what stands out if it is no constant, and of what does nearly as well
+  std::string name{};                  // the place of the first effect that was named; empty: none was
+  double name_probability = 0.0;       // of that effect
+  std::vector<std::string> laws{};     // without a name, or the form of one
+  std::string forcing;                 // of the single forcing that accounts best for everything
+  bool forcing_speaks = false;         // even where there is a name or a law: these were found without regard to forcings
+  std::vector<std::string> varying{};  // of what stands out if it is no constant, and of what does nearly as well
 };
 
 // The places in which it may enter, first the one that is said. A name says it that is more likely than not; else a law, else what varies,
@@ -59,8 +59,8 @@ struct LeftOver : Dependence {
 };
 
 // `recordings`: those that were fitted, as they were read; `predictions`: of these, in their order, and maybe of others after them. How far
-// off, in which channel and when is said of what is `before`; places are those that the forcings' likelihoods speak for, about the core,
-// without any effect's name.
+// off, in which channel and when is said of what is `before`; `shares` are of the core, without any effect's name. The place is left empty:
+// places_said() has it.
 Located locate(const Explanation& core, const std::vector<sim::Recording>& recordings, const std::vector<Prediction>& predictions,
                std::uint64_t seed);
 

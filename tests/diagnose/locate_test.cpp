@@ -25,7 +25,7 @@ const Places of_the_angle{"mechanics", "sensor.angle", "transformation"};
 TEST_CASE("where it enters: the place of a name that is sure stands alone, whatever else speaks") {
   CHECK(said({.name = "mechanics",
               .name_probability = 0.9,
-              .without_name = {"thermal"},
+              .laws = {"thermal"},
               .forcing = "sensor.temperature",
               .forcing_speaks = true,
               .varying = {"actuation"}}) == Places{"mechanics"});
@@ -48,9 +48,9 @@ TEST_CASE("where it enters: a name that is likely comes first, and beside it wha
 }
 
 TEST_CASE("where it enters: a law without a name does not tell the bend sensor from the beam, nor the current's heat from the air's") {
-  CHECK(sorted(said({.without_name = {"sensor.angle"}, .forcing = "thermal"})) == of_the_angle);
-  CHECK(said({.without_name = {"thermal"}, .forcing = "sensor.angle"}) == Places{"thermal", "actuation"});
-  CHECK(said({.without_name = {"actuation"}, .forcing = "sensor.angle"}) == Places{"actuation", "thermal"});
+  CHECK(sorted(said({.laws = {"sensor.angle"}, .forcing = "thermal"})) == of_the_angle);
+  CHECK(said({.laws = {"thermal"}, .forcing = "sensor.angle"}) == Places{"thermal", "actuation"});
+  CHECK(said({.laws = {"actuation"}, .forcing = "sensor.angle"}) == Places{"actuation", "thermal"});
   CHECK(said({.forcing = "sensor.temperature"}) == Places{"sensor.temperature"});
   CHECK(said({.forcing = "thermal", .varying = {"sensor.temperature"}}) == Places{"sensor.temperature"});
 }
