@@ -179,6 +179,7 @@ def test_the_interpreter_is_free_while_it_simulates():
 
 
 def test_ctrl_c_is_a_keyboard_interrupt():
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what is started in the background of a shell begins with it ignored
     time_s = numpy.arange(0.0, 40000.0, 0.1)
     inputs = numpy.column_stack([0.3 + 0.2 * numpy.sin(time_s), 0 * time_s])
     plant = sinew.Plant()
