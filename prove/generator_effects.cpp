@@ -427,9 +427,9 @@ std::vector<Effect> further_forms() {
        false,
        "the wire radiates: loss by the fourth power of absolute temperature",
        {{"coefficient_W_K4", 1.2e-10, strength, &P::radiation_W_K4}}},
-      // Fourier conduction with the heat that the silicone in between stores.
-      {"cross_heating",
-       "delayed",
+      // Fourier conduction with the heat that the silicone in between stores: the catalogue's body, were it not for the air around it.
+      {"body_heat_storage",
+       "between",
        in_heat,
        false,
        "one wire heats the other through silicone that has to warm up first",
@@ -605,6 +605,17 @@ constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"thermocouple_heat_sink", "viscoelastic_creep"},
 }};
 
+// One for each place, drawn at random: two effects that share an equation; and one of both kinds of sensor.
+constexpr std::array<std::array<std::string_view, 2>, 7> pairs_of_one_place{{
+    {"thermocouple_lag", "thermocouple_heat_sink"},
+    {"cross_heating", "airflow_change"},
+    {"resistance_change", "supply_sag"},
+    {"fatigue", "r_phase"},
+    {"cubic_stiffening", "coil_slack"},
+    {"angle_sensor_lag", "angle_sensor_drift"},
+    {"thermocouple_lag", "angle_sensor_lag"},
+}};
+
 // Of three different places each.
 constexpr std::array<std::array<std::string_view, 3>, 8> triples{{
     {"thermocouple_lag", "latent_heat", "viscoelastic_creep"},
@@ -618,7 +629,8 @@ constexpr std::array<std::array<std::string_view, 3>, 8> triples{{
 }};
 
 // Names that came after the numbers had been drawn: their draws are still those of the old ones.
-constexpr std::array<std::array<std::string_view, 2>, 3> renamed{{
+constexpr std::array<std::array<std::string_view, 2>, 4> renamed{{
+    {"body_heat_storage.between", "cross_heating.delayed"},
     {"junction.outer_turns", "outer_turns"},
     {"relative_power", "power_share"},
     {"cooling_rate_1_s", "heat_loss_W_K"},
@@ -766,6 +778,14 @@ std::string_view name_of(Family family) {
   return "";
 }
 
+namespace {
+
+Kind pair_of(std::string_view one, std::string_view other) {
+  return {Family::pair, std::string(one) + "+" + std::string(other), {std::string(one), std::string(other)}};
+}
+
+}  // namespace
+
 std::vector<Kind> kinds() {
   std::vector<Kind> all{{Family::clean, "core", {}}};
   const auto add = [&all](Family family, const std::vector<Effect>& list) {
@@ -776,8 +796,7 @@ std::vector<Kind> kinds() {
   };
   add(Family::catalogue, catalogue());
   add(Family::other_form, other_forms());
-  for (const auto& [one, other] : pairs)
-    all.push_back({Family::pair, std::string(one) + "+" + std::string(other), {std::string(one), std::string(other)}});
+  for (const auto& [one, other] : pairs) all.push_back(pair_of(one, other));
   add(Family::outside, outside());
   // A layer is around a junction: it is never alone.
   all.push_back({Family::catalogue, "junction", {"junction"}});
@@ -798,6 +817,7 @@ std::vector<Kind> further_kinds() {
   }
   for (const Effect& effect : further_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
   for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
+  for (const auto& [one, other] : pairs_of_one_place) all.push_back(pair_of(one, other));
   return all;
 }
 
