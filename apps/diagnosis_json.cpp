@@ -125,11 +125,7 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 }  // namespace
 
 ordered_json support_json(const diagnose::Support& support) {
-  return {{"share", support.share},
-          {"gain", support.gain},
-          {"discrepancy_remains", support.discrepancy_remains},
-          {"open_loop", support.open_loop},
-          {"surrogate", support.surrogate}};
+  return {{"share", support.share}, {"gain", support.gain}, {"faint", support.faint}};
 }
 
 ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance) {

@@ -527,14 +527,6 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
               "catalogue's, is as likely.";
       text.push_back("It cannot be told from this: that " + listed(names) + ". " + why);
     }
-    if (d.parsimony.either_alone)
-      text.push_back(
-          "Each of the two explains most without the other: one effect, one of these in another form or one outside "
-          "the catalogue, is as likely as both.");
-    else if (d.parsimony.patched)
-      text.push_back(
-          "Even together they leave more than noise: one effect, one of these in another form or one outside the "
-          "catalogue, is as likely as both.");
   }
   return text;
 }

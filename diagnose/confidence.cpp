@@ -9,13 +9,12 @@ namespace sinew::diagnose {
 namespace {
 
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
-constexpr std::array<double, support_terms> weights{-2.02, 1.37, 0.41, -0.36, -1.72};
+constexpr std::array<double, support_terms> weights{-0.74, 1.32, -4.40};
 
 }  // namespace
 
 std::array<double, support_terms> terms_of(const Support& support) {
-  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), support.discrepancy_remains ? 1.0 : 0.0, support.open_loop ? 1.0 : 0.0,
-          support.surrogate ? 1.0 : 0.0};
+  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), std::min(support.faint, 2.0)};
 }
 
 double probability(const Support& support) {

@@ -14,7 +14,10 @@ constexpr double two_sided_95 = 1.959964;
 constexpr std::size_t most_samples_at_once = 50'000;  // each start of a calibration keeps a path of its own: memory
 constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
 
-bool contains(const std::vector<plant::EffectId>& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
+template <class Id>
+bool contains(const std::vector<Id>& all, Id one) {
+  return std::find(all.begin(), all.end(), one) != all.end();
+}
 
 // The same effect, or one that is another form of it.
 bool of_one_family(const plant::System& system, plant::EffectId one, plant::EffectId other) {
@@ -141,6 +144,19 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
   return result;
 }
 
+// Than is typical of it: Support::faint.
+double decades_weaker(const FoundEffect& found, const plant::System& system) {
+  const plant::EffectInfo& effect = system.effects()[found.effect];
+  double most = 0.0;
+  for (const FoundEffect::Parameter& one : found.parameters) {
+    if (one.parameter != effect.strength && !contains(effect.own_strengths, one.parameter)) continue;
+    const plant::Declaration& declared = system.parameters()[one.parameter].declaration;
+    const double null = declared.null_value.value_or(0.0), typical = std::abs(declared.typical - null);
+    if (typical > 0.0) most = std::max(most, std::log10(typical / std::max(std::abs(one.value - null), 1e-6 * typical)));
+  }
+  return most;
+}
+
 // An effect, and what fits in its place. What goes by the same name is no rival.
 FoundEffect described(plant::EffectId effect, const Search& search) {
   const plant::System& system = search.core.system();
@@ -152,7 +168,7 @@ FoundEffect described(plant::EffectId effect, const Search& search) {
   return result;
 }
 
-FoundEffect found_by_evidence(plant::EffectId effect, bool discrepancy_remains, const Diagnosis& diagnosis) {
+FoundEffect found_by_evidence(plant::EffectId effect, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   for (const Round& round : diagnosis.search.rounds)
     if (round.accepted && round.candidates.front().effect == effect) {
@@ -162,13 +178,12 @@ FoundEffect found_by_evidence(plant::EffectId effect, bool discrepancy_remains, 
   double others = 1.0;
   for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
   result.support.share = (1.0 - result.chance) / others * diagnosis.explained_share;
-  result.support.discrepancy_remains = discrepancy_remains;
   return result;
 }
 
 // A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
 // among them.
-FoundEffect found_with_laws(plant::EffectId effect, bool discrepancy_remains, const Diagnosis& diagnosis) {
+FoundEffect found_with_laws(plant::EffectId effect, const Diagnosis& diagnosis) {
   FoundEffect result = described(effect, diagnosis.search);
   const std::vector<Bent>& tried = diagnosis.search.bent;
   double with = 0.0, all = 0.0, without = -1e300;
@@ -183,7 +198,6 @@ FoundEffect found_with_laws(plant::EffectId effect, bool discrepancy_remains, co
   result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
   result.chance = 1.0 - with / all;
   result.support.share = with / all * diagnosis.explained_share;
-  result.support.discrepancy_remains = discrepancy_remains;
   return result;
 }
 
@@ -212,7 +226,6 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, d
         result.rivals.emplace_back(other, loss);
   }
   result.support.share = proposals.probability_of(effect) * explained_share;
-  result.support.discrepancy_remains = result.support.open_loop = true;
   result.chance = 1.0 - proposals.probability_of(effect);
   return result;
 }
@@ -263,7 +276,6 @@ FoundEffect found_wandering(const Wandering& wandering, const plant::System& sys
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }
   result.support.share = wandering.explained_share / likely / static_cast<double>(places_alike(system, wandering.of.place).size());
-  result.support.discrepancy_remains = result.support.open_loop = true;
   return result;
 }
 
@@ -292,13 +304,6 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
     return alone;
   };
   if (discrepancy_remains) result.as_good = others(settings.least_explained_share);
-  if (effects.size() == 2) {
-    result.patched = discrepancy_remains;
-    const std::vector<plant::EffectId> most = enough_alone(search, settings.named_share),
-                                       nearly_all = enough_alone(search, settings.least_explained_share);
-    result.either_alone =
-        contains(most, effects[0]) && contains(most, effects[1]) && (contains(nearly_all, effects[0]) || contains(nearly_all, effects[1]));
-  }
   // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
   // on the way but did not make it into the answer.
   std::vector<plant::EffectId> accepted = effects;
@@ -358,7 +363,10 @@ class Diagnoser {
     result_.correlation = correlation_of(result_.predictions);
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
-    for (FoundEffect& found : result_.effects) found.confidence = probability(found.support);
+    for (FoundEffect& found : result_.effects) {
+      found.support.faint = decades_weaker(found, system());
+      found.confidence = probability(found.support);
+    }
     place(wandering);
     list_others();
     design();
@@ -498,7 +506,7 @@ class Diagnoser {
       result_.objections.leaves_too_much = discrepancy_remains_;
       bool all_named = true;  // whether each law is the form of a name
       for (const plant::EffectId e : effects_) {
-        FoundEffect found = found_with_laws(e, discrepancy_remains_, result_);
+        FoundEffect found = found_with_laws(e, result_);
         take_form(found, laws_);
         if (found.support.share >= settings_.least_share) result_.effects.push_back(std::move(found));
       }
@@ -517,7 +525,7 @@ class Diagnoser {
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = result_.held_out.gain_highest;
     if (rest.none())
-      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, discrepancy_remains_, result_));
+      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
     else if (result_.held_out.lowest_total_gain <= 0.0 ||
              std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
@@ -633,8 +641,6 @@ class Diagnoser {
     if (result_.effects.empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);
-    if (result_.by_paths) result_.parsimony.either_alone = false;
-    for (FoundEffect& effect : result_.effects) effect.support.surrogate = !result_.parsimony.none();
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }

@@ -59,14 +59,11 @@ struct Objections {
 // Why what was found may be something else, in another form than the catalogue's.
 struct Parsimony {
   std::vector<plant::EffectId> as_good;        // something is left, and these alone explain nearly all, too
-  bool either_alone = false;                   // of two effects one explains nearly all without the other, and this one most
-  bool patched = false;                        // two effects, and still something is left
   std::vector<plant::EffectId> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
-  bool none() const { return as_good.empty() && !either_alone && !patched && common_causes.empty(); }
+  bool none() const { return as_good.empty() && common_causes.empty(); }
 };
 
-// An effect in another form than the catalogue's is fitted by its look-alikes, or by two that share its work; that one of
-// them fits better says little then.
+// An effect in another form than the catalogue's is fitted by its look-alikes; that one of them fits better says little then.
 Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool discrepancy_remains,
                        const DiagnosisSettings& settings);
 
