@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "diagnose/confidence.h"
 #include "diagnose/diagnosis.h"
 #include "tests/diagnose/one_limb.h"
 
@@ -65,6 +66,16 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   second.candidates.push_back({effect("angle_sensor_lag"), {}, {}});
   search.rounds.push_back(second);
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes == std::vector<plant::EffectId>{effect("input_delay")});
+}
+
+TEST_CASE("probability: a name is likelier the more it gains, and less so the fainter it is") {
+  const auto of = [](double gain, double faint) { return probability({.share = 1.0, .gain = gain, .faint = faint}); };
+  CHECK(of(300.0, 0.0) > of(30.0, 0.0));
+  CHECK(of(300.0, 1.0) < of(300.0, 0.5));
+  // Beyond what the concealed cases had, it no longer changes.
+  CHECK(of(1e5, 0.0) == of(1e4, 0.0));
+  CHECK(of(300.0, 3.0) == of(300.0, 2.0));
+  CHECK(probability({.share = 0.25, .gain = 300.0, .faint = 0.0}) == doctest::Approx(0.25 * of(300.0, 0.0)).epsilon(1e-14));
 }
 
 }  // namespace diagnose_parsimony_test
