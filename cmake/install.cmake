@@ -10,6 +10,9 @@ endforeach()
 install(DIRECTORY docs/schema DESTINATION ${CMAKE_INSTALL_DATADIR}/sinew/docs)
 install(FILES NOTICE CHANGELOG.md README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+# What `export-fmu` puts into an FMU.
+install(TARGETS sinew_fmu_binary LIBRARY DESTINATION lib/sinew)
+install(FILES ${CMAKE_BINARY_DIR}/sinew-fmu.licenses.txt DESTINATION lib/sinew)
 # The emulated board is a program of its own, under the GPL.
 if(TARGET sinew-emulator)
   install(PROGRAMS $<TARGET_FILE:sinew-emulator> DESTINATION lib/sinew)
