@@ -10,7 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <memory>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "fmu/description.h"
 #include "fmu/variables.h"

@@ -352,6 +352,13 @@ def test_wrong_calls():
     instance.call("fmi2Terminate")
     wrong("a step after the end", instance.step(0.1, 0.1), instance, "after fmi2Terminate")
     instance.free()
+    # Cooling that turns into heating below ambient, where a drift of 1 K/s leaves the wires behind.
+    write("failing.yaml", "format: 1\neffects: { convection_nonlinearity: { slope_1_K: 0.1 }, ambient_drift: { rate_K_s: 1 } }\n")
+    instance = Instance(exported("failing.yaml")).initialized()
+    wrong("a failed integration", next(s for s in (instance.step(k, 1) for k in range(60)) if s != OK), instance, r"failed at [\d.]+ s: At t = ")
+    wrong("a step after it", instance.step(0, 0.1), instance, "fmi2Reset or fmi2FreeInstance may follow")
+    check("after fmi2Reset it steps again", instance.call("fmi2Reset") == OK and instance.initialized().step(0, 1) == OK)
+    instance.free()
     # A sign is one of two.
     instance = Instance(fmu)
     wrong("half a sign", instance.set({"parameters.bend_sign": 0.5}), instance, "must be 1 or -1")
