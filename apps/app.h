@@ -15,6 +15,7 @@ void add_diagnose(CLI::App& program, int& exit_code);
 void add_compare(CLI::App& program, int& exit_code);
 void add_effects(CLI::App& program, int& exit_code);
 void add_convert(CLI::App& program, int& exit_code);
+void add_export_fmu(CLI::App& program, int& exit_code);
 void add_prove(CLI::App& program, int& exit_code);
 void add_dataset(CLI::App& program, int& exit_code);
 void add_train(CLI::App& program, int& exit_code);

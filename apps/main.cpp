@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
   apps::add_compare(program, exit_code);
   apps::add_effects(program, exit_code);
   apps::add_convert(program, exit_code);
+  apps::add_export_fmu(program, exit_code);
   apps::add_prove(program, exit_code);
   apps::add_dataset(program, exit_code);
   apps::add_train(program, exit_code);

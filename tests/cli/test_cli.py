@@ -23,7 +23,7 @@ PAPER_LIMB = ROOT / "plant/limbs/paper_limb.yaml"
 RUN_FILES = ["recording.csv", "run.json", "scenario.yaml", "truth.csv"]
 CALIBRATE_FILES = ["calibration.json", "figure.svg", "plant.yaml", "report.html"]
 DIAGNOSE_FILES = ["diagnosis.json", "heldout_prediction.csv", "plant.yaml", "report.html", "run.json"]
-SUBCOMMANDS = ["run", "calibrate", "diagnose", "prove", "compare", "effects", "convert", "dataset", "train", "rollout", "evaluate",
+SUBCOMMANDS = ["run", "calibrate", "diagnose", "prove", "compare", "effects", "convert", "export-fmu", "dataset", "train", "rollout", "evaluate",
                "paper-table", "hil", "replay", "hil-faults", "investigate", "doctor", "schema", "completion", "man"]
 WRONG_INPUT, INTERRUPTED = 2, 130
 

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -59,6 +60,9 @@ with tempfile.TemporaryDirectory(prefix="sinew_package_") as folder:
                   ("plant/limbs/paper_limb.yaml", "scenarios/step.yaml", "scenarios/demo/recording.csv", "docs/schema/plant.json")))
         ran = run(usr / "bin/sinew", "run", usr / "share/sinew/scenarios/step.yaml", "--out", folder / "step")
         check("a scenario of the package runs", ran.returncode == 0, ran.stderr)
+        exported = run(usr / "bin/sinew", "export-fmu", usr / "share/sinew/plant/limbs/paper_limb.yaml", cwd=folder)
+        check("an FMU is made with the shared object that is installed", exported.returncode == 0 and (usr / "lib/sinew/sinew-fmu.so").read_bytes() ==
+              zipfile.ZipFile(folder / "paper_limb.fmu").read("binaries/linux64/paper_limb.so"), exported.stdout + exported.stderr)
         module = usr / "lib/python3/dist-packages"
         code = "import sinew; print(f'sinew {sinew.__version__} ({sinew.__commit__})'); print(sinew.Plant().simulate([0, 0.1], [[0, 0]] * 2).channels.shape)"
         imported = run("/usr/bin/python3", "-c", code, env={**os.environ, "PYTHONPATH": str(module)}, cwd=folder)
