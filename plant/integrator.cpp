@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -523,54 +524,6 @@ class ArkodeSolver : public Solver {
   void* memory_ = nullptr;
 };
 
-// LU with partial pivoting in place, of a dozen rows: Eigen's is made for matrices a hundred times as large, and takes three times as long.
-//
-// Source: Golub, Van Loan 2013, Matrix Computations, 4th edition, algorithm 3.4.1.
-class SmallLu {
- public:
-  explicit SmallLu(std::size_t n) : n_(n), columns_(n * n), pivots_(n), reciprocals_(n) {}
-
-  // Column-major [n x n], to be filled before `factorise`.
-  double* columns() { return columns_.data(); }
-
-  void factorise() {
-    for (std::size_t k = 0; k < n_; ++k) {
-      double* column = columns_.data() + k * n_;
-      std::size_t largest = k;
-      for (std::size_t i = k + 1; i < n_; ++i)
-        if (std::abs(column[i]) > std::abs(column[largest])) largest = i;
-      pivots_[k] = largest;
-      if (largest != k)
-        for (std::size_t j = 0; j < n_; ++j) std::swap(columns_[j * n_ + k], columns_[j * n_ + largest]);
-      reciprocals_[k] = 1.0 / column[k];
-      for (std::size_t i = k + 1; i < n_; ++i) column[i] *= reciprocals_[k];
-      for (std::size_t j = k + 1; j < n_; ++j) subtract(columns_[j * n_ + k], column, k + 1, n_, columns_.data() + j * n_);
-    }
-  }
-
-  // b becomes the solution.
-  void solve(double* b) const {
-    for (std::size_t k = 0; k < n_; ++k) std::swap(b[k], b[pivots_[k]]);
-    for (std::size_t k = 0; k < n_; ++k) subtract(b[k], columns_.data() + k * n_, k + 1, n_, b);
-    for (std::size_t k = n_; k-- > 0;) {
-      b[k] *= reciprocals_[k];
-      subtract(b[k], columns_.data() + k * n_, 0, k, b);
-    }
-  }
-
- private:
-  // Many entries of a limb's equations are nothing.
-  static void subtract(double factor, const double* from, std::size_t begin, std::size_t end, double* to) {
-    if (factor == 0.0) return;
-    for (std::size_t i = begin; i < end; ++i) to[i] -= factor * from[i];
-  }
-
-  std::size_t n_;
-  std::vector<double> columns_;
-  std::vector<std::size_t> pivots_;
-  std::vector<double> reciprocals_;
-};
-
 // Linearly implicit Runge-Kutta: RODAS3, four stages, order 3 with an embedded one of order 2, L-stable and stiffly accurate.
 // The exact Jacobian is at hand for little more than the rates, so that a mode that no sensor sees, as the beam's of 5 ms, limits
 // no step: one or two steps a sample do at a fit's accuracy (bench/methods). SUNDIALS has no such method, and an explicit one is bound by
@@ -581,7 +534,7 @@ class SmallLu {
 class RosenbrockSolver : public Solver {
  public:
   RosenbrockSolver(Problem& problem, const NumericalSettings& settings)
-      : problem_(problem), settings_(settings), n_(static_cast<Eigen::Index>(problem.states())), y_(n_), lu_(problem.states()) {
+      : problem_(problem), settings_(settings), n_(static_cast<Eigen::Index>(problem.states())), y_(n_), matrix_(n_, n_), lu_(n_) {
     for (const StateInfo& state : problem.states_info) scales_.push_back(state.scale);
     for (Eigen::VectorXd* v : {&rate_, &later_rate_, &trial_, &time_slope_, &error_}) v->setZero(n_);
     for (Eigen::VectorXd& stage : stages_) stage.setZero(n_);
@@ -650,23 +603,18 @@ class RosenbrockSolver : public Solver {
   double tried(double h) {
     constexpr double gamma = 0.5;
     constexpr double infinite = std::numeric_limits<double>::infinity();
-    Eigen::Map<Eigen::MatrixXd> matrix(lu_.columns(), n_, n_);
-    matrix = -jacobian_;
-    matrix.diagonal().array() += 1.0 / (gamma * h);
-    lu_.factorise();
+    matrix_ = -jacobian_;
+    matrix_.diagonal().array() += 1.0 / (gamma * h);
+    lu_.compute(matrix_);
     auto& [k1, k2, k3, k4] = stages_;
-    k1 = rate_ + (0.5 * h) * time_slope_;
-    lu_.solve(k1.data());
-    k2 = rate_ + (4.0 / h) * k1 + (1.5 * h) * time_slope_;
-    lu_.solve(k2.data());
+    k1 = lu_.solve(rate_ + (0.5 * h) * time_slope_);
+    k2 = lu_.solve(rate_ + (4.0 / h) * k1 + (1.5 * h) * time_slope_);
     trial_ = y_ + 2.0 * k1;
     if (!problem_.rates(time_s_ + h, trial_.data(), later_rate_.data())) return infinite;
-    k3 = later_rate_ + (k1 - k2) / h;
-    lu_.solve(k3.data());
+    k3 = lu_.solve(later_rate_ + (k1 - k2) / h);
     trial_ += k3;
     if (!problem_.rates(time_s_ + h, trial_.data(), later_rate_.data())) return infinite;
-    k4 = later_rate_ + (k1 - k2 - (8.0 / 3.0) * k3) / h;
-    lu_.solve(k4.data());
+    k4 = lu_.solve(later_rate_ + (k1 - k2 - (8.0 / 3.0) * k3) / h);
     trial_ += k4;
     error_ = k4;
     double sum = 0.0;
@@ -679,8 +627,8 @@ class RosenbrockSolver : public Solver {
   Eigen::Index n_;
   Eigen::VectorXd y_, rate_, later_rate_, trial_, time_slope_, error_;
   std::array<Eigen::VectorXd, 4> stages_;
-  Eigen::MatrixXd jacobian_;
-  SmallLu lu_;
+  Eigen::MatrixXd jacobian_, matrix_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
   std::vector<double> scales_;
   double time_s_ = 0.0, step_s_ = 0.0;
   std::int64_t steps_ = 0, failures_ = 0;  // since the last restart
