@@ -54,7 +54,7 @@ void export_command(const ExportArguments& arguments) {
   sim::write_file_whole(out, fmu::to_zip({{"modelDescription.xml", fmu::model_description(plant, {name, guid, tool})},
                                           {fmu::binary_path(name), built("sinew-fmu.so"), true},
                                           {fmu::plant_path, plant_file},
-                                          {"documentation/licenses/licenses.txt", built("sinew-fmu.licenses.txt")}}));
+                                          {"documentation/licenses/license.txt", built("sinew-fmu.licenses.txt")}}));
   std::array<int, 4> count{};
   for (const fmu::Variable& variable : fmu::variables_of(plant)) ++count.at(static_cast<std::size_t>(variable.causality));
   std::printf("%s: inputs %d, outputs %d, states %d, parameters %d\nwritten: %s\n", name.c_str(), count[0], count[1], count[2], count[3],
@@ -68,7 +68,7 @@ void add_export_fmu(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("export-fmu", "Write a plant as an FMU (FMI 2.0, co-simulation) for other simulators.");
   command->add_option("plant", arguments->plant, "plant in YAML: a limb, a machine, or one that diagnose repaired")->required();
   command->add_option("--out", arguments->out, "the file to write; left out: NAME.fmu in this folder");
-  command->add_option("--name", arguments->name, "of the model, an identifier of C; left out: that of the plant file");
+  command->add_option("--name", arguments->name, "of the model, an identifier of C; left out: made of the plant file's name");
   add_overwrite(*command, arguments->overwrite);
   command->footer(
       "Examples:\n  sinew export-fmu plant/limbs/paper_limb.yaml\n"

@@ -96,8 +96,14 @@ struct Instance {
   }
 };
 
-void tell(const fmi2CallbackFunctions& callbacks, const char* instance, const char* call, const char* words) noexcept {
-  if (callbacks.logger) callbacks.logger(callbacks.componentEnvironment, instance, fmi2Error, "logStatusError", "%s: %s", call, words);
+// A whole sentence, as not every importing program fills in what stands behind a format. In a message `%` begins a format, and `#` the name
+// of a variable.
+void tell(const fmi2CallbackFunctions& callbacks, const char* instance, const char* call, const char* words) noexcept try {
+  if (!callbacks.logger) return;
+  std::string message;
+  for (const char c : std::string(call) + ": " + words) message.append(c == '%' || c == '#' ? 2 : 1, c);
+  callbacks.logger(callbacks.componentEnvironment, instance, fmi2Error, "logStatusError", message.c_str());
+} catch (...) {  // no memory left for it
 }
 
 template <class Work>

@@ -17,6 +17,18 @@ std::string Variable::fault(double value) const {
   return "must lie in [" + sim::shortest(range->lowest) + ", " + sim::shortest(range->highest) + "]" + unit_words;
 }
 
+namespace {
+
+// What of the range may not be set.
+std::string exceptions_words(const plant::ParameterInfo& parameter) {
+  const plant::Declaration& declared = parameter.declaration;
+  if (declared.kind == plant::Kind::toggle) return "; 0 or 1";
+  if (declared.kind == plant::Kind::sign) return "; -1 or 1";
+  return parameter.effect && declared.null_value ? "; not " + sim::shortest(*declared.null_value) + ", which turns the effect off" : "";
+}
+
+}  // namespace
+
 std::vector<Variable> variables_of(const plant::Plant& plant) {
   const plant::System& system = plant.system();
   std::vector<Variable> all;
@@ -44,7 +56,7 @@ std::vector<Variable> variables_of(const plant::Plant& plant) {
     // The number that a plant file would have, which is converted back to the same internal value.
     const auto in_file = sim::parse_number(sim::parameter_text(plant, p));
     all.push_back({.name = (parameter.effect ? "effects." : "parameters.") + parameter.key(),
-                   .words = std::string(declared.meaning),
+                   .words = std::string(declared.meaning) + exceptions_words(parameter),
                    .causality = Causality::parameter,
                    .unit = declared.unit,
                    .index = p.index,

@@ -23,7 +23,7 @@ sys.path.insert(0, str(pathlib.Path(sys.argv[1]).resolve().parent / "python"))
 import sinew as module  # noqa: E402
 
 OK, ERROR = 0, 3
-LOGGER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p)
+LOGGER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 REFERENCE = ctypes.c_uint
 ELEMENTS = ["CoSimulation", "UnitDefinitions", "LogCategories", "DefaultExperiment", "ModelVariables", "ModelStructure"]
 
@@ -58,9 +58,10 @@ class Instance:
     def __init__(self, fmu, guid=None, location=None, kind=1, name=b"one"):
         self.fmu, self.said = fmu, []
 
-        def logger(_, __, status, category, form, call, words):
-            assert (status, category, form) == (ERROR, b"logStatusError", b"%s: %s")
-            self.said.append(f"{call.decode()}: {words.decode()}")
+        def logger(_, __, status, category, message):
+            words = message.decode().replace("%%", "%").replace("##", "#")
+            assert (status, category) == (ERROR, b"logStatusError") and message.decode().count("%") == 2 * words.count("%")
+            self.said.append(words)
         self.callbacks = Callbacks(LOGGER(logger))
         self.component = ctypes.c_void_p(fmu.library.fmi2Instantiate(
             name, kind, (guid or fmu.root.get("guid")).encode(), (location or (fmu.folder / "resources").as_uri()).encode(),
@@ -150,7 +151,7 @@ def test_file():
     with zipfile.ZipFile(cli.folder / "paper_limb.fmu") as archive:
         check("the archive is sound", archive.testzip() is None)
         check("it holds what an FMU has, and dates of its own alone", [one.filename for one in archive.infolist()] == [
-            "modelDescription.xml", "binaries/linux64/paper_limb.so", "resources/plant.yaml", "documentation/licenses/licenses.txt"]
+            "modelDescription.xml", "binaries/linux64/paper_limb.so", "resources/plant.yaml", "documentation/licenses/license.txt"]
             and all(one.date_time == (1980, 1, 1, 0, 0, 0) for one in archive.infolist()), archive.namelist())
         print("size of the shared object and of the FMU:", archive.getinfo("binaries/linux64/paper_limb.so").file_size,
               (cli.folder / "paper_limb.fmu").stat().st_size)
