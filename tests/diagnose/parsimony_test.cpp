@@ -50,6 +50,11 @@ TEST_CASE("parsimony: another form of what was found is no rival of it") {
         std::vector<plant::EffectId>{effect("thermocouple_lag")});
 }
 
+TEST_CASE("parsimony: two effects that leave nothing stand") {
+  const std::vector<plant::EffectId> both{effect("cubic_stiffening"), effect("hard_stop")};
+  CHECK(parsimony_of(both, searched({{"cubic_stiffening", 0.95}, {"hard_stop", 0.3}}), false, {}).none());
+}
+
 TEST_CASE("parsimony: both kinds of sensor late may be one cause before both") {
   const Search search = searched({{"thermocouple_lag", 0.87}, {"input_delay", 0.81}, {"junction", 0.8}, {"latent_heat", 0.5}});
   const auto delay = std::vector<plant::EffectId>{effect("input_delay")};

@@ -250,9 +250,16 @@ TEST_CASE("generator: further forms become the catalogue's where they should" * 
   agree("fatigue", "logarithmic", {{"loss", 1e3}, {"cycles", 1e5}}, {{"loss_per_cycle", 0.01}}, 1e-3);
   // A supply that follows within 2 ms, silicone that stores the heat of 0.05 K per watt-second, a knee of a thousandth.
   agree("supply_sag", "slow", {{"source_resistance_Ohm", 0.4}, {"time_constant_s", 0.002}}, {{"source_resistance_Ohm", 0.4}}, 0.03);
-  // Silicone between the wires is a body that loses nothing.
+  // Silicone between the wires is a body that loses nothing, and one that stores nothing is heat from wire to wire.
   agree("body_heat_storage", "between", {{"conductance_W_K", 0.008}, {"heat_capacity_J_K", 0.8}},
         {{"conductance_W_K", 0.016}, {"heat_capacity_J_K", 0.8}, {"heat_loss_W_K", 0.0}}, rounding);
+  const auto stores_nothing =
+      prove::simulate({}, {{"body_heat_storage", "between", "", {{"conductance_W_K", 0.008}, {"heat_capacity_J_K", 1e-3}}, false, ""}},
+                      duty);
+  const Difference from_wire_to_wire =
+      between(stores_nothing, prove::simulate({}, {{"cross_heating", "", "", {{"conductance_W_K", 0.008}}, true, ""}}, duty));
+  CHECK(from_wire_to_wire.temperature_K < 0.03);
+  CHECK(from_wire_to_wire.angle_deg < 0.03);
   agree("duty_deadband", "knee", {{"threshold_fraction", 0.05}, {"knee_share", 1e-3}}, {{"threshold_fraction", 0.05}}, 0.03);
 }
 
