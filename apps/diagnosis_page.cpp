@@ -88,8 +88,8 @@ report::TimePlot input_plot(const Diagnosis& d, const Prediction& prediction) {
 
 report::Table place_table(const Diagnosis& d) {
   report::Table table;
-  table.title = "Which equation does the mismatch enter?";
-  table.header = {"place", "share of the mismatch", "95 % interval", "random pushes here alone, against the best"};
+  table.title = "Random pushes, with no effect in mind: which equation would they have to enter?";
+  table.header = {"equation", "share of the pushes", "95 % interval", "pushes here alone, against the best"};
   const double best = d.located.shares.empty() ? 0.0 : d.located.shares.front().log_likelihood;
   for (const auto& share : d.located.shares) {
     report::Row row;
@@ -97,6 +97,7 @@ report::Table place_table(const Diagnosis& d) {
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
     row.emphasis = place_words(system_of(d), d.located.place) == row.cells[0];
+    if (row.emphasis) row.cells[0] += " (the answer's)";
     table.rows.push_back(row);
   }
   table.align = {report::Align::left, report::Align::right, report::Align::right, report::Align::left};
@@ -104,7 +105,7 @@ report::Table place_table(const Diagnosis& d) {
       "Random pushes that last a few seconds were allowed into each equation of the calibrated plant, beside air that moves. Share: how "
       "much of the mismatch the pushes into this equation make, when all are allowed at once. Last column: how well pushes into this "
       "equation alone would account for everything. What is missing is seldom random: what lasts longer may enter elsewhere, and look like "
-      "this.";
+      "this. Where the answer has a name, that says the equation, not these shares.";
   return table;
 }
 

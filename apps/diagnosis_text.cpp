@@ -16,6 +16,7 @@ using diagnose::Diagnosis;
 using diagnose::Verdict;
 
 constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
+constexpr double faint_from = 0.5;       // decades below the typical strength from which on it is said
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
@@ -336,6 +337,9 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
             chance_words(found.chance) + ". ";
   else if (d.laws.empty())
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
+  if (found.support.faint > faint_from)
+    text += "It is " + report::fixed(std::pow(10.0, found.support.faint), 0) +
+            " times weaker than is typical of it; what stands in for other physics mostly is, so that it is less probable. ";
   text += rivals_words(d, found);
   return text;
 }
