@@ -97,6 +97,13 @@ std::string too_little_words(const Diagnosis& d) {
                           (seen == 1 ? "it is not there." : "none of these is there."));
 }
 
+// "that the supply sags, likely (probability 0.90)"
+std::vector<std::string> names_with_probabilities(const Diagnosis& d) {
+  std::vector<std::string> named;
+  for (const auto& found : d.effects) named.push_back("that " + found_words(d, found) + ", " + probability_words(found.confidence));
+  return named;
+}
+
 std::string verdict_words(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
@@ -107,19 +114,18 @@ std::string verdict_words(const Diagnosis& d) {
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
-      const auto weakest =
-          std::min_element(d.effects.begin(), d.effects.end(), [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
       const bool doubtful =
           std::all_of(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.confidence < doubtful_below; });
-      std::string text = (doubtful ? "Something is missing, perhaps that " : "The plant leaves out that ") + listed(found_words(d));
+      // Several have a probability each.
+      const bool one = d.effects.size() == 1, told_apart = d.ambiguous_with.empty();
+      std::string text = std::string(doubtful ? "Something is missing, perhaps " : "The plant leaves out ") +
+                         (one || !told_apart ? "that " + listed(found_words(d)) : listed(names_with_probabilities(d)));
       if (const auto laws = law_clauses(d); !laws.empty()) text += "; and, without a name, " + listed(laws);
-      if (!d.ambiguous_with.empty()) return text + rivals_in_headline(d);
-      return text + ": " + (d.effects.size() > 1 ? "each " : "") + probability_words(weakest->confidence) + ".";
+      if (!told_apart) return text + rivals_in_headline(d);
+      return text + (one ? ": " + probability_words(d.effects.front().confidence) : "") + ".";
     }
     case Verdict::named_in_part: {
-      std::vector<std::string> named;
-      for (const auto& found : d.effects) named.push_back("that " + found_words(d, found) + ", " + probability_words(found.confidence));
-      return "More is missing than the catalogue explains, but part of it has a name: " + listed(named) +
+      return "More is missing than the catalogue explains, but part of it has a name: " + listed(names_with_probabilities(d)) +
              (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) + ". " +
              (d.effects.size() + d.laws.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
              (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
@@ -134,12 +140,10 @@ std::string verdict_words(const Diagnosis& d) {
                which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty()) {
-        std::vector<std::string> named;
-        for (const auto& found : d.effects) named.push_back("that " + found_words(d, found) + ", " + probability_words(found.confidence));
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
                     ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
                     : "More is missing than the catalogue explains, but part of it has a name: ") +
-               listed(named) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
+               listed(names_with_probabilities(d)) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
       }
       if (!d.laws.empty())
         return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
@@ -339,7 +343,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
   if (found.support.faint > faint_from)
     text += "It is " + report::fixed(std::pow(10.0, found.support.faint), 0) +
-            " times weaker than is typical of it; what stands in for other physics mostly is, so that it is less probable. ";
+            " times weaker than is typical of it, as is mostly what stands in for other physics: this lowers its probability. ";
   text += rivals_words(d, found);
   return text;
 }
@@ -825,7 +829,8 @@ std::string probability_words(double probability) {
                       : probability >= 0.8  ? "likely"
                       : probability > 0.505 ? "more likely than not"
                       : probability >= 0.45 ? "as likely as not"
-                                            : "possible";
+                      : probability >= 0.2  ? "possible"
+                                            : "unlikely";
   const std::string number = probability > 0.999 ? "above 0.999" : report::fixed(probability, probability > 0.99 ? 3 : 2);
   return std::string(words) + " (probability " + number + ")";
 }
