@@ -8,6 +8,7 @@ Recordings are the beginning of the one that ships, which has a concealed effect
 is not run to its end: one simulation of the same length by SciPy's solve_ivp (LSODA, 1e-4, started again at every jump of
 the duty) is timed in this run, and multiplied by the simulations that a fit of each effect by finite differences needs.
 """
+import json
 import os
 import pathlib
 import subprocess
@@ -20,7 +21,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-EFFECTS, UNKNOWNS, ITERATIONS = 26, 26, 10  # of the catalogue; core parameters, first values and one of the effect; of a fit
+EFFECTS = len(json.loads(subprocess.check_output([ROOT / "build/release/sinew", "effects", "--json"]))["effects"])
+UNKNOWNS, ITERATIONS = 26, 10  # core parameters, first values and one of the effect; of a fit
 
 lines = (ROOT / "scenarios/demo/recording.csv").read_text().splitlines()
 comments = [line for line in lines if line.startswith("#")]
