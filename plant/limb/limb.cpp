@@ -335,20 +335,26 @@ Envelopes<double> LimbSystem::loop_at(const Plant& plant, double temperature_deg
                    value("cooling_width_K"));
 }
 
-// Temperatures near what is measured first, fractions within the hysteresis loop there, all else within its scale of rest.
+// Temperatures near what is measured first, fractions within the hysteresis loop there, all else within its scale of rest. What shows no
+// temperature is no further off than the temperatures that are known lie apart: a limb whose readings are alike has been left alone.
 std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span<const double> first_measured) const {
   const CoreStates at(shape_);
   const States list = states(plant.on());
   std::vector<std::optional<double>> known(list.size());
   const double ambient_degC = plant.get(parameter("ambient_temperature_degC"));
+  double lowest_degC = ambient_degC, highest_degC = ambient_degC;
+  bool shows_temperature = false;
   for (std::size_t j = 0; j < shape_.coils.size(); ++j) known[at.temperature + j] = ambient_degC;
   for (std::size_t b = 0; b < shape_.bends.size(); ++b) known[at.angle + b] = 0.0;
   for (std::size_t c = 0; c < shape_.sensors.size(); ++c) {
     const Shape::Sensor& sensor = shape_.sensors[c];
     if (std::isnan(first_measured[c])) continue;
-    if (sensor.kind == Sensing::thermocouple)
+    if (sensor.kind == Sensing::thermocouple) {
       known[at.temperature + sensor.part] = first_measured[c];
-    else
+      lowest_degC = std::min(lowest_degC, first_measured[c]);
+      highest_degC = std::max(highest_degC, first_measured[c]);
+      shows_temperature = true;
+    } else
       known[at.angle + sensor.part] = first_measured[c];
   }
   for (std::size_t b = 0; b < shape_.bends.size(); ++b) {
@@ -359,7 +365,9 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
   given.inputs.assign(inputs_.size(), 0.0);
   const std::vector<double> rest = plant.equations()->rest(given, known);
   // What a thermocouple sits on is near what it shows; the wire is, if it sits on that.
-  constexpr double near_shown_K = 5.0, near_body_K = 15.0;
+  constexpr double near_shown_K = 5.0, near_body_K = 15.0, at_least_K = 1.0;
+  const double apart_K =
+      shows_temperature ? std::max(at_least_K, 0.5 * (highest_degC - lowest_degC)) : std::numeric_limits<double>::infinity();
   const std::string junction(Junction<double>::name);
   const bool has_junctions = plant.is_on(effect(junction));
   const auto sits_on_wire = [&](std::size_t coil) {
@@ -376,6 +384,7 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
       const Envelopes<double> loop = loop_at(plant, *known[i.index - at.martensite]);
       belief = {0.5 * (loop.heating + loop.cooling), std::max(0.05, 0.5 * (loop.heating - loop.cooling)), 0.0, 1.0};
     }
+    if (list[i].unit.text == units::degC.text) belief.deviation = std::min(belief.deviation, apart_K);
     beliefs.push_back(belief);
   }
   return beliefs;

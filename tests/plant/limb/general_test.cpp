@@ -7,6 +7,7 @@
 #include "sim/simulation.h"
 #include "tests/long_when_sanitized.h"
 #include "tests/plant/limb/general.h"
+#include "tests/plant/limb/limb_with_junctions.h"
 #include "tests/plant/limb/one_instant.h"
 
 namespace plant_limb_general_test {
@@ -509,6 +510,35 @@ TEST_CASE("general limb: a run of two segments that goes on from a checkpoint en
     CHECK(finish(resumed) == expected);
     CHECK(resumed.counters() == whole.counters());
   }
+}
+
+TEST_CASE("general limb: where readings are alike at first, what shows none is believed to be no further off") {
+  const Plant limb = limb_with_junctions();
+  const System& system = limb.system();
+  const auto deviations = [&](double temperature_A_degC, double temperature_B_degC) {
+    std::vector<double> measured(system.channels().size(), 0.0);
+    measured[0] = temperature_A_degC;
+    measured[1] = temperature_B_degC;
+    std::vector<double> result;
+    for (const StartBelief& belief : system.start_beliefs(limb, measured)) result.push_back(belief.deviation);
+    return result;
+  };
+  const double ambient_degC = limb.get(system.parameter("ambient_temperature_degC"));
+  const std::vector<double> cold = deviations(ambient_degC, ambient_degC + 0.5), cool = deviations(ambient_degC - 6.0, ambient_degC - 5.0),
+                            warm = deviations(ambient_degC + 5.0, ambient_degC + 60.0), unknown = deviations(NAN, NAN);
+  std::size_t bodies = 0;
+  for (const StateId i : limb.states().ids()) {
+    if (limb.states()[i].unit.text != units::degC.text) {
+      CHECK(cold[i.index] >= 0.05);
+      continue;
+    }
+    ++bodies;
+    CHECK(cold[i.index] == 1.0);
+    CHECK(cool[i.index] == 3.0);
+    CHECK(warm[i.index] >= 5.0);
+    CHECK(warm[i.index] == unknown[i.index]);
+  }
+  CHECK(bodies == 4);  // two wires, two junctions
 }
 
 TEST_CASE("general limb: what is believed of first values, and other starts, are one a state for any shape") {
