@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "diagnose/compare.h"
+#include "diagnose/error_size.h"
 #include "plant/integrator.h"
 #include "sim/parallel.h"
 #include "sim/simulation.h"
@@ -66,6 +67,8 @@ Fitted calibrated(const plant::Plant& plant, const std::vector<FitData>& data, c
 
 Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   Spread spread;
+  SquaredErrors errors{std::vector<PerChannel>(data.size(), per_channel(fitted.model.system())), {}};
+  errors.count = errors.sum;
   for (std::size_t r = 0; r < data.size(); ++r) {
     const auto model = predict(fitted.model, fitted.starts[r], *data[r].recording, numerics);
     spread.rmse.push_back(data[r].deviation);
@@ -79,9 +82,14 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
       }
       if (std::isnan(sum)) sum = lost;
       if (count > 0.0) spread.rmse[r][c] = std::max(data[r].deviation[c], std::sqrt(sum / count));
-      spread.log_sum += count * std::log(spread.rmse[r][c]);
+      errors.sum[r][c] = sum;
+      errors.count[r][c] = count;
     }
   }
+  const plant::System& system = fitted.model.system();
+  const ErrorSize size = error_size(errors, data, scale_of(system, data), per_channel(system, 1.0));
+  spread.deviation = size.deviation;
+  spread.log_sum = -size.log_likelihood;
   return spread;
 }
 
@@ -95,7 +103,7 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
   Guess guess = explanation.as_guess();
   for (int pass = 0; pass < 3; ++pass) {
     std::vector<FitData> weighted = data;
-    for (std::size_t r = 0; r < data.size(); ++r) weighted[r].deviation = spread.rmse[r];
+    for (std::size_t r = 0; r < data.size(); ++r) weighted[r].deviation = spread.deviation[r];
     const Explanation closest = explain(explanation.problem->centres(), weighted, guess, least_squares);
     if (!closest.usable) break;
     guess = closest.as_guess();
@@ -134,7 +142,7 @@ std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>&
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)
-    for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.rmse[r][c] * std::sqrt(correlation[c]);
+    for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.deviation[r][c] * std::sqrt(correlation[c]);
   return weighted;
 }
 

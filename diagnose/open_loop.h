@@ -36,10 +36,11 @@ Fitted fitted(const Explanation& explanation);
 // As `calibrate` fits a plant. Throws std::runtime_error where nowhere could it be integrated.
 Fitted calibrated(const plant::Plant& plant, const std::vector<FitData>& data, const CalibrationSettings& settings);
 
-// How far a path is off the fitted samples of each recording and channel, at least by the sensors' noise; and minus the
-// log likelihood, up to a constant, if each channel's error has the size that it has.
+// How far a path is off the fitted samples of each recording and channel, at least by the sensors' noise; its size, one for all channels;
+// and minus the log likelihood with that, up to a constant.
 struct Spread {
-  std::vector<PerChannel> rmse;  // units of files
+  std::vector<PerChannel> rmse;       // units of files
+  std::vector<PerChannel> deviation;  // error_size.h
   double log_sum = 0.0;
 };
 Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);

@@ -7,6 +7,7 @@
 
 #include "diagnose/calibrate.h"
 #include "diagnose/compare.h"
+#include "diagnose/error_size.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/search.h"
 #include "diagnose/thinned.h"
@@ -44,7 +45,8 @@ class Proposer {
         settings_(settings),
         numerics_(fit.numerics),
         fit_(fit),
-        correlation_(per_channel(given_.system(), 1.0)) {
+        correlation_(per_channel(given_.system(), 1.0)),
+        scale_(scale_of(given_.system(), data_)) {
     fit_.least_squares = true;
     fit_.most_rounds = 1;
     fit_.enough = 1.0;
@@ -123,21 +125,17 @@ class Proposer {
     return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;
   }
 
-  // Of as many independent errors as the plant as given leaves, each channel's of unknown size: the size is the proposal's own.
+  // Of as many independent errors as the plant as given leaves, of unknown size: the size is the proposal's own.
   double log_likelihood(const Explanation& fit) const {
-    std::vector<PerChannel> squares(data_.size(), per_channel(given_.system())), counts = squares;
+    SquaredErrors errors{std::vector<PerChannel>(data_.size(), per_channel(given_.system())), {}};
+    errors.count = errors.sum;
     const auto& rows = fit.blocks->rows();
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double off = fit.residual(static_cast<Eigen::Index>(i)) * fit.problem->data()[rows[i].recording].deviation[rows[i].channel];
-      squares[rows[i].recording][rows[i].channel] += rows[i].count * off * off;
-      counts[rows[i].recording][rows[i].channel] += rows[i].count;
+      const auto [r, c] = std::pair(rows[i].recording, rows[i].channel);
+      errors.sum[r][c] += rows[i].count * std::pow(fit.residual(static_cast<Eigen::Index>(i)) * fit.problem->data()[r].deviation[c], 2);
+      errors.count[r][c] += rows[i].count;
     }
-    double sum = 0.0;
-    for (std::size_t r = 0; r < data_.size(); ++r)
-      for (const plant::ChannelId c : counts[r].ids())
-        if (counts[r][c] > 0.0)
-          sum -= counts[r][c] / correlation_[c] * std::log(std::max(std::sqrt(squares[r][c] / counts[r][c]), data_[r].deviation[c]));
-    return sum;
+    return error_size(errors, data_, scale_, correlation_).log_likelihood;
   }
   std::vector<Effects> order() const {
     std::vector<Effects> sets;
@@ -161,7 +159,7 @@ class Proposer {
     double least = spread_of(best, data_, fit_.numerics).log_sum;
     for (int pass = 0; pass < 2; ++pass) {
       const Spread left = spread_of(best, data_, fit_.numerics);
-      for (std::size_t r = 0; r < yardstick_.size(); ++r) yardstick_[r].deviation = left.rmse[r];
+      for (std::size_t r = 0; r < yardstick_.size(); ++r) yardstick_[r].deviation = left.deviation[r];
       std::vector<Begun> begun{{{}, best.of.as_guess(), {}}};
       for (int start = 0; pass == 0 && start < settings_.starts; ++start) begun.push_back({{}, drawn(*core.of.problem, {}, start), {}});
       fit_all(begun, long_fit);
@@ -198,7 +196,7 @@ class Proposer {
     bool changed = !measured_;
     for (std::size_t r = 0; r < data_.size(); ++r)
       for (const plant::ChannelId c : correlation_.ids()) {
-        const double weighted = left.rmse[r][c] * std::sqrt(correlation_[c]);
+        const double weighted = left.deviation[r][c] * std::sqrt(correlation_[c]);
         const double now = measured_ ? std::min(yardstick_[r].deviation[c], weighted) : weighted;
         changed = changed || now < 0.95 * yardstick_[r].deviation[c];
         yardstick_[r].deviation[c] = now;
@@ -518,6 +516,7 @@ class Proposer {
   const plant::NumericalSettings numerics_;
   ExplanationSettings fit_;  // with a coarse tolerance
   PerChannel correlation_;   // samples, of what the plant as given leaves at best
+  const PerChannel scale_;   // error_size.h
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
   std::map<Effects, Explanation, ByCatalogue> all_;

@@ -5,19 +5,19 @@
 // from the last. This one asks how well a plant follows the recordings from its inputs alone:
 //
 // - All are fitted to thinned recordings (thinned.h), the answer at last to every sample.
-// - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves in it, never less than
-//   the sensor's noise, times the square root of the samples over which what the plant as given leaves is correlated. It shrinks as
-//   proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error with absurd parameters.
+// - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves, the same share of what
+//   each channel shows (error_size.h), times the square root of the samples over which what the plant as given leaves is correlated. It
+//   shrinks as proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error with absurd
+//   parameters.
 // - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
 //   the best proposals from several starts drawn from the prior.
 // - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
-//   the proposals that have it. The likelihood in it is that of as many independent errors as the plant as given leaves, each
-//   channel's of unknown size: a proposal is judged by how small an error it comes down to, not by how far below the yardstick it
-//   gets. (With the correlation of what the best leaves, which grows shorter with every term, the physical limb got two laws
-//   and a worse prediction.)
+//   the proposals that have it. The likelihood in it is that of as many independent errors as the plant as given leaves, of unknown
+//   size: a proposal is judged by how small an error it comes down to, not by how far below the yardstick it gets. (With the
+//   correlation of what the best leaves, which grows shorter with every term, the physical limb got two laws and a worse prediction.)
 // - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
 //   the price of one cell in so many.
 // - The answer is what is left of the most probable proposal once every term that does not pay is taken out: one without which seconds
