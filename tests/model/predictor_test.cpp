@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "model/errors.h"
 #include "model/linear.h"
@@ -79,6 +80,9 @@ TEST_CASE("predictors: each kind comes back from its file as it was, and a copy 
     CHECK(one.predictor->about().kind == kind.name);
     one.predictor->about().trained_on = "a plant that bends";
     one.predictor->about().arx = fit_arx(data);
+    CHECK_FALSE(read_predictor(path_of(bytes_of(*one.predictor)))->about().intervals.has_value());  // as of an older version
+    one.predictor->about().region = trained_region_of(data);
+    one.predictor->about().intervals = intervals_from(*one.predictor, {{data.front(), 1000}}, 1);
     const std::string bytes = bytes_of(*one.predictor);
     CHECK(bytes == bytes_of(*one.predictor));
     const auto back = read_predictor(path_of(bytes));
@@ -86,6 +90,11 @@ TEST_CASE("predictors: each kind comes back from its file as it was, and a copy 
     CHECK(back->about().trained_on == "a plant that bends");
     CHECK(back->about().task.predicted.name == "angle_deg");
     CHECK(back->about().arx->coefficients == one.predictor->about().arx->coefficients);
+    REQUIRE(back->about().intervals.has_value());
+    CHECK(json_of(*back->about().intervals) == json_of(*one.predictor->about().intervals));
+    REQUIRE(back->about().region.has_value());
+    CHECK(back->about().region->visited == one.predictor->about().region->visited);
+    CHECK(back->about().region->reach_cells == one.predictor->about().region->reach_cells);
     CHECK(bytes_of(*back) == bytes);
     const Vector<double> open = rollout(*one.predictor, other), step = one_step_ahead(*one.predictor, other, &before);
     CHECK(open.allFinite());
@@ -199,6 +208,16 @@ TEST_CASE("predictors: a file that was changed, or is of another kind, is refuse
   std::string& correction = file.text_attributes["/"]["sinew_correction"];
   correction.replace(correction.find("\"order\":"), 9, "\"order\":3");
   CHECK(what_reading_says(to_bytes(file)).find("sinew_correction") != std::string::npos);
+  arx->about().region = trained_region_of({bending(1, 300)});
+  arx->about().intervals = intervals_from(*arx, {{bending(2, 1500), 300}}, 1);
+  file = parse_hdf5(bytes_of(*arx), "whole");
+  Hdf5File narrower = file, moved = file;
+  std::string& trust = narrower.text_attributes["/"]["sinew_trust"];
+  trust.replace(trust.find("\"unit\":\"minute\""), 15, "\"unit\":\"second\"");
+  CHECK(what_reading_says(to_bytes(narrower)).find("intervals or description were changed") != std::string::npos);
+  moved.arrays.at("/sinew_trust/visited").values.front() += 1.0;
+  CHECK(what_reading_says(to_bytes(moved)).find("intervals or description were changed") != std::string::npos);
+  CHECK(what_reading_says(to_bytes(file)) == "nothing thrown");
   CHECK_THROWS_WITH(predictor_kind("oracle"), doctest::Contains("there is no predictor oracle; there are arx, "));
 }
 
