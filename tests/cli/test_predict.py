@@ -114,6 +114,8 @@ def test_dataset():
 def test_train_and_use():
     settings = write("few.yaml", "published: { hidden: 8, dense: 8, epochs: 2 }\n"
                      "stateful: { hidden: 8, dense: 8, updates: 40, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, "
+                     "longest_life_s: 20, validation_every: 20 }\n"
+                     "gru: { hidden: 8, dense: 8, updates: 40, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, "
                      "longest_life_s: 20, validation_every: 20 }\n")
     train = ["train", "set1", "--settings", settings]
     for method in "published", "stateful":
@@ -173,7 +175,7 @@ def test_train_and_use():
           "has no intervals" in " ".join(result.stdout.split()), said(result))
 
     for kind, more in (("arx", ()), ("arx_simulation", ()), ("least_squares", ()), ("corrected", ("--from", "stateful4")),
-                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml"))):
+                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml")), ("gru", ("--settings", settings))):
         result = sinew("train", "set1", "--case", 4, "--predictor", kind, *more, "--out", kind)
         check(f"train --predictor {kind}", result.returncode == 0 and (cli.folder / kind / "weights.h5").exists(), said(result))
         result = sinew("rollout", kind, "--recording", recording, "--json")
@@ -278,7 +280,7 @@ def test_onnx_refused():
     there = (cli.folder / "stateful4.onnx").read_bytes()
     refused("convert: no model there", sinew("convert", "nowhere", "never.onnx"), "nowhere\n", "is not there", "weights.h5")
     refused("convert: a folder without a model", sinew("convert", "set1/runs", "never.onnx"), "set1/runs/weights.h5", "is not there")
-    for kind in ("arx", "corrected", "plant"):
+    for kind in ("arx", "corrected", "plant", "gru"):
         refused(f"convert: {kind} is no LSTM", sinew("convert", kind, "never.onnx"), f"{kind}/weights.h5: predictor = {kind}", "published or stateful")
     refused("convert: a recording is no model", sinew("convert", "set1/runs/0005.csv", "never.onnx"), "set1/runs/0005.csv", "is not an HDF5 file")
     refused("convert: a map is not for models", sinew("convert", "stateful4", "never.onnx", "--map", "few.yaml"), "--map", "predictor")

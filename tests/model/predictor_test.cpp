@@ -41,6 +41,8 @@ TrainingFile small_settings() {
   const sim::YamlValue root = sim::parse_yaml(
       "published: { hidden: 8, dense: 8, epochs: 2 }\n"
       "stateful: { hidden: 8, dense: 8, updates: 60, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, longest_life_s: 20, "
+      "validation_every: 20 }\n"
+      "gru: { hidden: 8, dense: 8, updates: 60, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, longest_life_s: 20, "
       "validation_every: 20 }\n",
       "small");
   TrainingFile file;
