@@ -100,7 +100,7 @@ void add_resample(CLI::App& command, bool& resample) {
 model::TrainingFile training_settings(const std::string& predictor, const std::string& settings_file) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
-  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected")
+  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected" && predictor != "hybrid")
     throw sim::InputError({.file = settings_file,
                            .key = "--predictor",
                            .value = predictor,

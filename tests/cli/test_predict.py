@@ -175,7 +175,8 @@ def test_train_and_use():
           "has no intervals" in " ".join(result.stdout.split()), said(result))
 
     for kind, more in (("arx", ()), ("arx_simulation", ()), ("least_squares", ()), ("corrected", ("--from", "stateful4")),
-                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml")), ("gru", ("--settings", settings))):
+                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml")), ("gru", ("--settings", settings)),
+                       ("hybrid", ("--plant", ROOT / "plant/limbs/paper_limb.yaml", "--settings", settings))):
         result = sinew("train", "set1", "--case", 4, "--predictor", kind, *more, "--out", kind)
         check(f"train --predictor {kind}", result.returncode == 0 and (cli.folder / kind / "weights.h5").exists(), said(result))
         result = sinew("rollout", kind, "--recording", recording, "--json")
@@ -280,7 +281,7 @@ def test_onnx_refused():
     there = (cli.folder / "stateful4.onnx").read_bytes()
     refused("convert: no model there", sinew("convert", "nowhere", "never.onnx"), "nowhere\n", "is not there", "weights.h5")
     refused("convert: a folder without a model", sinew("convert", "set1/runs", "never.onnx"), "set1/runs/weights.h5", "is not there")
-    for kind in ("arx", "corrected", "plant", "gru"):
+    for kind in ("arx", "corrected", "plant", "gru", "hybrid"):
         refused(f"convert: {kind} is no LSTM", sinew("convert", kind, "never.onnx"), f"{kind}/weights.h5: predictor = {kind}", "published or stateful")
     refused("convert: a recording is no model", sinew("convert", "set1/runs/0005.csv", "never.onnx"), "set1/runs/0005.csv", "is not an HDF5 file")
     refused("convert: a map is not for models", sinew("convert", "stateful4", "never.onnx", "--map", "few.yaml"), "--map", "predictor")

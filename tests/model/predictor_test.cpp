@@ -177,6 +177,48 @@ TEST_CASE("corrected: in open loop it is exactly what is inside, and one step ah
   }
   CHECK(y == doctest::Approx(open(999)).epsilon(1e-6));
 }
+TEST_CASE("hybrid: where the plant is right it says what the plant says, and where it is wrong it comes nearer") {
+  sim::Scenario scenario;
+  scenario.plant = plant::default_plant();
+  const auto simulated = [&](const plant::Plant& limb, std::uint64_t seed, Index samples) {
+    plant::Integrator integrator(limb, plant::Start{}, {plant::Method::cvode, 1e-7});
+    Series series = bending(seed, samples);
+    for (Index k = 0; k < samples; ++k) {
+      REQUIRE_FALSE(integrator.advance_to(static_cast<double>(k) * period_s));
+      series.y(k) = sim::in_file_units(limb.system(), integrator.readings()).back();
+      integrator.hold({0.4 * series.v(0, k), 0.4 * series.v(1, k)});
+    }
+    series.v *= 0.4;
+    return series;
+  };
+  REQUIRE(plant::default_plant().system().channels()[plant::ChannelId{plant::default_plant().system().channels().size() - 1}].column ==
+          "angle_deg");
+  // A limb that bends by a fifth less, and is 3 degrees off: linear in what the plant says.
+  Series wrong = simulated(plant::default_plant(), 1, 3000), fresh = simulated(plant::default_plant(), 2, 1500);
+  const Series right = fresh;
+  for (Series* one : {&wrong, &fresh}) one->y = (0.8 * one->y).array() + 3.0;
+  const auto fitted = [&](const Series& data) {
+    TrainingRun run;
+    run.task = both_duties();
+    const plant::Plant limb = plant::default_plant();
+    TrainingFile settings = small_settings();
+    settings.given.emplace("hybrid", sim::parse_yaml("{ base: arx_simulation }", "small"));
+    return predictor_kind("hybrid").train({{data}, settings, run, nullptr, &limb}).predictor;
+  };
+  const double by_plant = errors_of(rollout(*trained("plant", {wrong}).predictor, fresh), fresh).rmse;
+  const auto hybrid = fitted(wrong);
+  CHECK(errors_of(rollout(*hybrid, fresh), fresh).rmse < 0.1 * by_plant);
+  CHECK(errors_of(rollout(*fitted(simulated(plant::default_plant(), 1, 1500)), right), right).largest < 0.05);
+  // Around it, a correction: the file says both, and what is inside them.
+  TrainingRun run;
+  run.task = both_duties();
+  const TrainingFile settings = small_settings();
+  const auto corrected = predictor_kind("corrected").train({{wrong}, settings, run, hybrid.get()}).predictor;
+  const auto back = read_predictor(path_of(bytes_of(*corrected)));
+  CHECK(back->about().kind == "corrected");
+  CHECK(rollout(*back, fresh) == rollout(*hybrid, fresh));
+  CHECK(one_step_ahead(*back, fresh) == one_step_ahead(*corrected, fresh));
+}
 TEST_CASE("plant: as a predictor it gives what the simulation gives") {
   sim::Scenario scenario;
   scenario.plant = plant::default_plant();
