@@ -99,7 +99,7 @@ void convert_to_onnx(const std::string& path, const std::string& output) {
     throw sim::InputError({.file = weights_path(path), .advice = "is not there; an ONNX file is made of the weights.h5 of `sinew train`"});
   const auto predictor = read_predictor_at(path);
   const auto* lstm = dynamic_cast<const model::LstmPredictor*>(predictor.get());
-  if (!lstm)
+  if (!lstm || lstm->model().weights.shape.cell != model::Cell::lstm)
     throw sim::InputError({.file = weights_path(path),
                            .key = "predictor",
                            .value = predictor->about().kind,

@@ -104,12 +104,13 @@ StressFile read_stress(const std::filesystem::path& path) {
 struct Outcome {
   std::string name, scenario_file;
   double rmse = std::nan(""), one_step = std::nan(""), last_minute = std::nan(""), hold = std::nan(""), arx = std::nan("");
-  std::string failure;
+  double inside = std::nan(""), inside_one_step = std::nan(""), outside = std::nan("");  // shares: of the interval, of training
+  std::string outside_words, failure;
 };
 
 report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task,
-                            const std::string& name) {
-  report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, task).front());
+                            const Trust& trust, const std::string& name) {
+  report::TimePlot plot = std::get<report::TimePlot>(rollout_blocks(series, predicted, task, &trust).front());
   plot.title = name;
   plot.time_axis = "";
   return plot;
@@ -171,8 +172,18 @@ int evaluate_command(const EvaluateArguments& arguments) {
         const Baselines baselines = baselines_of(*predictor, series);
         outcome.hold = baselines.hold;
         outcome.arx = baselines.arx.value_or(std::nan(""));
-        outcome.one_step = model::errors_of(model::one_step_ahead(*own, series), series).rmse;
-        plots[j] = drift_plot(series, open, about.task, row.name);
+        const model::Vector<double> step = model::one_step_ahead(*own, series);
+        outcome.one_step = model::errors_of(step, series).rmse;
+        const Trust trust = trust_in(about, series, series, 0, 0, open, step);
+        if (trust.interval) {
+          outcome.inside = trust.interval->inside_open_loop;
+          outcome.inside_one_step = trust.interval->inside_one_step;
+        }
+        if (trust.departures) {
+          outcome.outside = trust.departures->share();
+          if (trust.departures->outside > 0) outcome.outside_words = departure_sentence(trust, about, series.first_s);
+        }
+        plots[j] = drift_plot(series, open, about.task, trust, row.name);
       } catch (const sim::InputError& e) {
         outcome.failure = e.advice;
       }
@@ -186,7 +197,7 @@ int evaluate_command(const EvaluateArguments& arguments) {
   }
   struct Row {
     std::string name;
-    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0, hold = 0.0, arx = 0.0;
+    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0, hold = 0.0, arx = 0.0, inside = 0.0, inside_one_step = 0.0, outside = 0.0;
     std::size_t worst_job = 0;
     std::int64_t counted = 0;
     std::string failure;
@@ -207,6 +218,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
       row.last += outcomes[j].last_minute;
       row.hold += outcomes[j].hold;
       row.arx += outcomes[j].arx;
+      row.inside += outcomes[j].inside;
+      row.inside_one_step += outcomes[j].inside_one_step;
+      row.outside += outcomes[j].outside;
       if (outcomes[j].rmse > row.worst) {
         row.worst = outcomes[j].rmse;
         row.worst_job = j;
@@ -218,6 +232,9 @@ int evaluate_command(const EvaluateArguments& arguments) {
     row.last /= n;
     row.hold /= n;
     row.arx /= n;
+    row.inside /= n;
+    row.inside_one_step /= n;
+    row.outside /= n;
     row.counted = count;
     if (count == 0) row.worst = std::nan("");
     rows.push_back(row);
@@ -227,20 +244,21 @@ int evaluate_command(const EvaluateArguments& arguments) {
                    [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
   report::Table table;
   table.header = {
-      "stress",         "open loop / " + unit, "against no stress", "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
-      "held / " + unit, "ARX / " + unit,       "again: sinew run"};
+      "stress",         "open loop / " + unit, "against no stress",   "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
+      "held / " + unit, "ARX / " + unit,       "inside the interval", "outside of training",  "again: sinew run"};
+  const auto percent = [](double share) { return std::isnan(share) ? "–" : report::significant(100.0 * share, 3) + " %"; };
   nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
                               {"case", about.task.paper_case},
                               {"method", about.kind},
                               {"seeds", stress.seeds},
                               {"rows", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) {
-    table.rows.push_back(
-        {{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3), report::significant(row.worst, 3),
-          report::significant(row.last, 3), report::significant(row.one_step, 3), report::significant(row.hold, 3),
-          about.arx ? report::significant(row.arx, 3) : "–", "scenarios/" + outcomes[row.worst_job].scenario_file},
-         row.name == base.name,
-         row.failure});
+    table.rows.push_back({{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3),
+                           report::significant(row.worst, 3), report::significant(row.last, 3), report::significant(row.one_step, 3),
+                           report::significant(row.hold, 3), about.arx ? report::significant(row.arx, 3) : "–", percent(row.inside),
+                           percent(row.outside), "scenarios/" + outcomes[row.worst_job].scenario_file},
+                          row.name == base.name,
+                          row.failure});
     json["rows"].push_back({{"stress", row.name},
                             {key_in_unit("rollout_rmse", predicted), row.mean},
                             {key_in_unit("worst_seed", predicted), row.worst},
@@ -248,14 +266,23 @@ int evaluate_command(const EvaluateArguments& arguments) {
                             {key_in_unit("one_step_rmse", predicted), row.one_step},
                             {key_in_unit("hold_rmse", predicted), row.hold},
                             {key_in_unit("arx_rmse", predicted), row.arx},
+                            {"inside_interval_open_loop", row.inside},
+                            {"inside_interval_one_step", row.inside_one_step},
+                            {"outside_of_training", row.outside},
+                            {"outside_words", outcomes[row.worst_job].outside_words},
                             {"seeds_counted", row.counted},
                             {"failure", row.failure},
                             {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
-  table.caption = "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
-                  " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
-                  "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
-                  (about.arx ? "." : ", which this weights file lacks.");
+  table.caption =
+      "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
+      " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
+      "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
+      (about.arx ? "." : ", which this weights file lacks.") +
+      (about.intervals ? " Inside the interval: share of samples in open loop; it was made for " +
+                             report::significant(100.0 * model::interval_share, 2) + " % of rollouts without stress."
+                       : " This weights file has no intervals.") +
+      (about.region ? " Outside of training: share of samples whose inputs, their past or the prediction were not trained on." : "");
   if (outputs) {
     report::Page page;
     page.title = "Where the predictor fails";

@@ -29,6 +29,8 @@
 #include "hil/wire_log.h"
 #include "model/predictor.h"
 #include "model/weights_file.h"
+#include "report/console.h"
+#include "report/number.h"
 #include "sim/input_error.h"
 #include "sim/plant_file.h"
 #include "sim/text.h"
@@ -177,53 +179,112 @@ class ViewApart {
 };
 
 // A predictor beside the session, open loop from the first value that is measured. It sees what its task sees, and holds what is
-// missing.
+// missing. Says when the session leaves what it was trained on.
 class Companion {
  public:
-  Companion(std::unique_ptr<model::Predictor> predictor, const plant::Plant& plant)
+  Companion(std::unique_ptr<model::Predictor> predictor, const plant::Plant& plant, double duration_s)
       : places_(model::places_in(sim::columns_of(plant.system()), predictor->about().task, "--predict")),
         predictor_(std::move(predictor)),
-        v_(static_cast<Eigen::Index>(places_.features.size())),
-        csv_("# open loop from the first measured value, beside the session\ntime_s," + predictor_->about().task.predicted.name + "," +
-             predicted_name(predictor_->about().task.predicted) + "\n") {
+        v_(static_cast<Eigen::Index>(places_.features.size())) {
     v_.setConstant(std::nan(""));
+    const model::AboutPredictor& about = predictor_->about();
+    csv_ = "# open loop from the first measured value, beside the session\ntime_s," + about.task.predicted.name + "," +
+           predicted_name(about.task.predicted, "_predicted");
+    const auto samples = static_cast<model::Index>(duration_s / model::period_s) + 2;
+    if (const auto* steps = about.intervals ? about.intervals->steps_for(model::Beginning::at_first) : nullptr) {
+      trust_.interval = Trust::Interval{.promised_share = model::promised_share(*steps),
+                                        .open_loop = model::half_widths(*steps, false, samples),
+                                        .one_step = model::half_widths(*steps, true, samples)};
+      csv_ += "," + predicted_name(about.task.predicted, "_lowest") + "," + predicted_name(about.task.predicted, "_highest");
+    }
+    if (about.region) {
+      watch_.emplace(*about.region);
+      trust_.departures.emplace(*about.region);
+      trust_.departures->is_outside.reserve(static_cast<std::size_t>(samples));
+      csv_ += ",outside";
+    }
+    csv_ += '\n';
   }
-  // What is predicted at this tick; nothing before it and all else that the task needs was measured once.
-  std::optional<double> at(const hil::SessionView& view) {
+  // What is predicted at this tick; nothing before it and all else that the task needs was measured once. `say` is told once of a session
+  // that leaves what was trained on.
+  template <class Say>
+  std::optional<double> at(const hil::SessionView& view, Say&& say) {
     for (std::size_t c = 0; c < places_.features.size(); ++c) {
       const auto& place = places_.features[c];
       const double value = place.measured ? view.measured.channels[place.index] : view.duty_fraction.at(place.index);
       if (!std::isnan(value)) v_(static_cast<Eigen::Index>(c)) = value;
     }
     const double measured = view.measured.channels[places_.predicted];
+    bool outside = false;
     if (!predicted_) {
       if (std::isnan(measured) || v_.hasNaN()) return std::nullopt;
       predictor_->begin({"session", view.time_s, v_, model::Vector<double>::Constant(1, measured)});
       predicted_ = measured;
+      first_s_ = view.time_s;
+      if (watch_) watch_->begin(v_);
     } else {
       predicted_ = predictor_->step(v_);
+      ++steps_;
+      if (watch_) {
+        const std::optional<model::OutsidePoint> found = watch_->outside(v_, *predicted_);
+        outside = found.has_value();
+        trust_.departures->add(steps_, found);
+        if (outside && trust_.departures->outside == 1) {
+          const model::AboutPredictor& about = predictor_->about();
+          say("at " + report::fixed(view.time_s, 1) +
+              " s: outside of what the predictor was trained on: " + model::words_of(*found, *about.region, about.task));
+        }
+      }
     }
-    for (const double value : {view.time_s, measured, *predicted_}) {
-      if (csv_.back() != '\n') csv_ += ',';
-      if (!std::isnan(value)) sim::append_shortest(csv_, value);
+    put(view.time_s);
+    put(measured);
+    put(*predicted_);
+    if (trust_.interval) {
+      const double half_width = trust_.interval->open_loop(std::min(steps_, trust_.interval->open_loop.size() - 1));
+      put(*predicted_ - half_width);
+      put(*predicted_ + half_width);
+      if (steps_ > 0 && !std::isnan(measured)) {
+        ++counted_;
+        inside_ += std::abs(measured - *predicted_) <= half_width;
+      }
     }
+    if (watch_) put(outside ? 1.0 : 0.0);
     csv_ += '\n';
     return predicted_;
   }
   const std::string& csv() const { return csv_; }
+  // How far it was to be trusted: keys as in the JSON of `rollout`; and a sentence.
+  std::string json() const {
+    nlohmann::ordered_json json{{"method", predictor_->about().kind}, {"samples", steps_}, {"interval", nullptr}, {"outside", nullptr}};
+    if (trust_.interval)
+      json["interval"] = {{"share", model::interval_share},
+                          {"promised_share", trust_.interval->promised_share},
+                          {"inside_open_loop", inside_ / counted_}};
+    if (trust_.departures) json["outside"] = outside_json(*trust_.departures, predictor_->about(), first_s_);
+    return json.dump(1) + "\n";
+  }
+  std::string sentence() const { return departure_sentence(trust_, predictor_->about(), first_s_); }
 
  private:
+  void put(double value) {
+    if (csv_.back() != '\n') csv_ += ',';
+    if (!std::isnan(value)) sim::append_shortest(csv_, value);
+  }
   // "angle_deg" -> "angle_predicted_deg".
-  static std::string predicted_name(const sim::Column& column) {
+  static std::string predicted_name(const sim::Column& column, const char* what) {
     std::string name = column.name;
     const std::size_t unit = column.unit.empty() ? name.size() : name.rfind("_" + column.unit);
-    return name.insert(unit, "_predicted");
+    return name.insert(unit, what);
   }
   model::Places places_;
   std::unique_ptr<model::Predictor> predictor_;
   model::Vector<double> v_;
   std::optional<double> predicted_;
   std::string csv_;
+  Trust trust_;  // its departures grow
+  std::optional<model::RegionWatch> watch_;
+  model::Index steps_ = 0;
+  double first_s_ = 0.0, inside_ = 0.0, counted_ = 0.0;
 };
 
 // The first of results/session_001, _002, ... that is not there.
@@ -238,7 +299,8 @@ std::filesystem::path free_folder() {
   }
 }
 
-const std::vector<std::string> session_files{"recording.csv", "scenario.yaml", "twin.yaml", "wire.bin", "prediction.csv", "session.json"};
+const std::vector<std::string> session_files{"recording.csv",  "scenario.yaml",   "twin.yaml",   "wire.bin",
+                                             "prediction.csv", "prediction.json", "session.json"};
 
 void write_session(Outputs& outputs, const std::map<std::string, std::string>& files) {
   for (const auto& [name, content] : files)
@@ -277,7 +339,7 @@ int hil_command(const HilArguments& arguments) {
                              .key = "sample_period_s",
                              .value = sim::shortest(scenario.sample_period_s),
                              .advice = "must be 0.1 with --predict: the predictor works at 10 Hz"});
-    companion.emplace(read_predictor_at(arguments.predict), scenario.plant);
+    companion.emplace(read_predictor_at(arguments.predict), scenario.plant, scenario.duration_s);
   }
 
   // Before anything is said to the board, and before the loop takes its priority: the page's thread has none.
@@ -322,7 +384,7 @@ int hil_command(const HilArguments& arguments) {
   settings.allow_overruns = arguments.allow_overruns;
   settings.should_stop = [](std::int64_t) { return interrupted(); };
   settings.show = [&](const hil::SessionView& now) {
-    const std::optional<double> predicted_deg = companion ? companion->at(now) : std::nullopt;
+    const std::optional<double> predicted_deg = companion ? companion->at(now, settings.say) : std::nullopt;
     apart ? apart->show(now, predicted_deg) : view.show(now, predicted_deg);
     if (!page) return;
     for (const hil::Departure& one : now.departures) page->say(words_of(one, now, scenario.plant.system()));
@@ -358,7 +420,10 @@ int hil_command(const HilArguments& arguments) {
   files["recording.csv"] = result.recording_csv;
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
-  if (companion) outputs->stage("prediction.csv", companion->csv());
+  if (companion) {
+    outputs->stage("prediction.csv", companion->csv());
+    outputs->stage("prediction.json", companion->json());
+  }
   write_session(*outputs, files);
   std::printf("%lld samples, %s\n", static_cast<long long>(result.ticks), std::string(hil::words(result.status)).c_str());
   if (arguments.corrupt_share > 0.0) std::printf("%lld frames were damaged on purpose\n", static_cast<long long>(damaged));
@@ -366,9 +431,10 @@ int hil_command(const HilArguments& arguments) {
               [&] {
                 std::string names;
                 for (const auto& [name, content] : files) names += (names.empty() ? "" : ", ") + name;
-                return names + (companion ? ", prediction.csv" : "");
+                return names + (companion ? ", prediction.csv, prediction.json" : "");
               }()
                   .c_str());
+  if (companion) std::printf("%s\n", report::wrap("The prediction: " + companion->sentence()).c_str());
   const bool finished = result.status == hil::SessionStatus::finished;
   if (finished && result.brought_to_rest) return 0;
   if (!finished) std::fprintf(stderr, "%s\n", result.why.c_str());

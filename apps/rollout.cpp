@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "apps/app.h"
 #include "apps/ends_soon.h"
@@ -94,6 +95,9 @@ int rollout_command(const RolloutArguments& arguments) {
     throw std::runtime_error(weights_path(arguments.model) + ": the prediction goes beyond all bounds");
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
+  const Trust trust = trust_in(about, series, whole, first, past, open, step);
+  const std::string of_trust = interval_sentence(trust, about) + " " + departure_sentence(trust, about, series.first_s);
+
   const Baselines baselines = baselines_of(*predictor, series);
   nlohmann::ordered_json json{{"case", about.task.paper_case},
                               {"method", about.kind},
@@ -130,14 +134,25 @@ int rollout_command(const RolloutArguments& arguments) {
     table.rows.push_back({{"open loop, " + sim::shortest(arguments.windows[0]) + " to " + sim::shortest(arguments.windows[1]) + " s",
                            report::significant(model::root_mean_square_error(open, series, a, b - a), 4), ""}});
   }
+  put_trust(json, trust, about, series.first_s);
   table.title = "Case " + std::to_string(about.task.paper_case) + ", " + about.kind + ": " + words_of(about.task);
   ends_soon.reset();
   if (outputs) {
     const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
     std::string csv = "# open-loop prediction from one measured value, by `sinew rollout`\ntime_s," + predicted.name + "," +
-                      key_in_unit(stem + "_rollout", predicted) + "," + key_in_unit(stem + "_one_step", predicted) + "\n";
+                      key_in_unit(stem + "_rollout", predicted) + "," + key_in_unit(stem + "_one_step", predicted);
+    if (trust.interval)
+      for (const char* const of : {"_rollout_lowest", "_rollout_highest", "_one_step_lowest", "_one_step_highest"})
+        csv += "," + key_in_unit(stem + of, predicted);
+    csv += trust.departures ? ",outside\n" : "\n";
     for (model::Index k = 0; k < series.samples(); ++k) {
-      for (const double value : {series.first_s + static_cast<double>(k) * model::period_s, series.y(k), open(k), step(k)}) {
+      std::vector<double> row{series.first_s + static_cast<double>(k) * model::period_s, series.y(k), open(k), step(k)};
+      if (trust.interval) {
+        const double wide = trust.interval->open_loop(k), wide_step = trust.interval->one_step(k);
+        row.insert(row.end(), {open(k) - wide, open(k) + wide, step(k) - wide_step, step(k) + wide_step});
+      }
+      if (trust.departures) row.push_back(trust.departures->is_outside[static_cast<std::size_t>(k)] ? 1.0 : 0.0);
+      for (const double value : row) {
         if (csv.back() != '\n') csv += ',';
         sim::append_shortest(csv, value);
       }
@@ -147,8 +162,10 @@ int rollout_command(const RolloutArguments& arguments) {
     page.title = "Rollout of a predictor";
     page.lead = "From one measured value, the prediction is " + report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
                 report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s. " + baseline_sentence(baselines, unit);
+    page.blocks.push_back(
+        report::Paragraph{of_trust, leaves_training(trust, about) ? report::Paragraph::Tone::caution : report::Paragraph::Tone::plain});
     page.blocks.push_back(table);
-    for (auto& block : rollout_blocks(series, open, about.task)) page.blocks.push_back(std::move(block));
+    for (auto& block : rollout_blocks(series, open, about.task, &trust)) page.blocks.push_back(std::move(block));
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + about.trained_on, "recording: " + arguments.recording,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
@@ -160,7 +177,7 @@ int rollout_command(const RolloutArguments& arguments) {
   if (arguments.json)
     std::printf("%s\n", json.dump(1).c_str());
   else
-    std::printf("%s%s\n", report::to_text(table).c_str(), report::wrap(baseline_sentence(baselines, unit)).c_str());
+    std::printf("%s%s\n", report::to_text(table).c_str(), report::wrap(baseline_sentence(baselines, unit) + " " + of_trust).c_str());
   return 0;
 }
 

@@ -24,7 +24,7 @@ namespace sinew::apps {
 namespace {
 
 struct TrainArguments {
-  std::vector<std::string> data;
+  std::vector<std::string> data, intervals;
   std::string predictor = "stateful", method, settings, out, from, layout = "keras2", plant, predict;
   int paper_case = 3;
   double until_s = std::numeric_limits<double>::infinity();
@@ -32,6 +32,15 @@ struct TrainArguments {
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool hold_missing = false, resample = false, overwrite = false;
 };
+
+// What was trained on of each recording.
+std::vector<model::Series> training_parts(const std::vector<model::Series>& data, double training_fraction) {
+  std::vector<model::Series> parts;
+  for (const model::Series& one : data)
+    parts.push_back(model::part_of(
+        one, 0, std::max<model::Index>(1, static_cast<model::Index>(std::floor(training_fraction * static_cast<double>(one.samples()))))));
+  return parts;
+}
 
 // Over what follows the training part of each recording, all parts together.
 struct AfterTraining {
@@ -51,6 +60,33 @@ AfterTraining errors_after_training(model::Predictor& predictor, const std::vect
   return {open.root_mean(), step.root_mean()};
 }
 
+// What intervals are taken from: what was named for it, else what follows the training part of each recording.
+std::vector<model::SetAside> set_aside(const std::vector<model::Series>& data, double training_fraction,
+                                       const std::vector<model::Series>& named) {
+  std::vector<model::SetAside> aside;
+  for (const model::Series& one : named) aside.push_back({one, 0});
+  if (!named.empty() || training_fraction >= 1.0) return aside;
+  for (const model::Series& one : data)
+    aside.push_back({one, static_cast<model::Index>(std::floor(training_fraction * static_cast<double>(one.samples())))});
+  return aside;
+}
+
+// "±1.2° in open loop after a minute, ±0.1° one step ahead"
+std::string interval_words(const model::Intervals& intervals, const std::string& unit) {
+  constexpr model::Index after = 601;
+  std::string words;
+  for (const model::Beginning beginning : {model::Beginning::at_first, model::Beginning::after_history, model::Beginning::in_motion}) {
+    const auto& steps = intervals.by_beginning[static_cast<std::size_t>(beginning)];
+    if (!steps) continue;
+    const auto width = [&](bool one_step) { return report::significant(model::half_widths(*steps, one_step, after)(after - 1), 3) + unit; };
+    return report::significant(100.0 * model::interval_share, 2) + " % of samples are expected within " + width(false) +
+           " in open loop after a minute, and within " + width(true) + " one step ahead; promised are " +
+           report::significant(100.0 * model::promised_share(*steps), 3) + " %, by " + std::to_string(steps->units.front()) +
+           (intervals.unit_is_recording ? " recordings" : " minutes of what was set aside") + ".";
+  }
+  return "No intervals: too little is left that was not trained on. `--intervals DATA` names more.";
+}
+
 int train_command(const TrainArguments& arguments) {
   if (!arguments.method.empty() && arguments.method != arguments.predictor && arguments.predictor != TrainArguments{}.predictor)
     throw sim::InputError(
@@ -58,6 +94,7 @@ int train_command(const TrainArguments& arguments) {
   const std::string name = arguments.method.empty() ? arguments.predictor : arguments.method;
   const model::PredictorKind& kind = model::predictor_kind(name);
   InputPaths read{.files = arguments.data, .yaml = {arguments.settings}};
+  read.files.insert(read.files.end(), arguments.intervals.begin(), arguments.intervals.end());
   read.files.push_back(arguments.from);
   if (!arguments.plant.empty()) read.yaml.push_back(arguments.plant);
   Outputs outputs(arguments.out, read, arguments.overwrite);
@@ -75,6 +112,8 @@ int train_command(const TrainArguments& arguments) {
   const std::string unit = unit_words(task.predicted);
   const auto data = series_of_paths(arguments.data, sim::columns_of(*system), task, arguments.until_s,
                                     missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
+  const auto for_intervals = series_of_paths(arguments.intervals, sim::columns_of(*system), task, arguments.until_s,
+                                             missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
   std::unique_ptr<model::Predictor> from;
   if (!arguments.from.empty()) from = read_predictor_at(arguments.from, {.task = task, .method = {}, .lowest = {}, .highest = {}});
   std::optional<plant::Plant> plant;
@@ -95,6 +134,12 @@ int train_command(const TrainArguments& arguments) {
   if (model::LinearModel arx = arx_beside(trained.training_fraction, data); arx.coefficients.allFinite()) about.arx = std::move(arx);
   about.trained_on.clear();
   for (const std::string& path : arguments.data) about.trained_on += (about.trained_on.empty() ? "" : "; ") + path;
+  about.region = model::trained_region_of(training_parts(data, trained.training_fraction));
+  about.intervals =
+      model::intervals_from(*trained.predictor, set_aside(data, trained.training_fraction, for_intervals), arguments.threads, interrupted);
+  for (const std::string& path : arguments.intervals)
+    about.intervals->taken_from += (about.intervals->taken_from.empty() ? "" : "; ") + path;
+  if (arguments.intervals.empty()) about.intervals->taken_from = "what follows the training part of each recording";
   const AfterTraining after = errors_after_training(*trained.predictor, data, trained.training_fraction);
 
   nlohmann::ordered_json json{
@@ -120,6 +165,8 @@ int train_command(const TrainArguments& arguments) {
                  " one step ahead.";
   }
   if (page.lead.empty()) page.lead = "Made from the whole of each recording: nothing is left to judge it by.";
+  page.lead += " " + interval_words(*about.intervals, unit);
+  json["intervals"] = model::json_of(*about.intervals);
   json["version"] = sim::this_build().version;
   json["commit"] = sim::this_build().commit;
   for (const auto& point : trained.curve) json["curve"].push_back({point.update, point.training_error, point.validation_error});
@@ -161,6 +208,9 @@ void add_train(CLI::App& program, int& exit_code) {
   command->add_option("--updates", arguments->updates, "at most so many, instead of the 3000 of stateful or those of --settings")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{10000000}));
   command->add_option("--from", arguments->from, "go on from these weights (fine-tuning); for corrected: the predictor inside");
+  command->add_option("--intervals", arguments->intervals,
+                      "sets or recordings that were not trained on, to take the prediction intervals from; left out: what follows the "
+                      "training part of each recording");
   command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(positive_number());
   command->add_option("--seed", arguments->seed, "of weights and order")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "changes no bit of the weights")->check(CLI::Range(1, 1024))->capture_default_str();
@@ -172,6 +222,7 @@ void add_train(CLI::App& program, int& exit_code) {
   command->footer(
       "Examples:\n  sinew train results/set --case 4 --predictor stateful --out results/lstm4\n"
       "  sinew train results/set --case 3 --updates 300 --out results/first_try\n"
+      "  sinew train results/set --case 4 --intervals results/another_set --out results/lstm4\n"
       "  sinew train recording.csv --until 130 --from results/lstm3 --out results/tuned");
   command->callback([arguments, &exit_code] { exit_code = train_command(*arguments); });
 }

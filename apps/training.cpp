@@ -100,7 +100,7 @@ void add_resample(CLI::App& command, bool& resample) {
 model::TrainingFile training_settings(const std::string& predictor, const std::string& settings_file) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
-  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected")
+  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected" && predictor != "hybrid")
     throw sim::InputError({.file = settings_file,
                            .key = "--predictor",
                            .value = predictor,
@@ -149,6 +149,77 @@ std::string baseline_sentence(const Baselines& baselines, const std::string& uni
   return text + ", and a linear model (ARX) fitted to the same data " + report::significant(*baselines.arx, 3) + unit + ".";
 }
 
+Trust trust_in(const model::AboutPredictor& about, const Series& series, const Series& whole, Index first, Index history,
+               const Vector<double>& open, const Vector<double>& step) {
+  Trust trust;
+  using model::Beginning;
+  const Beginning beginning = first == 0                                                                  ? Beginning::at_first
+                              : static_cast<double>(history) * model::period_s >= model::enough_history_s ? Beginning::after_history
+                                                                                                          : Beginning::in_motion;
+  if (const auto* steps = about.intervals ? about.intervals->steps_for(beginning) : nullptr) {
+    Trust::Interval interval{.promised_share = model::promised_share(*steps),
+                             .open_loop = model::half_widths(*steps, false, series.samples()),
+                             .one_step = model::half_widths(*steps, true, series.samples())};
+    interval.inside_open_loop = model::share_inside(open, interval.open_loop, series);
+    interval.inside_one_step = model::share_inside(step, interval.one_step, series);
+    trust.interval = std::move(interval);
+  }
+  if (about.region) {
+    const Series before = model::part_of(whole, 0, first + 1);
+    trust.departures = model::departures_of(*about.region, series, open, &before);
+  }
+  return trust;
+}
+
+std::string interval_sentence(const Trust& trust, const model::AboutPredictor& about) {
+  if (!trust.interval)
+    return about.intervals ? "The weights file has no intervals for a rollout that begins so."
+                           : "The weights file has no intervals (`sinew train` keeps some where data are left that it was not trained on).";
+  const auto percent = [](double share) { return report::significant(100.0 * share, 3) + " %"; };
+  const bool full = trust.interval->promised_share >= model::interval_share;
+  return percent(trust.interval->inside_open_loop) + " of the samples lie inside the interval in open loop, " +
+         percent(trust.interval->inside_one_step) + " one step ahead; it was made for " + percent(model::interval_share) +
+         (full ? "." : ", of which few data promise " + percent(trust.interval->promised_share) + ".");
+}
+
+std::string departure_sentence(const Trust& trust, const model::AboutPredictor& about, double first_s) {
+  if (!trust.departures) return "The weights file does not say what was trained on.";
+  return model::words_of(*trust.departures, *about.region, about.task, first_s);
+}
+
+bool leaves_training(const Trust& trust, const model::AboutPredictor& about) {
+  return trust.departures && trust.departures->share() > about.region->usual_share;
+}
+
+nlohmann::ordered_json outside_json(const model::Departures& found, const model::AboutPredictor& about, double first_s) {
+  const double samples = std::max(1.0, static_cast<double>(found.samples));
+  nlohmann::ordered_json outside{{"share", found.share()},
+                                 {"share_by_one_column", static_cast<double>(found.alone) / samples},
+                                 {"usual_share", about.region->usual_share},
+                                 {"leaves_training", found.share() > about.region->usual_share}};
+  if (found.outside == 0) return outside;
+  const std::vector<std::string> names = model::region_names(about.task);
+  outside["first_s"] = first_s + static_cast<double>(found.first) * model::period_s;
+  outside["furthest_s"] = first_s + static_cast<double>(found.at) * model::period_s;
+  outside["furthest"] = model::words_of(found.furthest, *about.region, about.task);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (found.of_entry[i] > 0) outside["columns"][names[i]] = static_cast<double>(found.of_entry[i]) / samples;
+  return outside;
+}
+
+void put_trust(nlohmann::ordered_json& json, const Trust& trust, const model::AboutPredictor& about, double first_s) {
+  json["interval"] = nullptr;
+  json["outside"] = nullptr;
+  if (trust.interval)
+    json["interval"] = {{"share", model::interval_share},
+                        {"promised_share", trust.interval->promised_share},
+                        {"inside_open_loop", trust.interval->inside_open_loop},
+                        {"inside_one_step", trust.interval->inside_one_step},
+                        {key_in_unit("half_width_open_loop_at_end", about.task.predicted), trust.interval->open_loop.tail(1)(0)},
+                        {key_in_unit("half_width_one_step_at_end", about.task.predicted), trust.interval->one_step.tail(1)(0)}};
+  if (trust.departures) json["outside"] = outside_json(*trust.departures, about, first_s);
+}
+
 std::string weights_path(const std::string& model) {
   const std::filesystem::path path = model;
   return std::filesystem::is_directory(path) ? (path / "weights.h5").string() : model;
@@ -181,7 +252,24 @@ std::string axis(const sim::Column& column) { return column.unit.empty() ? colum
 
 }  // namespace
 
-std::vector<report::Block> rollout_blocks(const Series& series, const Vector<double>& predicted, const model::Task& task) {
+namespace {
+
+// Stretches of a rollout that lie outside; those with less than five seconds between them are one.
+std::vector<report::Band> outside_bands(const std::vector<bool>& is_outside, const std::vector<double>& time_s) {
+  constexpr double apart_s = 5.0;
+  std::vector<report::Band> bands;
+  for (std::size_t k = 0; k < is_outside.size(); ++k) {
+    if (!is_outside[k]) continue;
+    if (bands.empty() || time_s[k] - bands.back().to_s > apart_s) bands.push_back({time_s[k], time_s[k], "outside of training"});
+    bands.back().to_s = time_s[k];
+  }
+  return bands;
+}
+
+}  // namespace
+
+std::vector<report::Block> rollout_blocks(const Series& series, const Vector<double>& predicted, const model::Task& task,
+                                          const Trust* trust) {
   std::vector<double> time_s;
   for (Index k = 0; k < series.samples(); ++k) time_s.push_back(series.first_s + static_cast<double>(k) * model::period_s);
   report::TimePlot both;
@@ -191,6 +279,12 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
   both.series = {line("recording", of(series.y), report::okabe_ito::black),
                  line("prediction", of(predicted), report::okabe_ito::vermillion)};
   both.time_axis = "recording";
+  if (trust && trust->interval) {
+    both.series.back().name = "prediction, with its " + report::significant(100.0 * model::interval_share, 2) + " % interval";
+    both.series.back().lower = of(predicted - trust->interval->open_loop);
+    both.series.back().upper = of(predicted + trust->interval->open_loop);
+  }
+  if (trust && trust->departures) both.bands = outside_bands(trust->departures->is_outside, time_s);
   // Root mean square over a sliding minute shows drift.
   std::vector<double> drift(time_s.size(), std::nan(""));
   constexpr Index minute = 600;

@@ -50,11 +50,36 @@ Baselines baselines_of(const model::Predictor& predictor, const model::Series& s
 // "To hold the first value is 12.3° off, an ARX that was fitted to the same data 4.5°."; what an ARX does not say of an older file.
 std::string baseline_sentence(const Baselines& baselines, const std::string& unit);
 
+// How far a rollout of a series and its steps one ahead are to be trusted, by what the weights file keeps.
+struct Trust {
+  struct Interval {
+    double promised_share = 0.0;
+    model::Vector<double> open_loop, one_step;  // half widths [samples]
+    double inside_open_loop = 0.0, inside_one_step = 0.0;
+  };
+  std::optional<Interval> interval;  // none: the file has none
+  std::optional<model::Departures> departures;
+};
+// `whole`: the recording, of which the series begins at sample `first`; `history`: samples before it that the predictor was given.
+Trust trust_in(const model::AboutPredictor& about, const model::Series& series, const model::Series& whole, model::Index first,
+               model::Index history, const model::Vector<double>& open, const model::Vector<double>& step);
+// In words, a sentence or two each; what the file lacks is said.
+std::string interval_sentence(const Trust& trust, const model::AboutPredictor& about);
+std::string departure_sentence(const Trust& trust, const model::AboutPredictor& about, double first_s);
+// Whether more lies outside than is usual.
+bool leaves_training(const Trust& trust, const model::AboutPredictor& about);
+// What is said of departures in JSON: shares, since when, which columns.
+nlohmann::ordered_json outside_json(const model::Departures& found, const model::AboutPredictor& about, double first_s);
+// Keys `interval` and `outside`, null where there is none.
+void put_trust(nlohmann::ordered_json& json, const Trust& trust, const model::AboutPredictor& about, double first_s);
+
 // Weights of a folder (its weights.h5) or of a file.
 std::string weights_path(const std::string& model);
 
-// Measured and predicted, error over time, and the prediction against each feature that is measured.
-std::vector<report::Block> rollout_blocks(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task);
+// Measured and predicted, error over time, and the prediction against each feature that is measured. With `trust`, the interval is drawn
+// round the prediction, and where it is outside of what was trained on is shaded.
+std::vector<report::Block> rollout_blocks(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task,
+                                          const Trust* trust = nullptr);
 // `validated_by`: what its validation error is.
 std::vector<report::Block> curve_blocks(const std::vector<model::CurvePoint>& curve, const std::string& validated_by,
                                         const model::Task& task);

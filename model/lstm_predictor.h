@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An LSTM as a Predictor, whatever it was trained by.
+// A recurrent network, LSTM or GRU, as a Predictor, whatever it was trained by.
 #pragma once
 
 #include "model/network_loop.h"

@@ -24,22 +24,23 @@ Weights<float> first_weights(const Shape& shape, std::uint64_t seed, double long
   draw_glorot(weights.input(), {seed, "weights.input"});
   draw_glorot(weights.dense(), {seed, "weights.dense"});
   draw_glorot(weights.output(), {seed, "weights.output"});
-  weights.bias().middleRows(shape.hidden, shape.hidden).setOnes();
+  const bool gru = shape.cell == Cell::gru;
+  if (!gru) weights.bias().middleRows(shape.hidden, shape.hidden).setOnes();
   if (longest_memory > 2.0) {
     const sim::RandomStream memory(seed, "weights.memory");
     for (Index k = 0; k < shape.hidden; ++k) {
       const double forget = std::log(1.0 + (longest_memory - 2.0) * memory.uniform(static_cast<std::uint64_t>(k)));
-      weights.bias()(shape.hidden + k, 0) = static_cast<float>(forget);
-      weights.bias()(k, 0) = static_cast<float>(-forget);
+      weights.bias()(gru ? k : shape.hidden + k, 0) = static_cast<float>(forget);
+      if (!gru) weights.bias()(k, 0) = static_cast<float>(-forget);
     }
   }
   // Q of a matrix of normal deviates, with the signs that make it uniform among orthogonal matrices (Mezzadri 2007).
   const sim::RandomStream chance(seed, "weights.recurrent");
-  Matrix<double> normal(4 * shape.hidden, shape.hidden);
+  Matrix<double> normal(shape.gates() * shape.hidden, shape.hidden);
   std::uint64_t n = 0;
   for (double& entry : normal.reshaped()) entry = chance.normal(n++);
   const Eigen::HouseholderQR<Matrix<double>> qr(normal);
-  Matrix<double> q = qr.householderQ() * Matrix<double>::Identity(4 * shape.hidden, shape.hidden);
+  Matrix<double> q = qr.householderQ() * Matrix<double>::Identity(shape.gates() * shape.hidden, shape.hidden);
   for (Index j = 0; j < shape.hidden; ++j)
     if (qr.matrixQR()(j, j) < 0.0) q.col(j) *= -1.0;
   weights.recurrent() = q.cast<float>();
@@ -53,7 +54,8 @@ Unrolled<S>::Unrolled(const Shape& shape, Index steps, Index streams, bool memor
       streams_(streams),
       memoryless_(memoryless),
       inputs_(shape.inputs, steps * streams),
-      gates_(4 * shape.hidden, steps * streams),
+      gates_(shape.gates() * shape.hidden, steps * streams),
+      q_g_(shape.cell == Cell::gru ? shape.hidden : 0, steps * streams),
       c_(Matrix<S>::Zero(shape.hidden, (steps + 1) * streams)),
       h_(c_),
       tanh_c_(shape.hidden, steps * streams),
@@ -61,16 +63,86 @@ Unrolled<S>::Unrolled(const Shape& shape, Index steps, Index streams, bool memor
       dr_(shape.dense, steps * streams),
       y_(streams, steps),
       dy_(streams, steps),
-      dz_(4 * shape.hidden, streams),
+      dz_(shape.gates() * shape.hidden, streams),
       dh_(shape.hidden, streams),
       dc_(shape.hidden, streams),
       dc_next_(shape.hidden, streams) {}
 
 template <class S>
-void Unrolled<S>::forward(const Weights<S>& weights, const Stretch<S>& stretch, State<S>& state) {
-  const Index H = shape_.hidden, B = streams_, last = shape_.inputs - 1;
-  const auto W = weights.input();
+void Unrolled<S>::lstm_forward(Index t, const Weights<S>& weights) {
+  const Index H = shape_.hidden, B = streams_;
+  auto z = gates_.middleCols(t * B, B);
+  if (!memoryless_) z.noalias() += weights.recurrent() * h_.middleCols(t * B, B);
+  z.topRows(2 * H) = z.topRows(2 * H).array().logistic();
+  z.middleRows(2 * H, H) = z.middleRows(2 * H, H).array().tanh();
+  z.bottomRows(H) = z.bottomRows(H).array().logistic();
+  const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array();
+  auto c = c_.middleCols((t + 1) * B, B).array();
+  if (memoryless_)
+    c = i * g;
+  else
+    c = f * c_.middleCols(t * B, B).array() + i * g;
+  tanh_c_.middleCols(t * B, B) = c.tanh();
+  h_.middleCols((t + 1) * B, B) = o * tanh_c_.middleCols(t * B, B).array();
+}
+
+template <class S>
+void Unrolled<S>::gru_forward(Index t, const Weights<S>& weights) {
+  const Index H = shape_.hidden, B = streams_;
+  auto z = gates_.middleCols(t * B, B);
+  const auto before = h_.middleCols(t * B, B);
   const auto U = weights.recurrent();
+  const auto own_bias = weights.recurrent_bias();
+  z.topRows(2 * H).noalias() += U.topRows(2 * H) * before;
+  z.topRows(2 * H).colwise() += own_bias.col(0).head(2 * H);
+  z.topRows(2 * H) = z.topRows(2 * H).array().logistic();
+  auto q_g = q_g_.middleCols(t * B, B);
+  q_g.noalias() = U.bottomRows(H) * before;
+  q_g.colwise() += own_bias.col(0).tail(H);
+  z.bottomRows(H) = (z.bottomRows(H).array() + z.middleRows(H, H).array() * q_g.array()).tanh();
+  const auto u = z.topRows(H).array();
+  h_.middleCols((t + 1) * B, B) = u * before.array() + (S(1) - u) * z.bottomRows(H).array();
+}
+
+template <class S>
+void Unrolled<S>::lstm_backward(Index t) {
+  const Index H = shape_.hidden, B = streams_;
+  auto z = gates_.middleCols(t * B, B);
+  const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array(),
+             tc = tanh_c_.middleCols(t * B, B).array();
+  dc_.array() = dc_next_.array() + dh_.array() * o * (S(1) - tc.square());
+  dz_.topRows(H) = dc_.array() * g * i * (S(1) - i);
+  if (memoryless_)
+    dz_.middleRows(H, H).setZero();
+  else
+    dz_.middleRows(H, H) = dc_.array() * c_.middleCols(t * B, B).array() * f * (S(1) - f);
+  dz_.middleRows(2 * H, H) = dc_.array() * i * (S(1) - g.square());
+  dz_.bottomRows(H) = dh_.array() * tc * o * (S(1) - o);
+  if (!memoryless_) dc_next_.array() = dc_.array() * f;
+  z = dz_;
+}
+
+template <class S>
+void Unrolled<S>::gru_backward(Index t, const Weights<S>& weights) {
+  const Index H = shape_.hidden, B = streams_;
+  auto z = gates_.middleCols(t * B, B);
+  auto q_g = q_g_.middleCols(t * B, B);
+  const auto u = z.topRows(H).array(), r = z.middleRows(H, H).array(), g = z.bottomRows(H).array();
+  dz_.topRows(H) = dh_.array() * (h_.middleCols(t * B, B).array() - g) * u * (S(1) - u);
+  dz_.bottomRows(H) = dh_.array() * (S(1) - u) * (S(1) - g.square());
+  dz_.middleRows(H, H) = dz_.bottomRows(H).array() * q_g.array() * r * (S(1) - r);
+  q_g = dz_.bottomRows(H).array() * r;
+  dc_next_ = dh_.array() * u;
+  const auto U = weights.recurrent();
+  dc_next_.noalias() += U.topRows(2 * H).transpose() * dz_.topRows(2 * H);
+  dc_next_.noalias() += U.bottomRows(H).transpose() * q_g;
+  z = dz_;
+}
+
+template <class S>
+void Unrolled<S>::forward(const Weights<S>& weights, const Stretch<S>& stretch, State<S>& state) {
+  const Index B = streams_, last = shape_.inputs - 1;
+  const auto W = weights.input();
   if (!memoryless_) {
     c_.leftCols(B) = state.c;
     h_.leftCols(B) = state.h;
@@ -84,18 +156,7 @@ void Unrolled<S>::forward(const Weights<S>& weights, const Stretch<S>& stretch, 
     inputs_.row(last).segment(t * B, B) = (free * own.array() + (S(1) - free) * stretch.y_before.col(t).array()).matrix().transpose();
     auto z = gates_.middleCols(t * B, B);
     z.noalias() += W.col(last) * inputs_.row(last).segment(t * B, B);
-    if (!memoryless_) z.noalias() += U * h_.middleCols(t * B, B);
-    z.topRows(2 * H) = z.topRows(2 * H).array().logistic();
-    z.middleRows(2 * H, H) = z.middleRows(2 * H, H).array().tanh();
-    z.bottomRows(H) = z.bottomRows(H).array().logistic();
-    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array();
-    auto c = c_.middleCols((t + 1) * B, B).array();
-    if (memoryless_)
-      c = i * g;
-    else
-      c = f * c_.middleCols(t * B, B).array() + i * g;
-    tanh_c_.middleCols(t * B, B) = c.tanh();
-    h_.middleCols((t + 1) * B, B) = o * tanh_c_.middleCols(t * B, B).array();
+    shape_.cell == Cell::gru ? gru_forward(t, weights) : lstm_forward(t, weights);
     auto r = r_.middleCols(t * B, B);
     r.noalias() = weights.dense() * h_.middleCols((t + 1) * B, B);
     r.colwise() += weights.dense_bias().col(0);
@@ -126,21 +187,11 @@ S Unrolled<S>::backward(const Weights<S>& weights, const Stretch<S>& stretch, We
     dr.noalias() = weights.output().transpose() * dy_.col(t).transpose();
     dr.array() *= (r_.middleCols(t * B, B).array() > S(0)).template cast<S>();
     dh_.noalias() = weights.dense().transpose() * dr;
-    if (!memoryless_ && t + 1 < steps_) dh_.noalias() += U.transpose() * dz_;
-
-    auto z = gates_.middleCols(t * B, B);
-    const auto i = z.topRows(H).array(), f = z.middleRows(H, H).array(), g = z.middleRows(2 * H, H).array(), o = z.bottomRows(H).array(),
-               tc = tanh_c_.middleCols(t * B, B).array();
-    dc_.array() = dc_next_.array() + dh_.array() * o * (S(1) - tc.square());
-    dz_.topRows(H) = dc_.array() * g * i * (S(1) - i);
-    if (memoryless_)
-      dz_.middleRows(H, H).setZero();
-    else
-      dz_.middleRows(H, H) = dc_.array() * c_.middleCols(t * B, B).array() * f * (S(1) - f);
-    dz_.middleRows(2 * H, H) = dc_.array() * i * (S(1) - g.square());
-    dz_.bottomRows(H) = dh_.array() * tc * o * (S(1) - o);
-    if (!memoryless_) dc_next_.array() = dc_.array() * f;
-    z = dz_;
+    if (shape_.cell == Cell::gru)
+      dh_ += dc_next_;  // what the step after wants of h
+    else if (!memoryless_ && t + 1 < steps_)
+      dh_.noalias() += U.transpose() * dz_;
+    shape_.cell == Cell::gru ? gru_backward(t, weights) : lstm_backward(t);
   }
   gradient.input().noalias() += gates_ * inputs_.transpose();
   gradient.bias() += gates_.rowwise().sum();
@@ -148,7 +199,15 @@ S Unrolled<S>::backward(const Weights<S>& weights, const Stretch<S>& stretch, We
   gradient.dense_bias() += dr_.rowwise().sum();
   for (Index t = 0; t < steps_; ++t) gradient.output().noalias() += (r_.middleCols(t * B, B) * dy_.col(t)).transpose();
   gradient.output_bias()(0, 0) += dy_.sum();
-  if (!memoryless_) gradient.recurrent().noalias() += gates_ * h_.leftCols(steps_ * B).transpose();
+  if (shape_.cell == Cell::gru) {
+    const auto before = h_.leftCols(steps_ * B).transpose();
+    gradient.recurrent().topRows(2 * H).noalias() += gates_.topRows(2 * H) * before;
+    gradient.recurrent().bottomRows(H).noalias() += q_g_ * before;
+    gradient.recurrent_bias().topRows(2 * H) += gates_.topRows(2 * H).rowwise().sum();
+    gradient.recurrent_bias().bottomRows(H) += q_g_.rowwise().sum();
+  } else if (!memoryless_) {
+    gradient.recurrent().noalias() += gates_ * h_.leftCols(steps_ * B).transpose();
+  }
   return stretch.weight.cwiseProduct(error).cwiseProduct(error).sum();
 }
 

@@ -8,7 +8,8 @@ NetworkLoop::NetworkLoop(const Model& model)
       scaling_(model.scaling),
       memoryless_(model.memoryless()),
       x_(Vector<float>::Zero(weights_.shape.inputs)),
-      z_(4 * weights_.shape.hidden),
+      z_(weights_.shape.gates() * weights_.shape.hidden),
+      q_(weights_.shape.cell == Cell::gru ? z_.size() : 0),
       c_(Vector<float>::Zero(weights_.shape.hidden)),
       h_(c_),
       r_(weights_.shape.dense) {}
@@ -27,6 +28,25 @@ double NetworkLoop::step(const Eigen::Ref<const Vector<double>>& v) {
   x_.head(K) = ((v - scaling_.v_offset).array() / scaling_.v_span.array()).cast<float>();
   z_ = weights_.bias();
   z_.noalias() += weights_.input() * x_;
+  if (weights_.shape.cell == Cell::gru) {
+    q_ = weights_.recurrent_bias();
+    q_.noalias() += weights_.recurrent() * h_;
+    z_.head(2 * H) = (z_.head(2 * H) + q_.head(2 * H)).array().logistic();
+    z_.tail(H) = (z_.tail(H).array() + z_.segment(H, H).array() * q_.tail(H).array()).tanh();
+    h_.array() = z_.head(H).array() * h_.array() + (1.0F - z_.head(H).array()) * z_.tail(H).array();
+  } else {
+    lstm_step();
+  }
+  r_ = weights_.dense_bias();
+  r_.noalias() += weights_.dense() * h_;
+  float y = weights_.output_bias()(0, 0) + weights_.output().row(0).transpose().dot(r_.cwiseMax(0.0F));
+  if (weights_.shape.output_relu) y = std::max(y, 0.0F);
+  x_(2 * K) = y;
+  return scaling_.y(y);
+}
+
+void NetworkLoop::lstm_step() {
+  const Index H = weights_.shape.hidden;
   if (!memoryless_) z_.noalias() += weights_.recurrent() * h_;
   const auto i = z_.head(H).array().logistic(), f = z_.segment(H, H).array().logistic(), o = z_.tail(H).array().logistic();
   const auto g = z_.segment(2 * H, H).array().tanh();
@@ -35,12 +55,6 @@ double NetworkLoop::step(const Eigen::Ref<const Vector<double>>& v) {
   else
     c_.array() = f * c_.array() + i * g;
   h_.array() = o * c_.array().tanh();
-  r_ = weights_.dense_bias();
-  r_.noalias() += weights_.dense() * h_;
-  float y = weights_.output_bias()(0, 0) + weights_.output().row(0).transpose().dot(r_.cwiseMax(0.0F));
-  if (weights_.shape.output_relu) y = std::max(y, 0.0F);
-  x_(2 * K) = y;
-  return scaling_.y(y);
 }
 
 double NetworkLoop::open_loop(const Eigen::Ref<const Vector<double>>& v) { return step(v); }

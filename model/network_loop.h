@@ -22,10 +22,11 @@ class NetworkLoop {
 
  private:
   double step(const Eigen::Ref<const Vector<double>>& v);
+  void lstm_step();  // from z_, which holds W x + b, to h_
   Weights<float> weights_;
   Scaling scaling_;
   bool memoryless_;
-  Vector<float> x_, z_, c_, h_, r_;
+  Vector<float> x_, z_, q_, c_, h_, r_;
 };
 
 // y of a series as predicted [samples]; the first is the measured one. NaN nowhere.

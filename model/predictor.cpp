@@ -26,6 +26,51 @@ std::string all_names() {
   return names;
 }
 
+constexpr const char *trust_attribute = "sinew_trust", *visited_path = "/sinew_trust/visited";
+
+// Over what the root says otherwise, and over what is said here.
+std::string checksum_of_trust(const Hdf5File& file, Said json) {
+  json.erase("sha256");
+  std::string bytes = json.dump();
+  for (const auto& [name, text] : file.text_attributes.at("/"))
+    if (name != trust_attribute) bytes += name + text;
+  if (const auto visited = file.arrays.find(visited_path); visited != file.arrays.end())
+    for (const double value : visited->second.values) {
+      const auto kept = static_cast<float>(value);
+      bytes.append(reinterpret_cast<const char*>(&kept), sizeof kept);
+    }
+  return sim::sha256(bytes);
+}
+
+void put_trust(Hdf5File& file, const AboutPredictor& about) {
+  if (!about.intervals && !about.region) return;
+  Said json;
+  if (about.intervals) json["intervals"] = json_of(*about.intervals);
+  if (about.region) {
+    json["region"] = json_of(*about.region);
+    file.arrays[visited_path] = visited_of(*about.region);
+  }
+  json["sha256"] = checksum_of_trust(file, json);
+  file.text_attributes["/"][trust_attribute] = json.dump();
+}
+
+void find_trust(const Hdf5File& file, const std::string& name, AboutPredictor& about) {
+  const auto root = file.text_attributes.find("/");
+  if (root == file.text_attributes.end() || !root->second.count(trust_attribute)) return;
+  try {
+    const Said json = Said::parse(root->second.at(trust_attribute));
+    if (json.at("sha256") != checksum_of_trust(file, json))
+      complain(name, trust_attribute, json.at("sha256"), "is not that of what is in the file: intervals or description were changed");
+    if (json.contains("intervals")) about.intervals = intervals_of_json(json.at("intervals"), name);
+    if (!json.contains("region")) return;
+    const auto visited = file.arrays.find(visited_path);
+    if (visited == file.arrays.end()) complain(name, visited_path, "", "is missing");
+    about.region = trained_region_of_json(json.at("region"), visited->second, about.task, name);
+  } catch (const Said::exception& e) {
+    complain(name, trust_attribute, "", std::string("is no description of intervals: ") + e.what());
+  }
+}
+
 void begin_at(Predictor& predictor, const Series& series, const Series* history) {
   predictor.begin(history ? *history : part_of(series, 0, 1));
 }
@@ -90,12 +135,20 @@ std::unique_ptr<Predictor> read_predictor(const std::filesystem::path& path, con
   const Hdf5File file = parse_hdf5(sim::read_file(path), name);
   const std::string kind_name = kind_named_in(file, name, unsaid);
   for (const PredictorKind& kind : predictor_kinds())
-    if (kind.name == kind_name) return kind.load(file, name, unsaid);
+    if (kind.name == kind_name) {
+      std::unique_ptr<Predictor> predictor = kind.load(file, name, unsaid);
+      find_trust(file, name, predictor->about());
+      return predictor;
+    }
   if (!kind_name.empty()) complain(name, "sinew", kind_name, "is no kind of predictor of this version; there are " + all_names());
   return predictor_kind("published").load(file, name, unsaid);  // says what a file of Keras lacks
 }
 
-std::string bytes_of(const Predictor& predictor, Layout layout) { return to_bytes(predictor.save(layout)); }
+std::string bytes_of(const Predictor& predictor, Layout layout) {
+  Hdf5File file = predictor.save(layout);
+  put_trust(file, predictor.about());
+  return to_bytes(file);
+}
 
 Hdf5File described_file(const AboutPredictor& about, const std::string& own_json) {
   Said json{{"format", 1}, {"case", about.task.paper_case}, {"method", about.kind}, {"sample_period_s", period_s}};

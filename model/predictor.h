@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "model/hdf5_file.h"
+#include "model/interval.h"
 #include "model/train.h"
+#include "model/trained_region.h"
 #include "model/weights_file.h"
 #include "plant/system.h"
 
@@ -25,6 +27,9 @@ struct AboutPredictor {
   std::string kind;                               // name of its PredictorKind
   std::string trained_on;                         // in words, for people
   std::optional<LinearModel> arx = std::nullopt;  // fitted to the same data: what it must beat
+  // How far to trust it. No kind need know of them: bytes_of keeps them, and read_predictor finds them. None: an older file.
+  std::optional<Intervals> intervals = std::nullopt;
+  std::optional<TrainedRegion> region = std::nullopt;
 };
 
 class Predictor {
@@ -90,7 +95,8 @@ const PredictorKind& predictor_kind(std::string_view name);
 // says is wrong.
 TrainingFile read_training(const std::filesystem::path& file);
 
-// The file of any kind. Throws InputError.
+// The file of any kind, with its intervals and the region it was trained on in an attribute `sinew_trust` and an array beside it, under a
+// checksum over that and over what the root says. Throws InputError.
 std::unique_ptr<Predictor> read_predictor(const std::filesystem::path& path, const Unsaid& unsaid = {});
 std::string bytes_of(const Predictor& predictor, Layout layout = Layout::keras2);
 

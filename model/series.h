@@ -111,7 +111,7 @@ struct LinearModel {
 // All that a weights file holds.
 struct Model {
   Task task;
-  std::string method;  // "published" or "stateful"
+  std::string method;  // "published", "stateful" or "gru"
   Scaling scaling;
   Weights<float> weights;
   std::string trained_on;                         // in words, for people

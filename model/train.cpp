@@ -60,15 +60,16 @@ double work_on(std::vector<Part>& parts, const Weights<float>& weights, int thre
   return loss;
 }
 
-Model model_of(const TrainingRun& run, const Scaling& scaling, std::string_view method, Index hidden, Index dense, bool output_relu,
-               double longest_memory) {
+Model model_of(const TrainingRun& run, const Scaling& scaling, std::string_view method, const Shape& layers, double longest_memory) {
   if (run.from) return *run.from;
   Model model;
   model.task = run.task;
   model.method = method;
   model.scaling = scaling;
   const auto features = static_cast<Index>(run.task.features.size());
-  model.weights = first_weights({2 * features + 1, hidden, dense, output_relu}, run.seed, longest_memory);
+  Shape shape = layers;
+  shape.inputs = 2 * features + 1;
+  model.weights = first_weights(shape, run.seed, longest_memory);
   return model;
 }
 
@@ -133,7 +134,7 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
     if (const Index used = training[r].samples(); recordings[r].samples() - used >= 2)
       rest.push_back(part_of(recordings[r], used, recordings[r].samples() - used));
   const Scaling scaling = scaling_of(settings.scaler_sees_all ? recordings : training, run.task, Scaled::all);
-  Trained trained{model_of(run, scaling, PublishedSettings::name, settings.hidden, settings.dense, true, 0.0), {}, 0};
+  Trained trained{model_of(run, scaling, PublishedSettings::name, {0, settings.hidden, settings.dense, true}, 0.0), {}, 0};
   Weights<float>& weights = trained.model.weights;
 
   std::vector<ScaledSeries> data;
@@ -184,7 +185,7 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
   return trained;
 }
 
-Trained train_stateful(const std::vector<Series>& recordings, const StatefulSettings& settings, const TrainingRun& run) {
+Trained train_stateful(const std::vector<Series>& recordings, const StatefulSettings& settings, const TrainingRun& run, Cell cell) {
   const auto settled_after = static_cast<Index>(std::lround(settings.settling_s / period_s));
   std::vector<Series> training = first_parts(recordings, settings.training_fraction, 2), validation;
   std::vector<Index> lead_ins;  // of each recording set aside: what a rollout needs to settle, and is not judged by
@@ -216,8 +217,8 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
                              .key = "samples for training",
                              .value = std::to_string(one.samples()),
                              .advice = "is too short; a stretch has " + std::to_string(settings.steps) + " steps"});
-  Trained trained{model_of(run, scaling_of(training, run.task), StatefulSettings::name, settings.hidden, settings.dense, false,
-                           settings.longest_memory_s / period_s),
+  Trained trained{model_of(run, scaling_of(training, run.task), cell == Cell::gru ? "gru" : StatefulSettings::name,
+                           {0, settings.hidden, settings.dense, false, cell}, settings.longest_memory_s / period_s),
                   {},
                   0};
   Weights<float> weights = trained.model.weights;  // what is trained; the model keeps the best

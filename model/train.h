@@ -134,6 +134,7 @@ struct Stopped {};
 
 // Throw std::invalid_argument where a recording is too short for the settings.
 Trained train_published(const std::vector<Series>& recordings, const PublishedSettings& settings, const TrainingRun& run);
-Trained train_stateful(const std::vector<Series>& recordings, const StatefulSettings& settings, const TrainingRun& run);
+Trained train_stateful(const std::vector<Series>& recordings, const StatefulSettings& settings, const TrainingRun& run,
+                       Cell cell = Cell::lstm);
 
 }  // namespace sinew::model

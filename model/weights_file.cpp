@@ -23,14 +23,21 @@ struct Tensor {
   Index from = 0;
 };
 
+const char* layer_of(Cell cell) { return cell == Cell::gru ? "gru" : "lstm"; }
+
 std::vector<Tensor> tensors_of(const Shape& shape) {
+  const std::string layer = layer_of(shape.cell), cell = layer + "/" + layer + "_cell/";
+  const auto G = static_cast<std::uint64_t>(shape.gates());
   const auto H = static_cast<std::uint64_t>(shape.hidden), I = static_cast<std::uint64_t>(shape.inputs),
              D = static_cast<std::uint64_t>(shape.dense);
   const Weights<float> w(shape);
   const auto at = [&](const auto& block) { return static_cast<Index>(block.data() - w.all.data()); };
-  return {{"lstm", "lstm/lstm_cell/kernel:0", "cell/vars/0", {I, 4 * H}, at(w.input())},
-          {"lstm", "lstm/lstm_cell/recurrent_kernel:0", "cell/vars/1", {H, 4 * H}, at(w.recurrent())},
-          {"lstm", "lstm/lstm_cell/bias:0", "cell/vars/2", {4 * H}, at(w.bias())},
+  // A GRU's two biases are one array in Keras.
+  const std::vector<std::uint64_t> bias =
+      shape.cell == Cell::gru ? std::vector<std::uint64_t>{2, G * H} : std::vector<std::uint64_t>{G * H};
+  return {{layer, cell + "kernel:0", "cell/vars/0", {I, G * H}, at(w.input())},
+          {layer, cell + "recurrent_kernel:0", "cell/vars/1", {H, G * H}, at(w.recurrent())},
+          {layer, cell + "bias:0", "cell/vars/2", bias, at(w.bias())},
           {"dense", "dense/kernel:0", "vars/0", {H, D}, at(w.dense())},
           {"dense", "dense/bias:0", "vars/1", {D}, at(w.dense_bias())},
           {"dense_1", "dense_1/kernel:0", "vars/0", {D, 1}, at(w.output())},
@@ -70,30 +77,32 @@ std::string keras_config(const Model& model) {
          {{"name", name}, {"trainable", true}, {"dtype", "float32"}, {"units", units}, {"activation", activation}, {"use_bias", true}}}};
   };
   Json layers = Json::array();
-  layers.push_back(
-      {{"class_name", "InputLayer"},
-       {"config",
-        {{"batch_input_shape", input_shape}, {"dtype", "float32"}, {"sparse", false}, {"ragged", false}, {"name", "lstm_input"}}}});
-  layers.push_back({{"class_name", "LSTM"},
+  layers.push_back({{"class_name", "InputLayer"},
                     {"config",
-                     {{"name", "lstm"},
-                      {"trainable", true},
-                      {"batch_input_shape", input_shape},
+                     {{"batch_input_shape", input_shape},
                       {"dtype", "float32"},
-                      {"return_sequences", false},
-                      {"return_state", false},
-                      {"go_backwards", false},
-                      {"stateful", !model.memoryless()},
-                      {"unroll", false},
-                      {"time_major", false},
-                      {"units", shape.hidden},
-                      {"activation", "tanh"},
-                      {"recurrent_activation", "sigmoid"},
-                      {"use_bias", true},
-                      {"unit_forget_bias", true},
-                      {"dropout", 0.0},
-                      {"recurrent_dropout", 0.0},
-                      {"implementation", 2}}}});
+                      {"sparse", false},
+                      {"ragged", false},
+                      {"name", std::string(layer_of(model.weights.shape.cell)) + "_input"}}}});
+  const bool gru = shape.cell == Cell::gru;
+  Json recurrent{{"name", layer_of(shape.cell)},
+                 {"trainable", true},
+                 {"batch_input_shape", input_shape},
+                 {"dtype", "float32"},
+                 {"return_sequences", false},
+                 {"return_state", false},
+                 {"go_backwards", false},
+                 {"stateful", !model.memoryless()},
+                 {"unroll", false},
+                 {"time_major", false},
+                 {"units", shape.hidden},
+                 {"activation", "tanh"},
+                 {"recurrent_activation", "sigmoid"},
+                 {"use_bias", true}};
+  if (!gru) recurrent["unit_forget_bias"] = true;
+  recurrent.update({{"dropout", 0.0}, {"recurrent_dropout", 0.0}, {"implementation", 2}});
+  if (gru) recurrent["reset_after"] = true;
+  layers.push_back({{"class_name", gru ? "GRU" : "LSTM"}, {"config", recurrent}});
   layers.push_back(dense("dense", shape.dense, "relu"));
   layers.push_back(dense("dense_1", 1, shape.output_relu ? "relu" : "linear"));
   return Json{{"class_name", "Sequential"}, {"config", {{"name", "sequential"}, {"layers", layers}}}}.dump();
@@ -124,12 +133,12 @@ std::vector<std::string> paths_in(const Hdf5File& file, const std::string& name)
   if (paths.empty()) {
     for (const auto& [path, array] : file.arrays)
       if (path.find("/vars/") != std::string::npos && path.rfind("/layers/", 0) == 0)
-        paths.push_back(path);  // sorted: dense, dense_1, lstm
+        paths.push_back(path);  // sorted: dense, dense_1, gru or lstm
     if (paths.size() == 7) paths = {paths[4], paths[5], paths[6], paths[0], paths[1], paths[2], paths[3]};
   }
   if (paths.size() != 7)
     complain(name, "layers", std::to_string(paths.size()) + " weights",
-             "must be an LSTM layer, a dense layer and an output, 7 weights in all, in a layout of Keras 2 or 3");
+             "must be an LSTM or a GRU layer, a dense layer and an output, 7 weights in all, in a layout of Keras 2 or 3");
   return paths;
 }
 
@@ -142,11 +151,13 @@ bool output_relu_of(const Hdf5File& file, const std::string& name, const std::st
     std::string last;
     for (const Json& layer : config.at("config").at("layers")) {
       const std::string kind = layer.at("class_name");
-      if (kind == "LSTM") {
+      if (kind == "LSTM" || kind == "GRU") {
         const Json& c = layer.at("config");
+        if (kind == "GRU" && !c.value("reset_after", true))
+          complain(name, "model_config", "reset_after: false", "the reset gate must act after the recurrent weights, as Keras 2 has it");
         if (c.value("activation", "tanh") != "tanh" || c.value("recurrent_activation", "sigmoid") != "sigmoid")
           complain(name, "model_config", c.value("recurrent_activation", ""),
-                   "the LSTM must have Keras's own activations, tanh and sigmoid");
+                   "the " + kind + " must have Keras's own activations, tanh and sigmoid");
       } else if (kind == "Dense") {
         if (!last.empty() && last != "relu") complain(name, "model_config", last, "the activation of the dense layer must be relu");
         last = layer.at("config").value("activation", "linear");
@@ -180,7 +191,7 @@ Hdf5File file_of(const Model& model, Layout layout) {
   if (layout == Layout::keras2) {
     file.text_attributes["/"] = {{"model_config", keras_config(model)}, {"keras_version", "2.11.0"}, {"backend", "tensorflow"}};
     file.text_attributes[root] = {{"keras_version", "2.11.0"}, {"backend", "tensorflow"}};
-    file.list_attributes[root]["layer_names"] = {"lstm", "dense", "dense_1"};
+    file.list_attributes[root]["layer_names"] = {layer_of(model.weights.shape.cell), "dense", "dense_1"};
   }
   file.text_attributes["/"]["sinew"] = said(model).dump();
   return file;
@@ -197,11 +208,14 @@ Model model_in(const Hdf5File& file, const std::string& name, const Unsaid& unsa
     if (found == file.arrays.end()) complain(name, paths[i], "", "this weight is missing");
     return found->second;
   };
-  if (array(0).extents.size() != 2 || array(0).extents[1] % 4 != 0 || array(0).extents[1] == 0)
-    complain(name, paths[0], text_of(array(0).extents), "must be [inputs, 4 hidden]");
+  // A GRU has a bias on either side.
+  const Cell cell = array(2).extents.size() == 2 ? Cell::gru : Cell::lstm;
+  const std::uint64_t gates = cell == Cell::gru ? 3 : 4;
+  if (array(0).extents.size() != 2 || array(0).extents[1] % gates != 0 || array(0).extents[1] == 0)
+    complain(name, paths[0], text_of(array(0).extents), "must be [inputs, " + std::to_string(gates) + " hidden]");
   if (array(3).extents.size() != 2) complain(name, paths[3], text_of(array(3).extents), "must be [hidden, dense]");
-  Shape shape{static_cast<Index>(array(0).extents[0]), static_cast<Index>(array(0).extents[1] / 4), static_cast<Index>(array(3).extents[1]),
-              output_relu_of(file, name, unsaid.method)};
+  Shape shape{static_cast<Index>(array(0).extents[0]), static_cast<Index>(array(0).extents[1] / gates),
+              static_cast<Index>(array(3).extents[1]), output_relu_of(file, name, unsaid.method), cell};
   Model model;
   model.weights = Weights<float>(shape);
   const auto tensors = tensors_of(shape);
@@ -219,8 +233,8 @@ Model model_in(const Hdf5File& file, const std::string& name, const Unsaid& unsa
     try {
       const Json json = Json::parse(root->second.at("sinew"));
       model.method = json.at("method");
-      if (model.method != "published" && model.method != "stateful")
-        complain(name, "sinew", model.method, "the method must be published or stateful");
+      if (cell == Cell::gru ? model.method != "gru" : model.method != "published" && model.method != "stateful")
+        complain(name, "sinew", model.method, "the method must be published or stateful for an LSTM, gru for a GRU");
       model.weights.shape.output_relu = json.value("output_relu", shape.output_relu);
       model.task = task_of_json(json, name);
       model.scaling = scaling_of_json(json);
@@ -246,6 +260,10 @@ Model model_in(const Hdf5File& file, const std::string& name, const Unsaid& unsa
                    "--method and --range LOWEST,HIGHEST, the values that are 0 and 1");
     model.task = *unsaid.task;
     model.method = unsaid.method;
+    if (cell == Cell::gru) {
+      if (model.method == "published") complain(name, paths[0], "a GRU", "the published network is an LSTM");
+      model.method = "gru";
+    }
     const auto features = static_cast<Index>(model.task.features.size());
     if (unsaid.sidecar) {
       const Arrangement arrangement = arrangement_of(*unsaid.sidecar, model.task);

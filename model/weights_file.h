@@ -5,9 +5,10 @@
 //   keras 2, weights alone    model.save_weights("x.h5"):   /lstm/lstm/lstm_cell/kernel:0, ...
 //   keras 3, weights alone    model.save_weights("x.weights.h5"):  /layers/lstm/cell/vars/0, ...
 //
-// All three are read; the first (a whole model) and the last are written. What Keras does not know stands in the attribute
-// `sinew` of the root, as JSON: case, method, names, units and scaling of what is given and of what is predicted, and a SHA-256
-// over all that and the weights' bytes. So a recording can be read for a model without its plant.
+// A GRU has `gru` in the place of `lstm`, and a bias [2, 3 hidden] (reset_after=True). All three are read; the first (a whole model) and
+// the last are written. What Keras does not know stands in the attribute `sinew` of the root, as JSON: case, method, names, units and
+// scaling of what is given and of what is predicted, and a SHA-256 over all that and the weights' bytes. So a recording can be read for a
+// model without its plant.
 #pragma once
 
 #include <filesystem>

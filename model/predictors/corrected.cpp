@@ -108,6 +108,7 @@ class CorrectedPredictor : public Predictor {
     nlohmann::ordered_json json = json_of(correction_.arx);
     json["decay"] = {correction_.decay(0), correction_.decay(1)};
     auto& root = file.text_attributes["/"];
+    if (const auto inside = root.find("sinew_kind"); inside != root.end()) root["sinew_kind_inside"] = inside->second;
     root["sinew_kind"] = CorrectedSettings::name;
     json["sha256"] = sim::sha256(root["sinew"] + json.dump());
     root["sinew_correction"] = json.dump();
@@ -157,6 +158,7 @@ std::unique_ptr<Predictor> load_corrected(const Hdf5File& file, const std::strin
   Hdf5File inside = file;
   auto& root = inside.text_attributes["/"];
   root.erase("sinew_kind");
+  if (const auto kind = root.find("sinew_kind_inside"); kind != root.end()) root["sinew_kind"] = kind->second;
   try {
     nlohmann::ordered_json json = nlohmann::ordered_json::parse(root.at("sinew_correction"));
     const std::string sha = json.at("sha256");

@@ -2,7 +2,8 @@
 // A plant as a predictor: its equations, driven by the inputs alone. Nothing is trained here; `sinew calibrate` fits one.
 //
 // It begins at rest at the first sample of the history, whatever was measured, and follows the inputs from there: where it is to be
-// warm, the history has to reach back.
+// warm, the history has to reach back. What follows the training part of each recording judges it: where the plant was fitted to that too,
+// its errors and its intervals come out too small.
 #include <cmath>
 
 #include "model/predictor.h"
@@ -15,10 +16,12 @@ namespace {
 
 struct PlantSettings {
   static constexpr std::string_view name = "plant";
-  double relative_tolerance = 1e-5;
+  double relative_tolerance = 1e-5, training_fraction = 0.67;
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.relative_tolerance, sim::Key{"relative_tolerance", {1e-12, 1e-2}, "of the integrator"});
+    visit(self.training_fraction,
+          sim::Key{"training_fraction", {0.05, 1.0}, "of each recording, from its beginning: the plant may have been fitted to that"});
   }
 };
 
@@ -80,7 +83,8 @@ TrainedPredictor train_plant(const TrainingInput& input) {
   const auto settings = input.settings.settings<PlantSettings>();
   if (!input.plant) complain("", "--plant", "", "is needed: the file of the plant that is to predict, as `sinew calibrate` writes it");
   AboutPredictor about{.task = input.run.task, .kind = std::string(PlantSettings::name), .trained_on = {}};
-  return {.predictor = std::make_unique<PlantPredictor>(std::move(about), *input.plant, settings.relative_tolerance, "--plant")};
+  return {.predictor = std::make_unique<PlantPredictor>(std::move(about), *input.plant, settings.relative_tolerance, "--plant"),
+          .training_fraction = settings.training_fraction};
 }
 
 std::unique_ptr<Predictor> load_plant(const Hdf5File& file, const std::string& name, const Unsaid& unsaid) {

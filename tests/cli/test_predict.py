@@ -114,6 +114,8 @@ def test_dataset():
 def test_train_and_use():
     settings = write("few.yaml", "published: { hidden: 8, dense: 8, epochs: 2 }\n"
                      "stateful: { hidden: 8, dense: 8, updates: 40, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, "
+                     "longest_life_s: 20, validation_every: 20 }\n"
+                     "gru: { hidden: 8, dense: 8, updates: 40, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, "
                      "longest_life_s: 20, validation_every: 20 }\n")
     train = ["train", "set1", "--settings", settings]
     for method in "published", "stateful":
@@ -130,11 +132,19 @@ def test_train_and_use():
     recording = cli.folder / "set1/runs/0005.csv"
     result = sinew("rollout", "stateful4", "--recording", recording, "--json")
     json_of = json.loads(result.stdout) if result.returncode == 0 else {}
+    check("rollout: JSON says how far to trust it", json_of.get("interval", {}).get("share") == 0.95 and
+          0 <= json_of["outside"]["share"] <= 1, said(result))
     check("rollout: JSON with the errors", {"rollout_rmse_deg", "one_step_rmse_deg"} <= set(json_of), said(result))
     result = sinew("rollout", "stateful4", "--recording", recording, "--out", "roll", "--count", "30,60")
     rows = [r for r in (cli.folder / "roll/rollout.csv").read_text().splitlines() if not r.startswith("#")]
     off = [float(r["angle_rollout_deg"]) - float(r["angle_deg"]) for r in csv.DictReader(rows)][1:]
     check("rollout: the file gives the error that is said", abs((sum(e * e for e in off) / len(off)) ** 0.5 - json_of["rollout_rmse_deg"]) < 1e-6)
+    given = list(csv.DictReader(rows))[1:]
+    inside = [float(r["angle_rollout_lowest_deg"]) <= float(r["angle_deg"]) <= float(r["angle_rollout_highest_deg"]) for r in given]
+    outside = [r["outside"] == "1" for r in given]
+    check("rollout: the file's interval and what is outside give the shares that are said",
+          abs(sum(inside) / len(inside) - json_of["interval"]["inside_open_loop"]) < 1e-9 and
+          abs(sum(outside) / len(outside) - json_of["outside"]["share"]) < 1e-9, (sum(inside), sum(outside), json_of))
     check("rollout: the report is there", "Rollout of a predictor" in (cli.folder / "roll/report.html").read_text())
 
     stress = write("stress.yaml", "format: 1\nbase: short.yaml\nseeds: 1\nrows:\n  - { name: hot room, parameters: { ambient_temperature_degC: 40 } }\n")
@@ -145,8 +155,28 @@ def test_train_and_use():
     check("evaluate: the scenario of a row is the room it says", again.returncode == 0 and
           "ambient_temperature_degC: 40" in (cli.folder / "hot/scenario.yaml").read_text(), said(again))
 
+    # A duty that training, of 0.6 at most, never had; and what training had.
+    hot = write("hot.yaml", "format: 1\nseed: 5\nduration_s: 40.0\nplant: { base: paper_limb }\ninput:\n"
+                "  duty_A: { step: { height_fraction: 0.9, from_s: 10.0, until_s: 14.0 } }\n")
+    sinew("run", hot, "--out", "hot_run")
+    result = sinew("rollout", "stateful4", "--recording", "hot_run/recording.csv")
+    check("rollout: a duty that was never trained on is said, with its time", result.returncode == 0 and
+          re.search(r"outside\s+of\s+what\s+the\s+predictor\s+was\s+trained\s+on,\s+first\s+at\s+1\d", result.stdout) and
+          re.search(r"duty\s+A\s+is\s+0\.9,", result.stdout), said(result))
+    trained_on = json.loads(sinew("rollout", "stateful4", "--recording", cli.folder / "set1/runs/0000.csv", "--horizon", 35, "--json").stdout)
+    check("rollout: what it was trained on is inside", trained_on["outside"]["share_by_one_column"] == 0.0, trained_on)
+    result = sinew(*train, "--case", 4, "--intervals", "set2", "--out", "wide")
+    check("train: intervals from a set of their own", result.returncode == 0 and "6 recordings" in " ".join(result.stdout.split()), said(result))
+    # A file of an older version: the same without what is new.
+    older = (cli.folder / "stateful4/weights.h5").read_bytes().replace(b"sinew_trust", b"xinew_trust")
+    (cli.folder / "older.h5").write_bytes(older)
+    result = sinew("rollout", "older.h5", "--recording", recording)
+    check("rollout: a file without intervals loads, and says that it has none", result.returncode == 0 and
+          "has no intervals" in " ".join(result.stdout.split()), said(result))
+
     for kind, more in (("arx", ()), ("arx_simulation", ()), ("least_squares", ()), ("corrected", ("--from", "stateful4")),
-                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml"))):
+                       ("plant", ("--plant", ROOT / "plant/limbs/paper_limb.yaml")), ("gru", ("--settings", settings)),
+                       ("hybrid", ("--plant", ROOT / "plant/limbs/paper_limb.yaml", "--settings", settings))):
         result = sinew("train", "set1", "--case", 4, "--predictor", kind, *more, "--out", kind)
         check(f"train --predictor {kind}", result.returncode == 0 and (cli.folder / kind / "weights.h5").exists(), said(result))
         result = sinew("rollout", kind, "--recording", recording, "--json")
@@ -251,7 +281,7 @@ def test_onnx_refused():
     there = (cli.folder / "stateful4.onnx").read_bytes()
     refused("convert: no model there", sinew("convert", "nowhere", "never.onnx"), "nowhere\n", "is not there", "weights.h5")
     refused("convert: a folder without a model", sinew("convert", "set1/runs", "never.onnx"), "set1/runs/weights.h5", "is not there")
-    for kind in ("arx", "corrected", "plant"):
+    for kind in ("arx", "corrected", "plant", "gru", "hybrid"):
         refused(f"convert: {kind} is no LSTM", sinew("convert", kind, "never.onnx"), f"{kind}/weights.h5: predictor = {kind}", "published or stateful")
     refused("convert: a recording is no model", sinew("convert", "set1/runs/0005.csv", "never.onnx"), "set1/runs/0005.csv", "is not an HDF5 file")
     refused("convert: a map is not for models", sinew("convert", "stateful4", "never.onnx", "--map", "few.yaml"), "--map", "predictor")
@@ -265,7 +295,11 @@ def test_onnx_refused():
 def test_beside_a_session():
     result = sinew("hil", "short.yaml", "--emulate", "--predict", "stateful4", "--out", "session")
     check("hil --predict: a session with a predictor beside it", result.returncode == 0 and "prediction.csv" in result.stdout and
-          "off the prediction" in result.stderr, said(result))
+          "off the prediction" in result.stderr and "prediction.json" in result.stdout, said(result))
+    trust = json.loads((cli.folder / "session/prediction.json").read_text())
+    check("hil --predict: says how far it was to be trusted", trust["interval"]["share"] == 0.95 and 0 <= trust["outside"]["share"] <= 1 and
+          "The prediction: " in result.stdout and ("outside of what the predictor was trained on" in result.stderr) == (trust["outside"]["share"] > 0),
+          (trust, said(result)))
     sinew("rollout", "stateful4", "--recording", "session/recording.csv", "--out", "again_roll")
     rows = lambda path: [r for r in csv.DictReader(line for line in (cli.folder / path).read_text().splitlines() if not line.startswith("#"))]
     live, later = rows("session/prediction.csv"), rows("again_roll/rollout.csv")

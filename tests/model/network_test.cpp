@@ -15,14 +15,13 @@ namespace {
 
 // Small, and with every path in use: two streams of which one feeds itself from the second step on.
 struct Small {
-  sinew::model::Shape shape{3, 4, 5, false};
+  sinew::model::Shape shape;
   Index steps = 4, streams = 2;
   Weights<double> weights{shape};
   Stretch<double> stretch;
   State<double> state{shape, streams};
 
-  explicit Small(bool output_relu = false) {
-    shape.output_relu = weights.shape.output_relu = output_relu;
+  explicit Small(bool output_relu = false, Cell cell = Cell::lstm) : shape{3, 4, 5, output_relu, cell} {
     const sinew::sim::RandomStream chance(7, "small network");
     std::uint64_t n = 0;
     const auto draw = [&](auto&& block) {
@@ -72,6 +71,32 @@ TEST_CASE("network: the gradient of every weight is that of differences, through
   check_gradient(Small{}, false);
 }
 TEST_CASE("network: the same with an output that is cut at zero") { check_gradient(Small{true}, false); }
+TEST_CASE("network: the same of a GRU, with its bias on either side") {
+  check_gradient(Small(false, Cell::gru), false);
+  check_gradient(Small(true, Cell::gru), false);
+}
+TEST_CASE("network: a step of a GRU of one unit, by hand") {
+  // p = (0.1, 0.2, 0.3) + 0.5 (1, -1, 2), q = (0.4, 0.1, -0.2) 0.5 + (0.05, 0, 0.3):
+  // u = s(0.6 + 0.25), r = s(-0.3 + 0.05), g = tanh(1.3 + r 0.2), h = u 0.5 + (1 - u) g, y = max(0, 2 h - 0.1) 3 + 0.2.
+  const sinew::model::Shape shape{1, 1, 1, false, Cell::gru};
+  Weights<double> w(shape);
+  w.input() << 1.0, -1.0, 2.0;
+  w.bias() << 0.1, 0.2, 0.3;
+  w.recurrent() << 0.4, 0.1, -0.2;
+  w.recurrent_bias() << 0.05, 0.0, 0.3;
+  w.dense() << 2.0;
+  w.dense_bias() << -0.1;
+  w.output() << 3.0;
+  w.output_bias() << 0.2;
+  State<double> state(shape, 1);
+  state.h << 0.5;
+  const Matrix<double> none = Matrix<double>::Zero(1, 1);
+  Stretch<double> stretch{Matrix<double>(0, 1), Matrix<double>::Constant(1, 1, 0.5), none, none, none};
+  Unrolled<double> network(shape, 1, 1);
+  network.forward(w, stretch, state);
+  CHECK(state.h(0, 0) == doctest::Approx(0.614573176).epsilon(1e-8));
+  CHECK(network.outputs()(0, 0) == doctest::Approx(3.587439056).epsilon(1e-8));
+}
 TEST_CASE("network: without memory the recurrent weights have no gradient, and the others are those of differences") {
   check_gradient(Small{}, true);
   const Small small;

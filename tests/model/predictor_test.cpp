@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "model/errors.h"
 #include "model/linear.h"
@@ -40,6 +41,8 @@ TrainingFile small_settings() {
   const sim::YamlValue root = sim::parse_yaml(
       "published: { hidden: 8, dense: 8, epochs: 2 }\n"
       "stateful: { hidden: 8, dense: 8, updates: 60, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, longest_life_s: 20, "
+      "validation_every: 20 }\n"
+      "gru: { hidden: 8, dense: 8, updates: 60, streams: 30, steps: 30, settling_s: 5, shortest_life_s: 10, longest_life_s: 20, "
       "validation_every: 20 }\n",
       "small");
   TrainingFile file;
@@ -79,6 +82,9 @@ TEST_CASE("predictors: each kind comes back from its file as it was, and a copy 
     CHECK(one.predictor->about().kind == kind.name);
     one.predictor->about().trained_on = "a plant that bends";
     one.predictor->about().arx = fit_arx(data);
+    CHECK_FALSE(read_predictor(path_of(bytes_of(*one.predictor)))->about().intervals.has_value());  // as of an older version
+    one.predictor->about().region = trained_region_of(data);
+    one.predictor->about().intervals = intervals_from(*one.predictor, {{data.front(), 1000}}, 1);
     const std::string bytes = bytes_of(*one.predictor);
     CHECK(bytes == bytes_of(*one.predictor));
     const auto back = read_predictor(path_of(bytes));
@@ -86,6 +92,11 @@ TEST_CASE("predictors: each kind comes back from its file as it was, and a copy 
     CHECK(back->about().trained_on == "a plant that bends");
     CHECK(back->about().task.predicted.name == "angle_deg");
     CHECK(back->about().arx->coefficients == one.predictor->about().arx->coefficients);
+    REQUIRE(back->about().intervals.has_value());
+    CHECK(json_of(*back->about().intervals) == json_of(*one.predictor->about().intervals));
+    REQUIRE(back->about().region.has_value());
+    CHECK(back->about().region->visited == one.predictor->about().region->visited);
+    CHECK(back->about().region->reach_cells == one.predictor->about().region->reach_cells);
     CHECK(bytes_of(*back) == bytes);
     const Vector<double> open = rollout(*one.predictor, other), step = one_step_ahead(*one.predictor, other, &before);
     CHECK(open.allFinite());
@@ -166,6 +177,48 @@ TEST_CASE("corrected: in open loop it is exactly what is inside, and one step ah
   }
   CHECK(y == doctest::Approx(open(999)).epsilon(1e-6));
 }
+TEST_CASE("hybrid: where the plant is right it says what the plant says, and where it is wrong it comes nearer") {
+  sim::Scenario scenario;
+  scenario.plant = plant::default_plant();
+  const auto simulated = [&](const plant::Plant& limb, std::uint64_t seed, Index samples) {
+    plant::Integrator integrator(limb, plant::Start{}, {plant::Method::cvode, 1e-7});
+    Series series = bending(seed, samples);
+    for (Index k = 0; k < samples; ++k) {
+      REQUIRE_FALSE(integrator.advance_to(static_cast<double>(k) * period_s));
+      series.y(k) = sim::in_file_units(limb.system(), integrator.readings()).back();
+      integrator.hold({0.4 * series.v(0, k), 0.4 * series.v(1, k)});
+    }
+    series.v *= 0.4;
+    return series;
+  };
+  REQUIRE(plant::default_plant().system().channels()[plant::ChannelId{plant::default_plant().system().channels().size() - 1}].column ==
+          "angle_deg");
+  // A limb that bends by a fifth less, and is 3 degrees off: linear in what the plant says.
+  Series wrong = simulated(plant::default_plant(), 1, 3000), fresh = simulated(plant::default_plant(), 2, 1500);
+  const Series right = fresh;
+  for (Series* one : {&wrong, &fresh}) one->y = (0.8 * one->y).array() + 3.0;
+  const auto fitted = [&](const Series& data) {
+    TrainingRun run;
+    run.task = both_duties();
+    const plant::Plant limb = plant::default_plant();
+    TrainingFile settings = small_settings();
+    settings.given.emplace("hybrid", sim::parse_yaml("{ base: arx_simulation }", "small"));
+    return predictor_kind("hybrid").train({{data}, settings, run, nullptr, &limb}).predictor;
+  };
+  const double by_plant = errors_of(rollout(*trained("plant", {wrong}).predictor, fresh), fresh).rmse;
+  const auto hybrid = fitted(wrong);
+  CHECK(errors_of(rollout(*hybrid, fresh), fresh).rmse < 0.1 * by_plant);
+  CHECK(errors_of(rollout(*fitted(simulated(plant::default_plant(), 1, 1500)), right), right).largest < 0.05);
+  // Around it, a correction: the file says both, and what is inside them.
+  TrainingRun run;
+  run.task = both_duties();
+  const TrainingFile settings = small_settings();
+  const auto corrected = predictor_kind("corrected").train({{wrong}, settings, run, hybrid.get()}).predictor;
+  const auto back = read_predictor(path_of(bytes_of(*corrected)));
+  CHECK(back->about().kind == "corrected");
+  CHECK(rollout(*back, fresh) == rollout(*hybrid, fresh));
+  CHECK(one_step_ahead(*back, fresh) == one_step_ahead(*corrected, fresh));
+}
 TEST_CASE("plant: as a predictor it gives what the simulation gives") {
   sim::Scenario scenario;
   scenario.plant = plant::default_plant();
@@ -199,6 +252,16 @@ TEST_CASE("predictors: a file that was changed, or is of another kind, is refuse
   std::string& correction = file.text_attributes["/"]["sinew_correction"];
   correction.replace(correction.find("\"order\":"), 9, "\"order\":3");
   CHECK(what_reading_says(to_bytes(file)).find("sinew_correction") != std::string::npos);
+  arx->about().region = trained_region_of({bending(1, 300)});
+  arx->about().intervals = intervals_from(*arx, {{bending(2, 1500), 300}}, 1);
+  file = parse_hdf5(bytes_of(*arx), "whole");
+  Hdf5File narrower = file, moved = file;
+  std::string& trust = narrower.text_attributes["/"]["sinew_trust"];
+  trust.replace(trust.find("\"unit\":\"minute\""), 15, "\"unit\":\"second\"");
+  CHECK(what_reading_says(to_bytes(narrower)).find("intervals or description were changed") != std::string::npos);
+  moved.arrays.at("/sinew_trust/visited").values.front() += 1.0;
+  CHECK(what_reading_says(to_bytes(moved)).find("intervals or description were changed") != std::string::npos);
+  CHECK(what_reading_says(to_bytes(file)) == "nothing thrown");
   CHECK_THROWS_WITH(predictor_kind("oracle"), doctest::Contains("there is no predictor oracle; there are arx, "));
 }
 

@@ -25,7 +25,7 @@ Model some_model(const std::string& method = "stateful") {
   model.task = task_of_case(4);
   model.method = method;
   model.scaling = {Eigen::Vector4d(0, 25, 0, 26), Eigen::Vector4d(1, 50, 1, 51), -40.0, 90.0};
-  model.weights = first_weights({9, 6, 5, method == "published"}, 3);
+  model.weights = first_weights({9, 6, 5, method == "published", method == "gru" ? Cell::gru : Cell::lstm}, 3);
   model.trained_on = "nothing";
   return model;
 }
@@ -54,7 +54,7 @@ std::string message(const std::string& file, const Unsaid& unsaid = {}) {
 
 TEST_CASE("weights: both layouts give back the same model, and the same bytes are written twice") {
   const Folder folder;
-  for (const std::string method : {"published", "stateful"})
+  for (const std::string method : {"published", "stateful", "gru"})
     for (const Layout layout : {Layout::keras2, Layout::keras3}) {
       const Model model = some_model(method);
       const std::string bytes = to_hdf5(model, layout);
@@ -66,6 +66,21 @@ TEST_CASE("weights: both layouts give back the same model, and the same bytes ar
       CHECK(back.scaling.v_offset == model.scaling.v_offset);
       CHECK(back.scaling.y_span == 90.0);
     }
+}
+TEST_CASE("weights: a GRU stands in Keras's own names and shapes, and with one bias alone it is refused") {
+  const Folder folder;
+  const Model model = some_model("gru");
+  Hdf5File file = file_of(model);
+  const std::string cell = "/model_weights/gru/gru/gru_cell/";
+  CHECK(file.arrays.at(cell + "kernel:0").extents == std::vector<std::uint64_t>{9, 18});
+  CHECK(file.arrays.at(cell + "recurrent_kernel:0").extents == std::vector<std::uint64_t>{6, 18});
+  // reset_after=True: a bias of the inputs, and one of the state.
+  Hdf5Array& bias = file.arrays.at(cell + "bias:0");
+  CHECK(bias.extents == std::vector<std::uint64_t>{2, 18});
+  CHECK(file.text_attributes.at("/").at("model_config").find("\"reset_after\":true") != std::string::npos);
+  bias.extents = {18};
+  bias.values.resize(18);
+  CHECK(message(folder.write(to_bytes(file))).find("must be [inputs, 4 hidden]") != std::string::npos);
 }
 TEST_CASE("weights: the linear model beside the network is read back, and one of another order is an error") {
   const Folder folder;

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Prediction intervals of any predictor: how far off a rollout, or a prediction one step ahead, will be in 95 % of its samples.
+//
+// By split conformal prediction (Lei, G'Sell, Rinaldo, Tibshirani, Wasserman 2018, J. Am. Stat. Assoc. 113(523)): errors over data that
+// the predictor was not trained on, in steps of the time since a rollout began. Errors of one rollout go together, so that the unit that is
+// exchangeable with another is not a sample: it is a whole recording, or, where fewer than five are set aside, a minute of one. M units of
+// n_i samples give
+//
+//   half width = the least w with  sum_i 1/(M + 1) 1/n_i #{samples of unit i with |error| <= w}  >=  0.95
+//
+// so that a sample of a further unit lies inside with a probability of 0.95 or more, and at most 1/(M + 1) more (two-layer hierarchical
+// conformal prediction: Dunn, Wasserman, Ramdas 2022, J. Am. Stat. Assoc. 118(544); Lee, Barber, Willett 2023, arXiv:2306.06342). With M
+// below 19 there is no such w: the largest error takes its place, and what is promised is M/(M + 1).
+//
+// It holds for recordings that come about as those did: other limbs than they had, other commands, other rooms void it (trained_region.h
+// says where the inputs do). Minutes of one recording are exchangeable as far as it is stationary and forgets within a minute.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/series.h"
+
+namespace sinew::model {
+
+class Predictor;
+
+inline constexpr double interval_share = 0.95;
+
+// How a rollout begins decides what is known at first.
+enum class Beginning {
+  at_first,       // where a recording does, from one measured value
+  in_motion,      // later in it, from one measured value
+  after_history,  // later in it, after `enough_history_s` or more that were given to the predictor
+};
+inline constexpr double enough_history_s = 60.0, longest_history_s = 600.0;
+inline constexpr std::array<std::string_view, 3> beginning_names{"at_first", "in_motion", "after_history"};
+
+// Half widths in the unit of the channel that is predicted; step i holds from until_s[i - 1] to until_s[i] since the rollout began, the
+// last one from there on.
+struct IntervalSteps {
+  std::vector<double> until_s, open_loop, one_step;
+  std::vector<Index> units;  // that each was taken from
+};
+
+struct Intervals {
+  std::array<std::optional<IntervalSteps>, 3> by_beginning{};  // in the order of Beginning
+  bool unit_is_recording = true;                               // else a minute of one
+  std::string taken_from;                                      // in words, for people
+
+  // The steps for a beginning; of another one where that was not calibrated: never of one that knows more. Null: none.
+  const IntervalSteps* steps_for(Beginning beginning) const;
+};
+
+// What the fewest units of any step promise: interval_share, or M/(M + 1) where that is less.
+double promised_share(const IntervalSteps& steps);
+// Of a series [samples] whose first sample is where the rollout began; 0 there, as that is measured.
+Vector<double> half_widths(const IntervalSteps& steps, bool one_step, Index samples);
+// Of those samples after the first one that were measured. NaN: none was.
+double share_inside(const Vector<double>& predicted, const Vector<double>& half_width, const Series& series);
+
+// A recording of which what lies before `from` was seen in training: it may be a history, and is not judged.
+struct SetAside {
+  Series series;
+  Index from = 0;
+};
+// Rolls the predictor out over what is set aside, from several places of each recording. No steps where all is too short, or where
+// errors are beyond all bounds. `should_stop` is asked at every rollout; throws Stopped (train.h). The number of threads changes nothing.
+Intervals intervals_from(const Predictor& predictor, const std::vector<SetAside>& data, int threads,
+                         const std::function<bool()>& should_stop = {});
+
+// As kept in a file, and back; the latter throws nlohmann::json::exception, and InputError naming `file`, where it is none.
+nlohmann::ordered_json json_of(const Intervals& intervals);
+Intervals intervals_of_json(const nlohmann::ordered_json& json, const std::string& file);
+
+}  // namespace sinew::model
