@@ -586,7 +586,7 @@ def test_claims():
           both["diagnose"]["angle_deg"] > 5 * both["calibrate"]["angle_deg"] and held_out["gain"]["angle_deg"]["value"] < 0.15, held_out)
     text = " ".join(result.stdout.split())
     check("a claimed gain: the text has both, and the page",
-          re.search(r"angle: 0\.05\d° off before \(0\.\d+° by the diagnosis' weighting, 0\.05\d° by `calibrate`'s\)", text) and
+          re.search(r"angle: 0\.05\d° off before \(\d\.\d+° by the diagnosis' weighting, 0\.05\d° by `calibrate`'s\)", text) and
           "as `calibrate` weighs" in page, text)
     check("what is said: no place needs next to nothing in which the answer acts",
           not re.search(r"thermocouples' readings[^.;]* next to nothing", text), text)
