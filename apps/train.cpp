@@ -33,15 +33,6 @@ struct TrainArguments {
   bool hold_missing = false, resample = false, overwrite = false;
 };
 
-// What was trained on of each recording.
-std::vector<model::Series> training_parts(const std::vector<model::Series>& data, double training_fraction) {
-  std::vector<model::Series> parts;
-  for (const model::Series& one : data)
-    parts.push_back(model::part_of(
-        one, 0, std::max<model::Index>(1, static_cast<model::Index>(std::floor(training_fraction * static_cast<double>(one.samples()))))));
-  return parts;
-}
-
 // Over what follows the training part of each recording, all parts together.
 struct AfterTraining {
   double rollout = std::nan(""), one_step = std::nan("");
@@ -49,7 +40,7 @@ struct AfterTraining {
 AfterTraining errors_after_training(model::Predictor& predictor, const std::vector<model::Series>& data, double training_fraction) {
   model::SquaredError open, step;
   for (const model::Series& one : data) {
-    const auto first = static_cast<model::Index>(training_fraction * static_cast<double>(one.samples()));
+    const model::Index first = model::training_samples(one, training_fraction);
     if (one.samples() - first < 2) continue;
     const model::Series rest = model::part_of(one, first, one.samples() - first), before = model::part_of(one, 0, first + 1);
     const model::SquaredError off = model::squared_error(model::rollout(predictor, rest, &before), rest, 1, rest.samples() - 1),
@@ -66,8 +57,7 @@ std::vector<model::SetAside> set_aside(const std::vector<model::Series>& data, d
   std::vector<model::SetAside> aside;
   for (const model::Series& one : named) aside.push_back({one, 0});
   if (!named.empty() || training_fraction >= 1.0) return aside;
-  for (const model::Series& one : data)
-    aside.push_back({one, static_cast<model::Index>(std::floor(training_fraction * static_cast<double>(one.samples())))});
+  for (const model::Series& one : data) aside.push_back({one, model::training_samples(one, training_fraction)});
   return aside;
 }
 
@@ -134,7 +124,7 @@ int train_command(const TrainArguments& arguments) {
   if (model::LinearModel arx = arx_beside(trained.training_fraction, data); arx.coefficients.allFinite()) about.arx = std::move(arx);
   about.trained_on.clear();
   for (const std::string& path : arguments.data) about.trained_on += (about.trained_on.empty() ? "" : "; ") + path;
-  about.region = model::trained_region_of(training_parts(data, trained.training_fraction));
+  about.region = model::trained_region_of(model::training_parts(data, trained.training_fraction));
   about.intervals =
       model::intervals_from(*trained.predictor, set_aside(data, trained.training_fraction, for_intervals), arguments.threads, interrupted);
   for (const std::string& path : arguments.intervals)

@@ -100,7 +100,7 @@ void add_resample(CLI::App& command, bool& resample) {
 model::TrainingFile training_settings(const std::string& predictor, const std::string& settings_file) {
   model::TrainingFile settings;
   if (!settings_file.empty()) settings = model::read_training(settings_file);
-  if (!settings.given.empty() && !settings.has(predictor) && predictor != "corrected" && predictor != "hybrid")
+  if (!settings.given.empty() && !settings.has(predictor) && !model::predictor_kind(predictor).holds_another)
     throw sim::InputError({.file = settings_file,
                            .key = "--predictor",
                            .value = predictor,
@@ -109,10 +109,7 @@ model::TrainingFile training_settings(const std::string& predictor, const std::s
 }
 
 model::LinearModel arx_beside(double training_fraction, const std::vector<Series>& data) {
-  std::vector<Series> used;
-  for (const Series& one : data)
-    used.push_back(model::part_of(one, 0, static_cast<Index>(training_fraction * static_cast<double>(one.samples()))));
-  return model::fit_arx(used);
+  return model::fit_arx(model::training_parts(data, training_fraction));
 }
 
 std::unique_ptr<model::Predictor> read_predictor_at(const std::string& path, model::Unsaid unsaid,

@@ -35,17 +35,14 @@ Hdf5File LinearPredictor::save(Layout) const { return described_file(about_, jso
 
 std::unique_ptr<Predictor> LinearPredictor::copy() const { return std::make_unique<LinearPredictor>(*this); }
 
-std::vector<Series> training_parts(const std::vector<Series>& recordings, double training_fraction) {
-  std::vector<Series> parts;
-  for (const Series& one : recordings) {
-    const auto count = static_cast<Index>(std::floor(training_fraction * static_cast<double>(one.samples())));
-    if (count < 20)
+std::vector<Series> parts_to_fit(const std::vector<Series>& recordings, double training_fraction) {
+  const std::vector<Series> parts = training_parts(recordings, training_fraction);
+  for (const Series& one : parts)
+    if (one.samples() < 20)
       throw sim::InputError({.file = one.name,
                              .key = "samples for training",
-                             .value = std::to_string(count),
+                             .value = std::to_string(one.samples()),
                              .advice = "is too short; at least 20 are needed"});
-    parts.push_back(part_of(one, 0, count));
-  }
   return parts;
 }
 

@@ -29,8 +29,8 @@ class LinearPredictor : public Predictor {
   Vector<double> row_;  // as model_.coefficients
 };
 
-// The parts of recordings that a fit may see.
-std::vector<Series> training_parts(const std::vector<Series>& recordings, double training_fraction);
+// The parts of recordings that a fit sees. Throws InputError where one is too short.
+std::vector<Series> parts_to_fit(const std::vector<Series>& recordings, double training_fraction);
 // `model` as it is; throws InputError where it has no finite solution: too little was measured in a row.
 LinearModel finite(LinearModel model, const std::vector<Series>& recordings);
 std::unique_ptr<Predictor> load_linear(const Hdf5File& file, const std::string& name, const Unsaid& unsaid);

@@ -83,6 +83,7 @@ struct PredictorKind {
   // All settings as YAML, those of the file or the defaults. Throws InputError where the file's are wrong.
   std::string (*settings_text)(const TrainingFile& file);
   bool counts_updates = false;  // whether TrainingRun::updates is for it
+  bool holds_another = false;   // a predictor inside, which is trained by its own settings
 };
 
 // In the order of their names.

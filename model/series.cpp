@@ -199,6 +199,16 @@ Series part_of(const Series& series, Index first, Index count) {
           series.y.segment(first, count), series.counted.size() > 0 ? series.counted.segment(first, count) : Vector<double>()};
 }
 
+Index training_samples(const Series& series, double training_fraction) {
+  return std::max(Index{1}, static_cast<Index>(std::floor(training_fraction * static_cast<double>(series.samples()))));
+}
+
+std::vector<Series> training_parts(const std::vector<Series>& recordings, double training_fraction) {
+  std::vector<Series> parts;
+  for (const Series& one : recordings) parts.push_back(part_of(one, 0, training_samples(one, training_fraction)));
+  return parts;
+}
+
 Scaling scaling_of(const std::vector<Series>& training, const Task& task, Scaled which) {
   const auto features = static_cast<Index>(task.features.size());
   Scaling scaling{Vector<double>::Zero(features), Vector<double>::Ones(features)};

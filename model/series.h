@@ -81,6 +81,9 @@ Series series_of(const sim::Recording& recording, const Task& task, Missing miss
 
 // Samples from `first` on, `count` of them.
 Series part_of(const Series& series, Index first, Index count);
+// How many samples of a recording are trained on: that share of it, from its beginning; at least one. And these, of each.
+Index training_samples(const Series& series, double training_fraction);
+std::vector<Series> training_parts(const std::vector<Series>& recordings, double training_fraction);
 
 // What one unit of a network's numbers is.
 struct Scaling {

@@ -11,7 +11,7 @@ struct ArxSettings : LinearSettings {
 
 TrainedPredictor train_arx(const TrainingInput& input) {
   const auto settings = input.settings.settings<ArxSettings>();
-  const std::vector<Series> parts = training_parts(input.data, settings.training_fraction);
+  const std::vector<Series> parts = parts_to_fit(input.data, settings.training_fraction);
   LinearModel model = finite(fit_arx(parts), parts);
   AboutPredictor about{.task = input.run.task, .kind = std::string(ArxSettings::name), .trained_on = {}};
   return {.predictor = std::make_unique<LinearPredictor>(std::move(about), std::move(model)),

@@ -11,7 +11,7 @@ struct ArxSimulationSettings : LinearSettings {
 
 TrainedPredictor train_arx_simulation(const TrainingInput& input) {
   const auto settings = input.settings.settings<ArxSimulationSettings>();
-  const std::vector<Series> parts = training_parts(input.data, settings.training_fraction);
+  const std::vector<Series> parts = parts_to_fit(input.data, settings.training_fraction);
   LinearModel model = finite(fit_arx_simulation(parts, input.run.should_stop), parts);
   AboutPredictor about{.task = input.run.task, .kind = std::string(ArxSimulationSettings::name), .trained_on = {}};
   return {.predictor = std::make_unique<LinearPredictor>(std::move(about), std::move(model)),

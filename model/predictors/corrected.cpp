@@ -144,7 +144,7 @@ TrainedPredictor train_corrected(const TrainingInput& input) {
     trained = predictor_kind(settings.base).train(input);
   }
   std::vector<Series> errors;
-  for (const Series& one : training_parts(input.data, trained.training_fraction)) {
+  for (const Series& one : parts_to_fit(input.data, trained.training_fraction)) {
     if (input.run.should_stop && input.run.should_stop()) throw Stopped{};
     const Vector<double> rolled = rollout(*trained.predictor, one);
     if (!rolled.allFinite()) throw std::runtime_error(one.name + ": the predictor inside goes beyond all bounds in open loop");
@@ -185,6 +185,7 @@ PredictorKind make_corrected() {
           train_corrected,
           load_corrected,
           settings_text_of<CorrectedSettings>,
+          true,
           true};
 }
 

@@ -9,9 +9,9 @@
 // "Combining semi-physical and neural network modeling"; the residual form: Willard et al. 2022, arXiv:2003.04919, section 3.4.
 #include <cmath>
 
+#include "model/plant_path.h"
 #include "model/predictor.h"
 #include "model/task_json.h"
-#include "plant/integrator.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
 
@@ -50,67 +50,23 @@ Task task_inside(const Task& task, const plant::Plant& plant) {
   return inside;
 }
 
-// The plant's equations along a series of inputs.
-class PlantPath {
- public:
-  PlantPath(const plant::Plant& plant, const Task& task, double relative_tolerance, const std::string& file)
-      : plant_(plant),
-        numerics_{plant::Method::automatic, relative_tolerance},
-        places_(places_in(sim::columns_of(plant_.system()), task, file)),
-        inputs_(plant_.system().inputs().size(), 0.0),
-        seen_(Vector<double>::Zero(1 + static_cast<Index>(plant_.states().size()))) {}
-
-  void begin(const Eigen::Ref<const Vector<double>>& v) {
-    integrator_.emplace(plant_, plant::Start{}, numerics_);
-    steps_ = 0;
-    see();
-    hold(v);
-  }
-  // A period later, where the inputs become v. NaN once the integrator has given up.
-  void step(const Eigen::Ref<const Vector<double>>& v) {
-    ++steps_;
-    if (seen_.hasNaN() || integrator_->advance_to(static_cast<double>(steps_) * period_s)) {
-      seen_.setConstant(std::nan(""));
-      return;
-    }
-    see();
-    hold(v);
-  }
-  // [predicted channel in the unit of a recording; states]
-  const Vector<double>& seen() const { return seen_; }
-  const plant::Plant& plant() const { return plant_; }
-  double relative_tolerance() const { return numerics_.relative_tolerance; }
-
- private:
-  void see() {
-    const plant::ChannelInfo& channel = plant_.system().channels()[plant::ChannelId{places_.predicted}];
-    seen_(0) = integrator_->readings()[places_.predicted] / channel.unit.internal_per_unit;
-    const std::vector<double>& state = integrator_->state();
-    for (std::size_t i = 0; i < state.size(); ++i) seen_(1 + static_cast<Index>(i)) = state[i];
-  }
-  void hold(const Eigen::Ref<const Vector<double>>& v) {
-    for (std::size_t f = 0; f < places_.features.size(); ++f)
-      if (!places_.features[f].measured) inputs_[places_.features[f].index] = v(static_cast<Index>(f));
-    integrator_->hold(inputs_);
-  }
-  plant::Plant plant_;
-  plant::NumericalSettings numerics_;
-  Places places_;
-  std::vector<double> inputs_;
-  Vector<double> seen_;
-  std::optional<plant::Integrator> integrator_;
-  std::int64_t steps_ = 0;
-};
+// What the predictor inside is given of the plant: its channel, its states.
+Vector<double> seen(const PlantPath& path) {
+  Vector<double> all(1 + path.states().size());
+  all << path.y(), path.states();
+  return all;
+}
 
 // What the plant leaves of a series, with what the plant says among the inputs. Leaves the path at the last sample.
 Series left_by(PlantPath& path, const Series& series) {
   const Index K = series.v.rows(), n = series.samples();
-  Series left{series.name, series.first_s, Matrix<double>(K + path.seen().size(), n), Vector<double>(n), series.counted};
+  const Index of_plant = 1 + path.states().size();
+  Series left{series.name, series.first_s, Matrix<double>(K + of_plant, n), Vector<double>(n), series.counted};
   left.v.topRows(K) = series.v;
   for (Index k = 0; k < n; ++k) {
     k == 0 ? path.begin(series.v.col(0)) : path.step(series.v.col(k));
-    left.v.col(k).tail(path.seen().size()) = path.seen();
-    left.y(k) = series.y(k) - path.seen()(0);
+    left.v.col(k).tail(of_plant) = seen(path);
+    left.y(k) = series.y(k) - path.y();
   }
   return left;
 }
@@ -122,18 +78,18 @@ class HybridPredictor : public Predictor {
       : Predictor(std::move(about)),
         path_(plant, about_.task, relative_tolerance, file),
         inside_(std::move(inside)),
-        inputs_(static_cast<Index>(about_.task.features.size()) + path_.seen().size()) {}
+        inputs_(static_cast<Index>(about_.task.features.size()) + 1 + path_.states().size()) {}
 
   void begin(const Series& history) override {
     inside_->begin(left_by(path_, history));
-    plant_before_ = path_.seen()(0);
+    plant_before_ = path_.y();
   }
 
   double step(const Eigen::Ref<const Vector<double>>& v, std::optional<double> y_before) override {
     path_.step(v);
-    inputs_ << v, path_.seen();
+    inputs_ << v, path_.y(), path_.states();
     const double error = y_before ? inside_->step(inputs_, *y_before - plant_before_) : inside_->step(inputs_);
-    plant_before_ = path_.seen()(0);
+    plant_before_ = path_.y();
     return plant_before_ + error;
   }
 
@@ -213,6 +169,7 @@ PredictorKind make_hybrid() {
           train_hybrid,
           load_hybrid,
           settings_text_of<HybridSettings>,
+          true,
           true};
 }
 

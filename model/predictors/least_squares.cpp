@@ -11,7 +11,7 @@ struct LeastSquaresSettings : LinearSettings {
 
 TrainedPredictor train_least_squares(const TrainingInput& input) {
   const auto settings = input.settings.settings<LeastSquaresSettings>();
-  const std::vector<Series> parts = training_parts(input.data, settings.training_fraction);
+  const std::vector<Series> parts = parts_to_fit(input.data, settings.training_fraction);
   AboutPredictor about{.task = input.run.task, .kind = std::string(LeastSquaresSettings::name), .trained_on = {}};
   return {.predictor = std::make_unique<LinearPredictor>(std::move(about), finite(fit_static(parts), parts)),
           .training_fraction = settings.training_fraction};

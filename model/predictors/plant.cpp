@@ -4,11 +4,9 @@
 // It begins at rest at the first sample of the history, whatever was measured, and follows the inputs from there: where it is to be
 // warm, the history has to reach back. What follows the training part of each recording judges it: where the plant was fitted to that too,
 // its errors and its intervals come out too small.
-#include <cmath>
-
+#include "model/plant_path.h"
 #include "model/predictor.h"
 #include "model/task_json.h"
-#include "plant/integrator.h"
 #include "sim/plant_file.h"
 
 namespace sinew::model {
@@ -27,56 +25,31 @@ struct PlantSettings {
 
 class PlantPredictor : public Predictor {
  public:
-  PlantPredictor(AboutPredictor about, plant::Plant plant, double relative_tolerance, const std::string& file)
-      : Predictor(std::move(about)),
-        plant_(std::move(plant)),
-        numerics_{plant::Method::automatic, relative_tolerance},
-        places_(places_in(sim::columns_of(plant_.system()), about_.task, file)),
-        inputs_(plant_.system().inputs().size(), 0.0) {}
+  PlantPredictor(AboutPredictor about, const plant::Plant& plant, double relative_tolerance, const std::string& file)
+      : Predictor(std::move(about)), path_(plant, about_.task, relative_tolerance, file) {}
 
   void begin(const Series& history) override {
-    integrator_.emplace(plant_, plant::Start{}, numerics_);
-    failed_ = false;
-    steps_ = 0;
-    hold(history.v.col(0));
-    for (Index k = 1; k < history.samples(); ++k) step(history.v.col(k), std::nullopt);
+    path_.begin(history.v.col(0));
+    for (Index k = 1; k < history.samples(); ++k) path_.step(history.v.col(k));
   }
 
   double step(const Eigen::Ref<const Vector<double>>& v, std::optional<double>) override {
-    ++steps_;
-    if (failed_ || integrator_->advance_to(static_cast<double>(steps_) * period_s)) {
-      failed_ = true;
-      return std::nan("");
-    }
-    const plant::ChannelInfo& channel = plant_.system().channels()[plant::ChannelId{places_.predicted}];
-    const double y = integrator_->readings()[places_.predicted] / channel.unit.internal_per_unit;
-    hold(v);
-    return y;
+    path_.step(v);
+    return path_.y();
   }
 
   Hdf5File save(Layout) const override {
-    const nlohmann::ordered_json own{{"plant_file", sim::plant_file_text(plant_)}, {"relative_tolerance", numerics_.relative_tolerance}};
+    const nlohmann::ordered_json own{{"plant_file", sim::plant_file_text(path_.plant())},
+                                     {"relative_tolerance", path_.relative_tolerance()}};
     return described_file(about_, own.dump());
   }
 
   std::unique_ptr<Predictor> copy() const override {
-    return std::make_unique<PlantPredictor>(about_, plant_, numerics_.relative_tolerance, "");
+    return std::make_unique<PlantPredictor>(about_, path_.plant(), path_.relative_tolerance(), "");
   }
 
  private:
-  void hold(const Eigen::Ref<const Vector<double>>& v) {
-    for (std::size_t f = 0; f < places_.features.size(); ++f)
-      if (!places_.features[f].measured) inputs_[places_.features[f].index] = v(static_cast<Index>(f));
-    integrator_->hold(inputs_);
-  }
-
-  plant::Plant plant_;
-  plant::NumericalSettings numerics_;
-  Places places_;
-  std::vector<double> inputs_;
-  std::optional<plant::Integrator> integrator_;
-  std::int64_t steps_ = 0;
-  bool failed_ = false;
+  PlantPath path_;
 };
 
 TrainedPredictor train_plant(const TrainingInput& input) {
