@@ -274,14 +274,15 @@ int evaluate_command(const EvaluateArguments& arguments) {
                             {"failure", row.failure},
                             {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
   }
+  const model::IntervalSteps* at_first = about.intervals ? about.intervals->steps_for(model::Beginning::at_first) : nullptr;
   table.caption =
       "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
       " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
       "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
       (about.arx ? "." : ", which this weights file lacks.") +
-      (about.intervals ? " Inside the interval: share of samples in open loop; it was made for " +
-                             report::significant(100.0 * model::interval_share, 2) + " % of rollouts without stress."
-                       : " This weights file has no intervals.") +
+      (at_first ? " Inside the interval: share of samples in open loop; it was made for " +
+                      report::significant(100.0 * model::promised_share(*at_first), 2) + " % of rollouts without stress."
+                : " This weights file has no intervals.") +
       (about.region ? " Outside of training: share of samples whose inputs, their past or the prediction were not trained on." : "");
   if (outputs) {
     report::Page page;

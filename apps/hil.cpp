@@ -243,10 +243,11 @@ class Companion {
       const double half_width = trust_.interval->open_loop(std::min(steps_, trust_.interval->open_loop.size() - 1));
       put(*predicted_ - half_width);
       put(*predicted_ + half_width);
-      if (steps_ > 0 && !std::isnan(measured)) {
-        ++counted_;
-        inside_ += std::abs(measured - *predicted_) <= half_width;
-      }
+      if (steps_ > 0 && !std::isnan(measured)) inside_ += std::abs(measured - *predicted_) <= half_width;
+    }
+    if (steps_ > 0 && !std::isnan(measured)) {
+      ++counted_;
+      squares_ += (measured - *predicted_) * (measured - *predicted_);
     }
     if (watch_) put(outside ? 1.0 : 0.0);
     csv_ += '\n';
@@ -255,7 +256,11 @@ class Companion {
   const std::string& csv() const { return csv_; }
   // How far it was to be trusted: keys as in the JSON of `rollout`; and a sentence.
   std::string json() const {
-    nlohmann::ordered_json json{{"method", predictor_->about().kind}, {"samples", steps_}, {"interval", nullptr}, {"outside", nullptr}};
+    nlohmann::ordered_json json{{"method", predictor_->about().kind},
+                                {"samples", steps_},
+                                {key_in_unit("rollout_rmse", predictor_->about().task.predicted), rmse()},
+                                {"interval", nullptr},
+                                {"outside", nullptr}};
     if (trust_.interval)
       json["interval"] = {{"share", model::interval_share},
                           {"promised_share", trust_.interval->promised_share},
@@ -263,9 +268,21 @@ class Companion {
     if (trust_.departures) json["outside"] = outside_json(*trust_.departures, predictor_->about(), first_s_);
     return json.dump(1) + "\n";
   }
-  std::string sentence() const { return departure_sentence(trust_, predictor_->about(), first_s_); }
+  std::string sentence() const {
+    const model::AboutPredictor& about = predictor_->about();
+    if (counted_ == 0.0) return "Nothing was measured that it could be compared with. " + departure_sentence(trust_, about, first_s_);
+    std::string text = "It is " + report::significant(rmse(), 3) + unit_words(about.task.predicted) + " off (root mean square)";
+    if (trust_.interval)
+      text += ", and " + report::significant(100.0 * inside_ / counted_, 3) +
+              " % of the samples lie inside the interval, which was made for " +
+              report::significant(100.0 * trust_.interval->promised_share, 2) + " %. ";
+    else
+      text += ". " + interval_sentence(trust_, about) + " ";
+    return text + departure_sentence(trust_, about, first_s_);
+  }
 
  private:
+  double rmse() const { return std::sqrt(squares_ / counted_); }
   void put(double value) {
     if (csv_.back() != '\n') csv_ += ',';
     if (!std::isnan(value)) sim::append_shortest(csv_, value);
@@ -284,7 +301,7 @@ class Companion {
   Trust trust_;  // its departures grow
   std::optional<model::RegionWatch> watch_;
   model::Index steps_ = 0;
-  double first_s_ = 0.0, inside_ = 0.0, counted_ = 0.0;
+  double first_s_ = 0.0, inside_ = 0.0, counted_ = 0.0, squares_ = 0.0;
 };
 
 // The first of results/session_001, _002, ... that is not there.

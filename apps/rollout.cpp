@@ -88,6 +88,13 @@ int rollout_command(const RolloutArguments& arguments) {
                            .advice = "must be a time of at least one step, 0.1 s"});
   const model::Series series = model::part_of(whole, first, count);
   const auto past = std::min(first, samples_in(arguments.history_s));
+  const std::string begins = past == 0 ? "from one measured value"
+                                       : "after " + report::significant(static_cast<double>(past) * model::period_s, 3) + " s of history";
+  const std::string asked = past < samples_in(arguments.history_s)
+                                ? " Of the " + sim::shortest(arguments.history_s) + " s of history that were asked for, " +
+                                      (past == 0 ? "none" : report::significant(static_cast<double>(past) * model::period_s, 3) + " s") +
+                                      " are there."
+                                : "";
   const model::Series history = model::part_of(whole, first - past, past + 1);
   const model::Vector<double> open = model::rollout(*predictor, series, &history),
                               step = model::one_step_ahead(*predictor, series, &history);
@@ -96,7 +103,7 @@ int rollout_command(const RolloutArguments& arguments) {
   const model::Errors off = model::errors_of(open, series), off_step = model::errors_of(step, series);
 
   const Trust trust = trust_in(about, series, whole, first, past, open, step);
-  const std::string of_trust = interval_sentence(trust, about) + " " + departure_sentence(trust, about, series.first_s);
+  const std::string of_trust = interval_sentence(trust, about) + " " + departure_sentence(trust, about, series.first_s) + asked;
 
   const Baselines baselines = baselines_of(*predictor, series);
   nlohmann::ordered_json json{{"case", about.task.paper_case},
@@ -110,7 +117,7 @@ int rollout_command(const RolloutArguments& arguments) {
   if (baselines.arx) json[key_in_unit("arx_rmse", predicted)] = *baselines.arx;
   report::Table table;
   table.header = {"prediction", "RMSE / " + unit, "largest / " + unit};
-  table.rows = {{{"open loop, from one measured value", report::significant(off.rmse, 4), report::significant(off.largest, 3)}},
+  table.rows = {{{"open loop, " + begins, report::significant(off.rmse, 4), report::significant(off.largest, 3)}},
                 {{"one step ahead", report::significant(off_step.rmse, 4), report::significant(off_step.largest, 3)}}};
   table.rows.push_back({{"baseline: the first value held", report::significant(baselines.hold, 4), ""}});
   if (baselines.arx)
@@ -139,7 +146,7 @@ int rollout_command(const RolloutArguments& arguments) {
   ends_soon.reset();
   if (outputs) {
     const std::string stem = predicted.unit.empty() ? predicted.name : predicted.name.substr(0, predicted.name.rfind("_" + predicted.unit));
-    std::string csv = "# open-loop prediction from one measured value, by `sinew rollout`\ntime_s," + predicted.name + "," +
+    std::string csv = "# open-loop prediction " + begins + ", by `sinew rollout`\ntime_s," + predicted.name + "," +
                       key_in_unit(stem + "_rollout", predicted) + "," + key_in_unit(stem + "_one_step", predicted);
     if (trust.interval)
       for (const char* const of : {"_rollout_lowest", "_rollout_highest", "_one_step_lowest", "_one_step_highest"})
@@ -160,7 +167,8 @@ int rollout_command(const RolloutArguments& arguments) {
     }
     report::Page page;
     page.title = "Rollout of a predictor";
-    page.lead = "From one measured value, the prediction is " + report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
+    page.lead = std::string(past == 0 ? "From" : "A") + begins.substr(past == 0 ? 4 : 1) + ", the prediction is " +
+                report::significant(off.rmse, 3) + unit + " off (root mean square) over " +
                 report::fixed(static_cast<double>(series.samples() - 1) * model::period_s, 0) + " s. " + baseline_sentence(baselines, unit);
     page.blocks.push_back(
         report::Paragraph{of_trust, leaves_training(trust, about) ? report::Paragraph::Tone::caution : report::Paragraph::Tone::plain});

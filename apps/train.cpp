@@ -69,10 +69,12 @@ std::string interval_words(const model::Intervals& intervals, const std::string&
     const auto& steps = intervals.by_beginning[static_cast<std::size_t>(beginning)];
     if (!steps) continue;
     const auto width = [&](bool one_step) { return report::significant(model::half_widths(*steps, one_step, after)(after - 1), 3) + unit; };
-    return report::significant(100.0 * model::interval_share, 2) + " % of samples are expected within " + width(false) +
-           " in open loop after a minute, and within " + width(true) + " one step ahead; promised are " +
-           report::significant(100.0 * model::promised_share(*steps), 3) + " %, by " + std::to_string(steps->units.front()) +
-           (intervals.unit_is_recording ? " recordings" : " minutes of what was set aside") + ".";
+    const double share = model::promised_share(*steps);
+    const std::string units =
+        std::to_string(steps->units.front()) + (intervals.unit_is_recording ? " recordings" : " minutes") + " of what was set aside";
+    return report::significant(100.0 * share, 2) + " % of samples are expected within " + width(false) +
+           " in open loop after a minute, and within " + width(true) + " one step ahead, by " + units +
+           (share < model::interval_share ? "; for " + report::significant(100.0 * model::interval_share, 2) + " % it takes 19." : ".");
   }
   return "No intervals: too little is left that was not trained on. `--intervals DATA` names more.";
 }
@@ -91,12 +93,11 @@ int train_command(const TrainArguments& arguments) {
   outputs.claim({"weights.h5", "training.json", "report.html"});
   std::optional<EndsSoon> ends_soon(&outputs);
   const model::TrainingFile settings = training_settings(name, arguments.settings);
-  if (arguments.updates > 0 && !kind.counts_updates)
-    throw sim::InputError({.file = "",
-                           .key = "--updates",
-                           .value = std::to_string(arguments.updates),
-                           .advice = "is for predictors that count updates; " + name +
-                                     " counts epochs, in a file of --settings, or is not trained in steps"});
+  model::TrainingRun run;
+  if (arguments.updates > 0) run.updates = arguments.updates;
+  model::check_updates(kind, run.updates);
+  if (!arguments.from.empty() && !kind.goes_on)
+    throw sim::InputError({.file = "", .key = "--from", .value = arguments.from, .advice = name + " goes on from nothing; leave it out"});
   const auto system = system_for(arguments.plant, arguments.data);
   const model::Task task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
   const std::string unit = unit_words(task.predicted);
@@ -104,15 +105,19 @@ int train_command(const TrainArguments& arguments) {
                                     missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
   const auto for_intervals = series_of_paths(arguments.intervals, sim::columns_of(*system), task, arguments.until_s,
                                              missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
+  for (const model::Series& one : for_intervals)
+    for (const model::Series& other : data)
+      if (one.v.cols() == other.v.cols() && one.v == other.v && one.y == other.y)
+        throw sim::InputError({.file = one.name,
+                               .key = "--intervals",
+                               .advice = "was trained on, as " + other.name + ": its errors are too small to tell of other recordings"});
   std::unique_ptr<model::Predictor> from;
   if (!arguments.from.empty()) from = read_predictor_at(arguments.from, {.task = task, .method = {}, .lowest = {}, .highest = {}});
   std::optional<plant::Plant> plant;
   if (!arguments.plant.empty()) plant = sim::read_plant_file(arguments.plant);
-  model::TrainingRun run;
   run.task = task;
   run.seed = static_cast<std::uint64_t>(arguments.seed);
   run.threads = arguments.threads;
-  if (arguments.updates > 0) run.updates = arguments.updates;
   run.should_stop = interrupted;
   Progress progress("training");
   run.progress = [&](double done, const model::CurvePoint& point) {
@@ -129,7 +134,14 @@ int train_command(const TrainArguments& arguments) {
       model::intervals_from(*trained.predictor, set_aside(data, trained.training_fraction, for_intervals), arguments.threads, interrupted);
   for (const std::string& path : arguments.intervals)
     about.intervals->taken_from += (about.intervals->taken_from.empty() ? "" : "; ") + path;
-  if (arguments.intervals.empty()) about.intervals->taken_from = "what follows the training part of each recording";
+  if (arguments.intervals.empty())
+    about.intervals->taken_from = "what follows the training part of each recording";
+  else if (!about.intervals->any())
+    throw sim::InputError({.file = "",
+                           .key = "--intervals",
+                           .value = about.intervals->taken_from,
+                           .advice = "gives none: recordings of " + report::significant(model::shortest_for_intervals_s, 2) +
+                                     " s or more are needed, over which the prediction stays within bounds"});
   const AfterTraining after = errors_after_training(*trained.predictor, data, trained.training_fraction);
 
   nlohmann::ordered_json json{

@@ -170,13 +170,13 @@ Trust trust_in(const model::AboutPredictor& about, const Series& series, const S
 
 std::string interval_sentence(const Trust& trust, const model::AboutPredictor& about) {
   if (!trust.interval)
-    return about.intervals ? "The weights file has no intervals for a rollout that begins so."
-                           : "The weights file has no intervals (`sinew train` keeps some where data are left that it was not trained on).";
+    return about.intervals && about.intervals->any()
+               ? "The weights file has no intervals for a rollout that begins so."
+               : "The weights file has no intervals (`sinew train` keeps some where data are left that it was not trained on).";
   const auto percent = [](double share) { return report::significant(100.0 * share, 3) + " %"; };
-  const bool full = trust.interval->promised_share >= model::interval_share;
   return percent(trust.interval->inside_open_loop) + " of the samples lie inside the interval in open loop, " +
-         percent(trust.interval->inside_one_step) + " one step ahead; it was made for " + percent(model::interval_share) +
-         (full ? "." : ", of which few data promise " + percent(trust.interval->promised_share) + ".");
+         percent(trust.interval->inside_one_step) + " one step ahead; it was made for " + percent(trust.interval->promised_share) +
+         (trust.interval->promised_share < model::interval_share ? ", as it comes from few data." : ".");
 }
 
 std::string departure_sentence(const Trust& trust, const model::AboutPredictor& about, double first_s) {
@@ -277,7 +277,7 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
                  line("prediction", of(predicted), report::okabe_ito::vermillion)};
   both.time_axis = "recording";
   if (trust && trust->interval) {
-    both.series.back().name = "prediction, with its " + report::significant(100.0 * model::interval_share, 2) + " % interval";
+    both.series.back().name = "prediction, with its " + report::significant(100.0 * trust->interval->promised_share, 2) + " % interval";
     both.series.back().lower = of(predicted - trust->interval->open_loop);
     both.series.back().upper = of(predicted + trust->interval->open_loop);
   }

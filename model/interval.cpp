@@ -16,7 +16,7 @@ using IntervalJson = nlohmann::ordered_json;
 
 // Ends of the steps: errors change most right after the beginning.
 constexpr std::array<double, 12> ends_s{0.5, 1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 3600.0};
-constexpr Index minute = 600, least_samples = 100;
+constexpr Index minute = 600, least_samples = static_cast<Index>(shortest_for_intervals_s / period_s + 0.5);
 constexpr std::size_t least_recordings = 5;  // that are units; of fewer, minutes are
 constexpr Index starts_a_recording = 4, most_starts = 20, least_apart = 300;
 

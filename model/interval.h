@@ -30,6 +30,7 @@ namespace sinew::model {
 class Predictor;
 
 inline constexpr double interval_share = 0.95;
+inline constexpr double shortest_for_intervals_s = 10.0;  // of a rollout that is judged
 
 // How a rollout begins decides what is known at first.
 enum class Beginning {
@@ -52,6 +53,7 @@ struct Intervals {
   bool unit_is_recording = true;                               // else a minute of one
   std::string taken_from;                                      // in words, for people
 
+  bool any() const { return by_beginning[0] || by_beginning[1] || by_beginning[2]; }
   // The steps for a beginning; of another one where that was not calibrated: never of one that knows more. Null: none.
   const IntervalSteps* steps_for(Beginning beginning) const;
 };

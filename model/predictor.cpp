@@ -118,6 +118,15 @@ const PredictorKind& predictor_kind(std::string_view name) {
   throw std::invalid_argument("there is no predictor " + std::string(name) + "; there are " + all_names());
 }
 
+void check_updates(const PredictorKind& kind, std::optional<Index> updates) {
+  if (!updates || kind.counts_updates) return;
+  throw sim::InputError({.file = "",
+                         .key = "--updates",
+                         .value = std::to_string(*updates),
+                         .advice = "is for predictors that count updates; " + std::string(kind.name) +
+                                   " counts epochs, in a file of --settings, or is not trained in steps"});
+}
+
 TrainingFile read_training(const std::filesystem::path& file) {
   const sim::YamlValue root = sim::read_yaml(file);
   sim::YamlMap map(root);

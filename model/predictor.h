@@ -83,6 +83,7 @@ struct PredictorKind {
   // All settings as YAML, those of the file or the defaults. Throws InputError where the file's are wrong.
   std::string (*settings_text)(const TrainingFile& file);
   bool counts_updates = false;  // whether TrainingRun::updates is for it
+  bool goes_on = false;         // whether TrainingInput::from is for it
   bool holds_another = false;   // a predictor inside, which is trained by its own settings
 };
 
@@ -91,6 +92,8 @@ const std::vector<PredictorKind>& predictor_kinds();
 std::vector<std::string> predictor_names();
 // Throws std::invalid_argument where there is none.
 const PredictorKind& predictor_kind(std::string_view name);
+// Throws InputError where a number of updates is given to a kind that counts none.
+void check_updates(const PredictorKind& kind, std::optional<Index> updates);
 
 // Reads a file of settings; each kind's stand under its name. Throws InputError for a name that is no kind's, and what the kind
 // says is wrong.

@@ -63,6 +63,17 @@ sim::Columns columns_of(const Task& task) {
   return columns;
 }
 
+namespace {
+
+std::string listed(const sim::Columns& columns) {
+  std::string names;
+  for (const auto* some : {&columns.inputs, &columns.channels})
+    for (const sim::Column& one : *some) names += (names.empty() ? "" : ", ") + one.name;
+  return names;
+}
+
+}  // namespace
+
 Places places_in(const sim::Columns& columns, const Task& task, const std::string& recording) {
   const auto place = [&](const sim::Column& column, bool measured) -> std::size_t {
     const auto& among = measured ? columns.channels : columns.inputs;
@@ -71,7 +82,7 @@ Places places_in(const sim::Columns& columns, const Task& task, const std::strin
       throw sim::InputError({.file = recording,
                              .key = column.name,
                              .value = "nothing",
-                             .advice = "the predictor needs it, and this plant has no such column"});
+                             .advice = "the predictor needs it; what is there: " + listed(columns)});
     return static_cast<std::size_t>(found - among.begin());
   };
   Places places;

@@ -308,11 +308,14 @@ std::string words_of(const OutsidePoint& point, const TrainedRegion& region, con
 }
 
 std::string words_of(const Departures& departures, const TrainedRegion& region, const Task& task, double first_s) {
-  if (departures.outside == 0) return "All of it lies within what the predictor was trained on.";
+  if (departures.outside == 0)
+    return "Inputs, their past and the prediction lie within what the predictor was trained on, or no further out than its own recordings "
+           "are of each other (" +
+           rounded(100.0 * region.margin_share) + " % of a column's range).";
   const auto time_s = [&](Index k) {
     return sim::shortest(std::round(10.0 * (first_s + static_cast<double>(k) * period_s)) / 10.0) + " s";
   };
-  return rounded(100.0 * departures.share()) + " % of it lies outside of what the predictor was trained on, first at " +
+  return rounded(100.0 * departures.share()) + " % of the samples lie outside of what the predictor was trained on, first at " +
          time_s(departures.first) + "; furthest at " + time_s(departures.at) + ": " + words_of(departures.furthest, region, task) + "." +
          (departures.share() > region.usual_share
               ? ""

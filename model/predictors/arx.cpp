@@ -21,7 +21,11 @@ TrainedPredictor train_arx(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_arx() {
-  return {ArxSettings::name, "linear (ARX), fitted to one step ahead", train_arx, load_linear, settings_text_of<ArxSettings>};
+  return {.name = ArxSettings::name,
+          .words = "linear (ARX), fitted to one step ahead",
+          .train = train_arx,
+          .load = load_linear,
+          .settings_text = settings_text_of<ArxSettings>};
 }
 
 }  // namespace sinew::model

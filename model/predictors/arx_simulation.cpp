@@ -21,8 +21,11 @@ TrainedPredictor train_arx_simulation(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_arx_simulation() {
-  return {ArxSimulationSettings::name, "linear (ARX), fitted to the error of its rollout", train_arx_simulation, load_linear,
-          settings_text_of<ArxSimulationSettings>};
+  return {.name = ArxSimulationSettings::name,
+          .words = "linear (ARX), fitted to the error of its rollout",
+          .train = train_arx_simulation,
+          .load = load_linear,
+          .settings_text = settings_text_of<ArxSimulationSettings>};
 }
 
 }  // namespace sinew::model

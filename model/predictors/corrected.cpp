@@ -141,6 +141,7 @@ TrainedPredictor train_corrected(const TrainingInput& input) {
     trained.predictor = input.from->copy();
     trained.training_fraction = LinearSettings{}.training_fraction;
   } else {
+    check_updates(predictor_kind(settings.base), input.run.updates);
     trained = predictor_kind(settings.base).train(input);
   }
   std::vector<Series> errors;
@@ -180,13 +181,14 @@ std::unique_ptr<Predictor> load_corrected(const Hdf5File& file, const std::strin
 }  // namespace
 
 PredictorKind make_corrected() {
-  return {CorrectedSettings::name,
-          "another in open loop, and what its last errors say of the next (settings: base)",
-          train_corrected,
-          load_corrected,
-          settings_text_of<CorrectedSettings>,
-          true,
-          true};
+  return {.name = CorrectedSettings::name,
+          .words = "another in open loop, and what its last errors say of the next (settings: base)",
+          .train = train_corrected,
+          .load = load_corrected,
+          .settings_text = settings_text_of<CorrectedSettings>,
+          .counts_updates = true,
+          .goes_on = true,
+          .holds_another = true};
 }
 
 }  // namespace sinew::model

@@ -22,7 +22,13 @@ TrainedPredictor train_gru(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_gru() {
-  return {GruSettings::name, "GRU with memory, trained in open loop", train_gru, load_lstm, settings_text_of<GruSettings>, true};
+  return {.name = GruSettings::name,
+          .words = "GRU with memory, trained in open loop",
+          .train = train_gru,
+          .load = load_lstm,
+          .settings_text = settings_text_of<GruSettings>,
+          .counts_updates = true,
+          .goes_on = true};
 }
 
 }  // namespace sinew::model

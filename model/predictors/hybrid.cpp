@@ -130,6 +130,7 @@ TrainedPredictor train_hybrid(const TrainingInput& input) {
   }
   TrainingRun run = input.run;
   run.task = task_inside(input.run.task, *input.plant);
+  check_updates(predictor_kind(settings.base), run.updates);
   TrainedPredictor trained = predictor_kind(settings.base).train({left, input.settings, run, from ? &from->inside() : nullptr});
   AboutPredictor about{.task = input.run.task, .kind = std::string(HybridSettings::name), .trained_on = {}};
   trained.predictor = std::make_unique<HybridPredictor>(std::move(about), *input.plant, settings.relative_tolerance,
@@ -164,13 +165,14 @@ std::unique_ptr<Predictor> load_hybrid(const Hdf5File& file, const std::string& 
 }  // namespace
 
 PredictorKind make_hybrid() {
-  return {HybridSettings::name,
-          "a plant (--plant), and a network on what it leaves (settings: base)",
-          train_hybrid,
-          load_hybrid,
-          settings_text_of<HybridSettings>,
-          true,
-          true};
+  return {.name = HybridSettings::name,
+          .words = "a plant (--plant), and a network on what it leaves (settings: base)",
+          .train = train_hybrid,
+          .load = load_hybrid,
+          .settings_text = settings_text_of<HybridSettings>,
+          .counts_updates = true,
+          .goes_on = true,
+          .holds_another = true};
 }
 
 }  // namespace sinew::model

@@ -20,8 +20,11 @@ TrainedPredictor train_least_squares(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_least_squares() {
-  return {LeastSquaresSettings::name, "least squares on the inputs of the instant", train_least_squares, load_linear,
-          settings_text_of<LeastSquaresSettings>};
+  return {.name = LeastSquaresSettings::name,
+          .words = "least squares on the inputs of the instant",
+          .train = train_least_squares,
+          .load = load_linear,
+          .settings_text = settings_text_of<LeastSquaresSettings>};
 }
 
 }  // namespace sinew::model

@@ -76,7 +76,11 @@ std::unique_ptr<Predictor> load_plant(const Hdf5File& file, const std::string& n
 }  // namespace
 
 PredictorKind make_plant() {
-  return {PlantSettings::name, "a plant's own equations (--plant)", train_plant, load_plant, settings_text_of<PlantSettings>};
+  return {.name = PlantSettings::name,
+          .words = "a plant's own equations (--plant)",
+          .train = train_plant,
+          .load = load_plant,
+          .settings_text = settings_text_of<PlantSettings>};
 }
 
 }  // namespace sinew::model

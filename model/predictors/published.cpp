@@ -17,8 +17,12 @@ TrainedPredictor train_published_kind(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_published() {
-  return {PublishedSettings::name, "LSTM as published, without memory", train_published_kind, load_lstm,
-          settings_text_of<PublishedSettings>};
+  return {.name = PublishedSettings::name,
+          .words = "LSTM as published, without memory",
+          .train = train_published_kind,
+          .load = load_lstm,
+          .settings_text = settings_text_of<PublishedSettings>,
+          .goes_on = true};
 }
 
 }  // namespace sinew::model

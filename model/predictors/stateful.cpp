@@ -18,12 +18,13 @@ TrainedPredictor train_stateful_kind(const TrainingInput& input) {
 }  // namespace
 
 PredictorKind make_stateful() {
-  return {StatefulSettings::name,
-          "LSTM with memory, trained in open loop",
-          train_stateful_kind,
-          load_lstm,
-          settings_text_of<StatefulSettings>,
-          true};
+  return {.name = StatefulSettings::name,
+          .words = "LSTM with memory, trained in open loop",
+          .train = train_stateful_kind,
+          .load = load_lstm,
+          .settings_text = settings_text_of<StatefulSettings>,
+          .counts_updates = true,
+          .goes_on = true};
 }
 
 }  // namespace sinew::model

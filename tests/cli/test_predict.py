@@ -166,6 +166,11 @@ def test_train_and_use():
     trained_on = json.loads(sinew("rollout", "stateful4", "--recording", cli.folder / "set1/runs/0000.csv", "--horizon", 35, "--json").stdout)
     check("rollout: what it was trained on is inside", trained_on["outside"]["share_by_one_column"] == 0.0, trained_on)
     result = sinew(*train, "--case", 4, "--intervals", "set2", "--out", "wide")
+    check("train: intervals from the same runs in another folder are an error", result.returncode == 2 and
+          "set2/runs/0000.csv: --intervals" in result.stderr and not (cli.folder / "wide").exists(), said(result))
+    others = write("others.yaml", (cli.folder / "short.yaml").read_text().replace("seed: ", "seed: 9"))
+    sinew("dataset", others, "--runs", 6, "--randomise", ROOT / "scenarios/domain.yaml", "--out", "others")
+    result = sinew(*train, "--case", 4, "--intervals", "others", "--out", "wide")
     check("train: intervals from a set of their own", result.returncode == 0 and "6 recordings" in " ".join(result.stdout.split()), said(result))
     # A file of an older version: the same without what is new.
     older = (cli.folder / "stateful4/weights.h5").read_bytes().replace(b"sinew_trust", b"xinew_trust")
@@ -205,6 +210,16 @@ def test_train_and_use():
 
     result = sinew("train", recording, "--case", 4, "--from", "stateful4", "--settings", settings, "--until", 50, "--out", "tuned")
     check("train: goes on from weights", result.returncode == 0, said(result))
+    alone = ["train", recording, "--case", 4, "--until", 50]
+    for what, arguments, words in [
+            ("intervals from what was trained on", ["--predictor", "arx", "--intervals", recording], "--intervals"),
+            ("--from of a kind that goes on from nothing", ["--predictor", "arx", "--from", "stateful4"], "--from = stateful4"),
+            ("--updates of a predictor inside that counts none",
+             ["--predictor", "hybrid", "--plant", ROOT / "plant/limbs/paper_limb.yaml", "--settings", "inside.yaml", "--updates", 5], "--updates = 5")]:
+        write("inside.yaml", "hybrid: { base: arx }\n")
+        result = sinew(*alone, *arguments, "--out", "never")
+        check(f"train: {what} is an error, and nothing is written", result.returncode == 2 and words in result.stderr and
+              not (cli.folder / "never").exists(), said(result))
     result = sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
                    "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
     check("paper-table: a part of it", result.returncode == 0 and "ARX" in (cli.folder / "paper/README.md").read_text(), said(result))

@@ -86,7 +86,9 @@ TEST_CASE("series: of any plant, the tasks are made from its lists") {
   const Series series = series_of(from, task_of(system, 4));
   CHECK(series.v.col(1) == Vector<double>{{0.5, 0.6, 0.7, 31.0, 0.8}});
   CHECK(series.y == Eigen::Vector2d(5, 7));
-  CHECK(message(from, 4) == "r.csv: temperature_A_degC = nothing\n  the predictor needs it, and this plant has no such column");
+  CHECK(message(from, 4) ==
+        "r.csv: temperature_A_degC = nothing\n  the predictor needs it; what is there: duty_A, duty_B, duty_C, duty_D, angle_lower_deg, "
+        "angle_upper_deg, temperature_C_degC");
 }
 TEST_CASE("series: X(t) is [v(t), v(t-1), y(t-1)], each scaled over the training data") {
   const auto from = recording("0,0.1,0,30,0,5\n0.1,0.3,0,31,0,6\n0.2,0.5,0,34,0,7\n");
