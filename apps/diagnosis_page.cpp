@@ -388,13 +388,61 @@ report::Table error_table(const Diagnosis& d) {
   return table;
 }
 
-void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired) {
+constexpr std::size_t most_recordings = 3;  // that are drawn
+constexpr std::size_t most_sliders = 4;
+
+// What was added, each with the slider that takes it away.
+struct Strength {
+  plant::EffectId effect;
+  std::string slider;
+};
+// What of a prediction a slider moves: all channels with one strength at half, and at none.
+struct Moved {
+  std::string slider;
+  diagnose::Series half_way, none;
+};
+
+bool is_followed(const diagnose::Series& series) {
+  return !series.empty() && std::all_of(series.begin(), series.end(), [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  });
+}
+
+std::vector<Moved> moved_by(const Diagnosis& d, const std::vector<Strength>& strengths, std::size_t prediction) {
+  std::vector<Moved> result;
+  for (const Strength& one : strengths) {
+    Moved moved{one.slider, diagnose::predicted_at_share(d, prediction, one.effect, 0.5),
+                diagnose::predicted_at_share(d, prediction, one.effect, 0.0)};
+    if (is_followed(moved.half_way) && is_followed(moved.none)) result.push_back(std::move(moved));
+  }
+  return result;
+}
+
+std::vector<Strength> strengths_of(const Diagnosis& d) {
+  std::vector<Strength> result;
+  for (const auto& found : d.effects)
+    if (d.repaired.is_on(found.effect) && result.size() < most_sliders)
+      result.push_back({found.effect, std::string(effect_name(d, found.effect))});
+  for (const auto& found : d.laws)
+    if (result.size() < most_sliders) result.push_back({found.effect, std::string(effects_of(d)[found.effect].words)});
+  return result;
+}
+
+void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired,
+                    const std::vector<Moved>& moved) {
+  const auto moves = [&](plant::ChannelId c, const std::vector<double>* measured) {
+    std::vector<report::Move> result;
+    const auto shown = [&](const diagnose::Series& series) { return measured ? difference(series[c], *measured) : series[c]; };
+    for (const Moved& one : moved) result.push_back({one.slider, shown(one.half_way), shown(one.none)});
+    return result;
+  };
   const auto bands = held_out_bands(prediction);
   for (const plant::ChannelId c : in_reading_order(system_of(d))) {
     std::vector<report::Series> series{line("recording", prediction.measured[c], colors::black)};
     if (repaired) {
       series.push_back(line("before (calibrated)", prediction.before[c], colors::vermillion));
       series.push_back(line("after (repaired)", prediction.after[c], colors::green));
+      series.back().moves = moves(c, nullptr);
     } else {
       series.push_back(line("calibrated", prediction.after[c], colors::green));
     }
@@ -404,6 +452,7 @@ void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Predic
     if (repaired) left.push_back(line("before − recording", difference(prediction.before[c], prediction.measured[c]), colors::vermillion));
     left.push_back(line(repaired ? "after − recording" : "calibrated − recording", difference(prediction.after[c], prediction.measured[c]),
                         colors::green));
+    if (repaired) left.back().moves = moves(c, &prediction.measured[c]);
     blocks.push_back(time_plot(prediction, "What is left of " + channel_words(channels_of(d)[c]), "error / " + channels_of(d)[c].unit_words,
                                std::move(left), bands, 110));
   }
@@ -450,15 +499,34 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
     blocks.push_back(error_table(d));
   }
   const bool held_out = std::any_of(d.predictions.begin(), d.predictions.end(), [](const auto& p) { return !p.training; });
-  std::size_t shown = 0;
-  for (const Prediction& prediction : d.predictions) {
-    if (prediction.training == held_out || shown == 3) continue;
-    ++shown;
-    report::Section part = section(file_name(prediction.recording->name), shown == 1 ? 2 : 3);
+  std::vector<std::size_t> shown;
+  for (std::size_t p = 0; p < d.predictions.size(); ++p)
+    if (d.predictions[p].training != held_out && shown.size() < most_recordings) shown.push_back(p);
+  std::vector<Strength> strengths = repaired ? strengths_of(d) : std::vector<Strength>{};
+  std::vector<std::vector<Moved>> moved;
+  for (const std::size_t p : shown) moved.push_back(moved_by(d, strengths, p));
+  std::erase_if(strengths, [&](const Strength& one) {
+    return std::all_of(moved.begin(), moved.end(), [&](const std::vector<Moved>& of) {
+      return std::none_of(of.begin(), of.end(), [&](const Moved& m) { return m.slider == one.slider; });
+    });
+  });
+  if (!strengths.empty()) {
+    report::Section part = section("What each part of the answer does", 3);
+    part.text =
+        "Move a slider to take away some of what was added: the curves called after follow, and what is left with them. None, half and as "
+        "fitted are simulated. In between a parabola runs through the three, and with several sliders moved what each does is added: a "
+        "picture, not a simulation. All other parameters stay as they were fitted.";
+    blocks.push_back(part);
+    for (const Strength& one : strengths)
+      blocks.push_back(report::Slider{.name = one.slider, .low_words = "none", .high_words = "as fitted"});
+  }
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const Prediction& prediction = d.predictions[shown[i]];
+    report::Section part = section(file_name(prediction.recording->name), i == 0 ? 2 : 3);
     part.text = prediction.training ? "The plants saw this recording in part: what is shaded was held out."
                                     : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);
-    add_prediction(blocks, d, prediction, repaired);
+    add_prediction(blocks, d, prediction, repaired, moved[i]);
   }
   if (lines.empty()) return;
   report::Section alike = section("Is what is left pure noise?", 2);

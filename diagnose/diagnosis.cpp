@@ -372,6 +372,7 @@ class Diagnoser {
     design();
     result_.repaired = plant::carried_into(after_.model, given_.shared_system());
     result_.starts = after_.starts;
+    for (std::size_t r = 0; r < held_out_.size(); ++r) result_.starts.push_back(start_there(after_.model, r));
     result_.kept_alive = splits_;
     return std::move(result_);
   }
@@ -744,6 +745,23 @@ class Diagnoser {
 };
 
 }  // namespace
+
+Series predicted_at_share(const Diagnosis& diagnosis, std::size_t prediction, plant::EffectId effect, double share) {
+  plant::Plant plant = diagnosis.repaired;
+  const plant::EffectInfo& info = plant.system().effects()[effect];
+  std::vector<plant::ParameterId> strengths = info.own_strengths;
+  if (info.law)  // a sum of shapes
+    strengths.assign(info.parameters.begin() + 1, info.parameters.end());
+  else
+    strengths.push_back(info.strength);
+  for (const plant::ParameterId p : strengths) {
+    const plant::Declaration& declared = plant.system().parameters()[p].declaration;
+    if (declared.kind == plant::Kind::toggle) return {};
+    const double null = info.law ? 0.0 : declared.null_value.value_or(0.0);
+    plant.set(p, null + share * (plant.get(p) - null));
+  }
+  return predict(plant, diagnosis.starts[prediction], *diagnosis.predictions[prediction].recording, diagnosis.answer.problem->numerics());
+}
 
 Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
                    const DiagnosisSettings& settings) {

@@ -144,7 +144,7 @@ struct Diagnosis {
   Explanation values;                    // of `repaired`: every value and interval that is said is from here
   std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
   plant::Plant repaired;
-  std::vector<plant::Start> starts;  // of the training recordings, repaired
+  std::vector<plant::Start> starts;  // of the recordings, as `predictions` has them, repaired
   Agreement agreement_before, agreement_after;
   Objections objections;
   Parsimony parsimony;
@@ -153,6 +153,10 @@ struct Diagnosis {
   ResidualCorrelation correlation;
   std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which explanations point into
 };
+
+// What the repaired plant predicts of a recording with one effect or law, fitted as it is, at a share of its strength, 0 to 1, and all else
+// as fitted. Units of files; NaN where it cannot follow. Empty where there is no such share: something is there or not.
+Series predicted_at_share(const Diagnosis& diagnosis, std::size_t prediction, plant::EffectId effect, double share);
 
 // Training recordings must outlive the result, and so must the held-out ones. Throws Stopped, std::runtime_error.
 Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,

@@ -43,7 +43,13 @@ struct Code {
   std::string caption{};
 };
 
-using Block = std::variant<Section, Paragraph, List, Code, Table, TimePlot, ScatterPlot>;
+// A slider from 0 to 1, which it is at first. Series that name it move (Series::moves). On paper it is not there.
+struct Slider {
+  std::string name{};
+  std::string low_words{}, high_words{};  // of its ends
+};
+
+using Block = std::variant<Section, Paragraph, List, Code, Table, TimePlot, ScatterPlot, Slider>;
 
 struct Page {
   std::string title{};
@@ -63,7 +69,7 @@ std::filesystem::path default_dygraphs_dir();
 // Time plots of one time axis zoom, pan and point together; a range selector stands under the last of them. A
 // series of more than 20 000 points is embedded decimated (decimate.h), and the page says so.
 //
-// Throws std::invalid_argument, naming plot and series, where lengths disagree or time falls; std::runtime_error,
+// Throws std::invalid_argument, naming plot and series, where lengths disagree, time falls or a slider is not there; std::runtime_error,
 // naming the package to install, where the page has time plots and dygraphs_dir holds no dygraphs.
 std::string to_html(const Page& page, const std::filesystem::path& dygraphs_dir = default_dygraphs_dir());
 

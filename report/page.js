@@ -213,6 +213,7 @@
       times.push(axis.full[1]);
       rows.push([axis.full[1]].concat(nothing));
     }
+    const lead = rows.length && times[0] < data.times[spec.time][0] ? 1 : 0;  // rows before the data's own
     let resting = -1;  // the row that is read out while nothing is pointed at; -1: none
     const has_data = spec.series.some(function (s) { return s.y.some(function (y) { return y !== null; }); });
 
@@ -402,6 +403,26 @@
       chart.appendChild(note);
     }
     axis.plots.push(plot);
+
+    // Every slider at a share from 0 to 1: a parabola through the values at 0, a half and 1, and the sum of what all do.
+    plot.slide = function (shares) {
+      const moving = spec.series.filter(function (series) { return series.moves; });
+      if (!moving.length) return;
+      for (const series of moving) {
+        series.y.forEach(function (y, k) {
+          if (y === null) return;
+          for (const move of series.moves) {
+            const s = shares[move.slider];
+            y += data.moves[move.low][k] * (1 - s) * (1 - 2 * s) + data.moves[move.half_way][k] * 4 * s * (1 - s);
+          }
+          rows[k + lead][series.y_column] = y;
+        });
+      }
+      axis.applying = true;
+      plot.graph.updateOptions({file: rows});
+      axis.applying = false;
+      plot.point(axis.cursor, false);
+    };
 
     // For a page that goes on (live.js). The first and the last row hold the range open, and stay.
     chart.plot = plot;
@@ -843,6 +864,17 @@
     const figure = document.getElementById('plot-' + i);
     return spec.kind === 'time' ? time_plot(spec, figure) : scatter_plot(spec, figure);
   });
+  const sliders = Array.from(document.querySelectorAll('.slider input'));
+  for (const slider of sliders) {
+    slider.addEventListener('input', function () {
+      const share = Number(slider.value);
+      const words = share === 0 ? slider.dataset.low : share === 1 ? slider.dataset.high : Math.round(100 * share) + '\u2009%';
+      slider.setAttribute('aria-valuetext', words);
+      slider.parentNode.querySelector('output').textContent = words;
+      const shares = sliders.map(function (one) { return Number(one.value); });
+      for (const plot of plots) if (plot.slide) plot.slide(shares);
+    });
+  }
   function redraw() { for (const plot of plots) plot.redraw(); }
   dark.addEventListener('change', redraw);
 

@@ -74,6 +74,9 @@ void check(const TimePlot& plot) {
   for (const Series& series : plot.series) {
     check_color(plot.title, series.name, series.color);
     check_length(plot.title, series.name, "y", series.y.size(), plot.time_s.size());
+    for (const Move& move : series.moves)
+      for (const std::vector<double>* values : {&move.half_way, &move.low})
+        check_length(plot.title, series.name, "the slider \"" + move.slider + "\"", values->size(), plot.time_s.size());
     if (series.lower.empty() && series.upper.empty()) continue;
     check_length(plot.title, series.name, "lower", series.lower.size(), plot.time_s.size());
     check_length(plot.title, series.name, "upper", series.upper.size(), plot.time_s.size());

@@ -24,6 +24,13 @@ inline constexpr char sky_blue[] = "#56B4E9";
 inline constexpr char yellow[] = "#F0E442";
 }  // namespace okabe_ito
 
+// What a slider of the page (page.h) makes of a series: its values with that slider half-way and at its low end, and all others at their
+// high ends; `y` has all there. In between a parabola runs through the three, and what several sliders do is added.
+struct Move {
+  std::string slider{};
+  std::vector<double> half_way{}, low{};  // as many as y
+};
+
 // One quantity over the times of its plot.
 struct Series {
   enum class Style { line, dashed, points, steps };  // steps: a value holds until the next sample
@@ -37,6 +44,8 @@ struct Series {
   // An area around the line, such as a 95 % interval: both empty, or one value per time each.
   std::vector<double> lower{};
   std::vector<double> upper{};
+
+  std::vector<Move> moves{};
 };
 
 Series line(std::string name, std::vector<double> y, std::string color, Series::Style style = Series::Style::line);

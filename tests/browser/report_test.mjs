@@ -175,6 +175,45 @@ try {
             'undefined');
     }
 
+    // Of every series that sliders move: the largest difference between what is drawn and what it should be, with slider i at `share`.
+    const off_by = (which, at) => page.evaluate(({slider, share}) => {
+      const data = JSON.parse(document.getElementById('report-data').textContent);
+      let worst = 0, moved = 0, farthest = 0;
+      data.plots.forEach((plot, i) => {
+        if (plot.kind !== 'time') return;
+        const graph = document.querySelector(`#plot-${i} .chart`).dygraph;
+        const lead = graph.getValue(0, 0) < data.times[plot.time][0] ? 1 : 0;
+        let column = 0;
+        for (const series of plot.series) {
+          column += series.lower ? 3 : 1;
+          const move = (series.moves ?? []).find((one) => one.slider === slider);
+          if (!move) continue;
+          ++moved;
+          series.y.forEach((y, k) => {
+            if (y === null) return;
+            const change = share === 0 ? data.moves[move.low][k] : share === 0.5 ? data.moves[move.half_way][k] : 0;
+            worst = Math.max(worst, Math.abs(graph.getValue(k + lead, column) - y - change));
+            farthest = Math.max(farthest, Math.abs(change));
+          });
+        }
+      });
+      return {worst, moved, farthest};
+    }, {slider: which, share: at});
+    for (let i = 0; i < await page.locator('.slider input').count(); ++i) {
+      const slide = async (share) => {
+        await page.locator(`#slider-${i}`).fill(String(share));
+        await settle();
+        return {...await off_by(i, share), words: await page.locator('.slider output').nth(i).textContent()};
+      };
+      for (const [share, words] of [[0, 'none'], [0.5, '50\u2009%']]) {
+        const at = await slide(share);
+        check(`slider ${i} at ${share}: its curves are as simulated`, at.moved > 0 && at.worst < 1e-9 && at.farthest > 0, at);
+        check(`slider ${i} at ${share} says so`, at.words === words, at.words);
+      }
+      const back = await slide(1);
+      check(`slider ${i} back at its end: the curves as they were`, back.worst < 1e-9 && back.words === 'as fitted', back);
+    }
+
     const scatters = page.locator('.plot.scatter .chart');
     if (await scatters.count() > 0) {
       const scatter = scatters.first();

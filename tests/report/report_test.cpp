@@ -266,6 +266,26 @@ TEST_CASE("a plot whose columns disagree is refused by name") {
                        std::invalid_argument);
 }
 
+TEST_CASE("what a slider does to its series is embedded as changes, once for all series that it moves alike") {
+  Page page = small_page();
+  auto& plot = std::get<TimePlot>(page.blocks[1]);
+  plot.series[1].moves = {{"creep <b>", {25.0, 25.2, 25.4, 25.6}, {25.0, 25.3, 25.6, 25.9}}};
+  Series error{.name = "error", .y = {1.0, 1.1, 1.2, 1.3}, .moves = {{"creep <b>", {1.0, 1.2, 1.4, 1.6}, {1.0, 1.3, 1.6, 1.9}}}};
+  plot.series.push_back(error);
+  CHECK_THROWS_WITH_AS(to_html(page),
+                       "plot \"Temperature A\": series \"model\" moves with the slider \"creep <b>\", which is not on the page",
+                       std::invalid_argument);
+  page.blocks.insert(page.blocks.begin() + 1, Slider{.name = "creep <b>", .low_words = "none", .high_words = "as fitted"});
+  const std::string html = to_html(page), data = data_of(html);
+  CHECK(contains(data, "\"moves\":[[0,0.1,0.2,0.3],\n[0,0.2,0.4,0.6]]"));
+  CHECK(count(data, "\"moves\":[{\"slider\":0,\"half_way\":0,\"low\":1}]") == 2);
+  CHECK(contains(html, "<span class=\"name\">creep &lt;b&gt;</span>"));
+  CHECK(count(html, "id=\"slider-0\"") == 1);
+  std::get<TimePlot>(page.blocks[2]).series[1].moves[0].low.pop_back();
+  CHECK_THROWS_WITH_AS(to_html(page), "plot \"Temperature A\": series \"model\" has 3 values of the slider \"creep <b>\" for 4 points",
+                       std::invalid_argument);
+}
+
 TEST_CASE("without dygraphs a page with time plots says what to install, and one without needs nothing") {
   CHECK_THROWS_WITH_AS(to_html(small_page(), "/nowhere"),
                        "cannot read /nowhere/dygraph.min.css, which draws the plots of a page: install the Debian package "
