@@ -53,8 +53,8 @@ struct Kind {
 // alone, with a layer around it (a layer is never alone), and in other forms. "junction.outer_turns" has the place, and draws the numbers,
 // that it had when it was "outer_turns" of the catalogue. At last those of further_kinds.
 std::vector<Kind> kinds();
-// Those of them that come at the end: triples, further other forms, more that is outside, and pairs that share a place. The cases of all
-// others stand before theirs.
+// Those of them that come at the end: triples, further other forms, more that is outside, pairs that share a place, and the other forms
+// that came last. The cases of all others stand before theirs.
 std::vector<Kind> further_kinds();
 
 struct Disturbances {

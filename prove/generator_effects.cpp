@@ -590,6 +590,31 @@ std::vector<Effect> further_outside() {
   };
 }
 
+// Forms that came last.
+std::vector<Effect> last_forms() {
+  using enum Role;
+  return {
+      // Brinson 1993, J. Intell. Mater. Syst. Struct. 4: only the stress beyond a critical one, at which twins begin to turn into one
+      // variant, raises the temperature at which martensite forms. Here for both ways.
+      {"stress_shift",
+       "threshold",
+       in_phase,
+       false,
+       "tension raises the transformation temperatures only beyond a threshold",
+       {{"shift_K_N", 2.8, strength, &P::threshold_shift_K_N}, {"threshold_N", 1.2, shape, &P::threshold_tension_N}}},
+      // A spring's wire is twisted: its shear stress goes as the radius (Mirzaeifar, DesRoches, Yavari 2011, Int. J. Solids Struct. 48, on
+      // helical springs of shape memory alloy). Each ring has a shift of its own; what is under the least stress is the first to become
+      // austenite and the last to become martensite, so with a share c of the cross-section, in the middle, that does not transform, the
+      // front stands at r/R = sqrt(1 - (1 - c) xi). The shift is that of the surface. A tube of a thin wall (c = 1) has the plain effect.
+      {"stress_shift",
+       "torsion",
+       in_phase,
+       false,
+       "tension twists the wire: its surface has the whole shift, and what lies deeper has less",
+       {{"shift_K_N", 2.4, strength, &P::torsion_shift_K_N}, {"core_share", 0.15, shape, &P::torsion_core_share}}},
+  };
+}
+
 constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"latent_heat", "viscoelastic_creep"},
     {"thermocouple_lag", "dry_friction"},
@@ -678,7 +703,7 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside()})
+    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), last_forms()})
       list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
@@ -818,6 +843,7 @@ std::vector<Kind> further_kinds() {
   for (const Effect& effect : further_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
   for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
   for (const auto& [one, other] : pairs_of_one_place) all.push_back(pair_of(one, other));
+  for (const Effect& effect : last_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
   return all;
 }
 

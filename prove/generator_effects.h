@@ -54,7 +54,7 @@ struct Effect {
   std::vector<Number> numbers;
 };
 // The catalogue in its order, then other forms, then what is outside; then the body under the thermocouple and the layer around it; then
-// further forms, and more that is outside.
+// further forms, and more that is outside; then the forms that came last.
 const std::vector<Effect>& effects();
 
 std::string key_of(const Effect& effect);           // "name" or "name.form"

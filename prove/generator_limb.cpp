@@ -241,11 +241,16 @@ double Run::tension_N(std::size_t coil, double temperature_degC, double fraction
   return p_.slack != 0.0 ? positive(force) : force;
 }
 
-double Run::stress_shift_K(double tension) const {
+double Run::stress_shift_K(double tension, double fraction) const {
   double shift = p_.stress_shift_K_N * tension;
   if (p_.saturating_shift_K_N != 0.0)
     shift += p_.saturating_shift_K_N * p_.saturating_tension_N * std::tanh(tension / p_.saturating_tension_N);
   if (p_.quadratic_shift_K_N2 != 0.0) shift += p_.quadratic_shift_K_N2 * std::abs(tension) * tension;
+  if (p_.threshold_shift_K_N != 0.0)
+    shift += p_.threshold_shift_K_N * std::copysign(positive(std::abs(tension) - p_.threshold_tension_N), tension);
+  // Where the front between the phases stands, in radii of the wire: austenite spreads from the middle outwards.
+  if (p_.torsion_shift_K_N != 0.0)
+    shift += p_.torsion_shift_K_N * tension * std::sqrt(positive(1.0 - (1.0 - p_.torsion_core_share) * fraction));
   return shift;
 }
 
@@ -272,7 +277,7 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
   // Each coil on its cooling envelope, which its own tension moves; the tension falls as the fraction rises.
   const auto fraction_at = [&](std::size_t j, double theta) {
     return zero_between(0.0, 1.0, true, [&](double xi) {
-      const double force = tension_N(j, warm_degC[j], xi, theta, 0.0), shift = stress_shift_K(force);
+      const double force = tension_N(j, warm_degC[j], xi, theta, 0.0), shift = stress_shift_K(force, xi);
       return xi -
              loop(p_, warm_degC[j], shift + p_.heating_shift_K_N * force + p_.stabilisation_K * xi, shift + p_.cooling_shift_K_N * force)
                  .lower;
@@ -289,7 +294,7 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
     y_[temperature + j] = warm_degC[j];
     y_[sheath + j] = ambient[j];
     y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
-    const double force = tension_N(j, warm_degC[j], y_[martensite + j], theta, 0.0), shift = stress_shift_K(force);
+    const double force = tension_N(j, warm_degC[j], y_[martensite + j], theta, 0.0), shift = stress_shift_K(force, y_[martensite + j]);
     y_[broad + j] =
         loop(p_, warm_degC[j], shift + p_.heating_shift_K_N * force, shift + p_.cooling_shift_K_N * force, p_.broad_width_factor).lower;
     for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
@@ -407,7 +412,7 @@ Run::State Run::rates(double time_s, const State& y) const {
     heat -= into_body;
     dy[body] += into_body;
 
-    const double shift = stress_shift_K(force[j]) + p_.rate_shift_s * heat / capacity_[j];
+    const double shift = stress_shift_K(force[j], xi) + p_.rate_shift_s * heat / capacity_[j];
     const double heating_shift = shift + p_.heating_shift_K_N * force[j] + p_.stabilisation_K * y[stabilised + j];
     const double cooling_shift = shift + p_.cooling_shift_K_N * force[j];
     const Loop at = loop(p_, t, heating_shift, cooling_shift);

@@ -94,6 +94,8 @@ struct Physics {
   double saturating_shift_K_N = 0.0, saturating_tension_N = 1.0;  // s F_s tanh(F / F_s)
   double quadratic_shift_K_N2 = 0.0;                              // s |F| F
   double heating_shift_K_N = 0.0, cooling_shift_K_N = 0.0;        // of T_heat alone, and of T_cool alone
+  double threshold_shift_K_N = 0.0, threshold_tension_N = 0.0;    // s max(0, |F| - F_0) sign F
+  double torsion_shift_K_N = 0.0, torsion_core_share = 0.0;       // s F sqrt(1 - (1 - c) xi)
   double fatigue_per_cycle = 0.0;
   double log_fatigue_loss = 0.0, log_fatigue_cycles = 1.0;  // delta_t (1 - a ln(1 + n / n_0))
   double shakedown_loss = 0.0, shakedown_cycles = 1.0;      // delta_t (1 - a (1 - exp(-n / n_0)))
@@ -200,7 +202,7 @@ class Run {
   void rest(const std::array<double, 2>& temperature_degC);
   std::array<double, 2> ambient_degC(double time_s) const;
   double tension_N(std::size_t coil, double temperature_degC, double fraction, double angle_rad, double cycles) const;
-  double stress_shift_K(double tension_N) const;  // what both transformation temperatures share
+  double stress_shift_K(double tension_N, double fraction) const;  // what both transformation temperatures share
   double static_moment_Nm(double angle_rad, double tension_A_N, double tension_B_N) const;
   std::size_t seat(std::size_t coil) const;  // place in the state of the temperature that the thermocouple sits on
   double into_junction_W(std::size_t coil, const State& y, double joule_W, double ambient_degC, State& dy) const;

@@ -242,6 +242,8 @@ TEST_CASE("generator: further forms become the catalogue's where they should" * 
   agree("latent_heat", "broad", {{"latent_heat_J", 8.0}, {"width_factor", 1.0}}, {{"latent_heat_J", 8.0}}, rounding);
   agree("supply_sag", "limit", {{"droop_resistance_Ohm", 0.4}, {"current_A", 0.0}}, {{"source_resistance_Ohm", 0.4}}, rounding);
   agree("stress_shift", "two_slopes", {{"heating_shift_K_N", 2.0}, {"cooling_shift_K_N", 2.0}}, {{"shift_K_N", 2.0}}, rounding);
+  agree("stress_shift", "threshold", {{"shift_K_N", 2.0}, {"threshold_N", 0.0}}, {{"shift_K_N", 2.0}}, rounding);
+  agree("stress_shift", "torsion", {{"shift_K_N", 2.0}, {"core_share", 1.0}}, {{"shift_K_N", 2.0}}, rounding);
   agree("viscoelastic_creep", "two_times", {{"stiffness_Nm_rad", 0.02}, {"fast_s", 8.0}, {"slow_s", 8.0}},
         {{"stiffness_Nm_rad", 0.02}, {"time_constant_s", 8.0}}, rounding);
   // A cubed ratio of 1 rad to 1e4 deg, over six; squared, of 10 cycles to 1e5.
@@ -276,7 +278,7 @@ TEST_CASE("generator: further effects are exactly nothing at no strength, and so
     CHECK(std::max(shown.temperature_K, shown.angle_deg) > 0.5);
     ++seen;
   }
-  CHECK(seen == 26);
+  CHECK(seen == 28);
 }
 
 TEST_CASE("generator: each triple has three effects of the catalogue, of three places") {
@@ -389,17 +391,26 @@ TEST_CASE("generator: further forms and effects follow their law, by hand" * lon
     const auto balanced = [&](const std::vector<prove::Sample>& rows, const auto& heating_K, const auto& cooling_K) {
       const double shortened = 0.006 * theta(rows);
       double cold = on_cooling(25.0, 0.0);
-      for (int i = 0; i < 50; ++i) cold = on_cooling(25.0, cooling_K(tension_N(cold, -shortened)));
+      for (int i = 0; i < 50; ++i) cold = on_cooling(25.0, cooling_K(tension_N(cold, -shortened), cold));
       const double hot_N = 0.05 * theta(rows) / 0.006 + tension_N(cold, -shortened);
+      double hot = on_heating(74.0, 0.0);
+      for (int i = 0; i < 50; ++i) hot = on_heating(74.0, heating_K(hot_N, hot));
       CHECK(hot_N > 1.0);
-      CHECK(hot_N == by_hand(tension_N(on_heating(74.0, heating_K(hot_N)), shortened)));
+      CHECK(hot_N == by_hand(tension_N(hot, shortened)));
       CHECK(rows.back().angle_deg < core.back().angle_deg - 0.5);
     };
-    const auto quadratic = [](double force) { return 0.25 * std::abs(force) * force; };
+    const auto quadratic = [](double force, double) { return 0.25 * std::abs(force) * force; };
     balanced(run("stress_shift", "quadratic", {{"shift_K_N2", 0.25}}), quadratic, quadratic);
     balanced(
         run("stress_shift", "two_slopes", {{"heating_shift_K_N", 1.4}, {"cooling_shift_K_N", 2.6}}),
-        [](double force) { return 1.4 * force; }, [](double force) { return 2.6 * force; });
+        [](double force, double) { return 1.4 * force; }, [](double force, double) { return 2.6 * force; });
+    // The cold coil's half a newton is below the threshold.
+    balanced(
+        run("stress_shift", "threshold", {{"shift_K_N", 2.0}, {"threshold_N", 1.0}}),
+        [](double force, double) { return 2.0 * (force - 1.0); }, [](double, double) { return 0.0; });
+    CHECK(same_bytes(run("stress_shift", "threshold", {{"shift_K_N", 2.0}, {"threshold_N", 20.0}}), core));
+    const auto torsion = [](double force, double xi) { return 2.4 * force * std::sqrt(1.0 - 0.8 * xi); };
+    balanced(run("stress_shift", "torsion", {{"shift_K_N", 2.4}, {"core_share", 0.2}}), torsion, torsion);
   }
   SUBCASE("fatigue by the logarithm: half a cycle's share of a stroke") {
     const auto rows = run("fatigue", "logarithmic", {{"loss", 0.1}, {"cycles", 1.0}});
