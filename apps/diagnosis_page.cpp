@@ -511,14 +511,14 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
     });
   });
   if (!strengths.empty()) {
-    report::Section part = section("What each part of the answer does", 3);
-    part.text =
-        "Move a slider to take away some of what was added: the curves called after follow, and what is left with them. None, half and as "
-        "fitted are simulated. In between a parabola runs through the three, and with several sliders moved what each does is added: a "
-        "picture, not a simulation. All other parameters stay as they were fitted.";
-    blocks.push_back(part);
-    for (const Strength& one : strengths)
-      blocks.push_back(report::Slider{.name = one.slider, .low_words = "none", .high_words = "as fitted"});
+    report::Sliders group{
+        .heading = "What each part of the answer does",
+        .text =
+            "Move a slider to take away some of what was added: the curves called after follow, and what is left with them. None, half "
+            "and as fitted are simulated. In between a parabola runs through the three, and with several sliders moved what each does "
+            "is added: a picture, not a simulation. All other parameters stay as they were fitted."};
+    for (const Strength& one : strengths) group.sliders.push_back({.name = one.slider, .low_words = "none", .high_words = "as fitted"});
+    blocks.push_back(std::move(group));
   }
   for (std::size_t i = 0; i < shown.size(); ++i) {
     const Prediction& prediction = d.predictions[shown[i]];

@@ -218,7 +218,8 @@ class Writer {
   explicit Writer(const Page& page) {
     std::size_t plot = 0;
     for (const Block& block : page.blocks) {
-      if (const auto* slider = std::get_if<Slider>(&block)) sliders_.push_back(slider->name);
+      if (const auto* group = std::get_if<Sliders>(&block))
+        for (const Slider& slider : group->sliders) sliders_.push_back(slider.name);
       if (const auto* time_plot = std::get_if<TimePlot>(&block)) {
         check(*time_plot);
         TimeAxis& axis = axes_[axis_index(time_plot->time_axis)];
@@ -567,11 +568,16 @@ class Writer {
     plots_ += "]}";
   }
 
-  void write(const Slider& slider) {
-    body_ += "<label class=\"slider\"><span class=\"name\">" + escaped(slider.name) + "</span><input type=\"range\" id=\"slider-" +
-             std::to_string(slider_count_++) + "\" min=\"0\" max=\"1\" step=\"0.05\" value=\"1\" autocomplete=\"off\" data-low=\"" +
-             escaped(slider.low_words) + "\" data-high=\"" + escaped(slider.high_words) + "\"><output>" + escaped(slider.high_words) +
-             "</output></label>\n";
+  void write(const Sliders& group) {
+    end_screen();
+    body_ += "<div class=\"sliders\">\n<h3>" + escaped(group.heading) + "</h3>\n";
+    write_paragraphs(group.text);
+    for (const Slider& slider : group.sliders)
+      body_ += "<label class=\"slider\"><span class=\"name\">" + escaped(slider.name) + "</span><input type=\"range\" id=\"slider-" +
+               std::to_string(slider_count_++) + "\" min=\"0\" max=\"1\" step=\"0.05\" value=\"1\" autocomplete=\"off\" data-low=\"" +
+               escaped(slider.low_words) + "\" data-high=\"" + escaped(slider.high_words) + "\"><output>" + escaped(slider.high_words) +
+               "</output></label>\n";
+    body_ += "</div>\n";
   }
 
   void write(const ScatterPlot& plot) {

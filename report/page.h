@@ -43,13 +43,20 @@ struct Code {
   std::string caption{};
 };
 
-// A slider from 0 to 1, which it is at first. Series that name it move (Series::moves). On paper it is not there.
+// A slider from 0 to 1, which it is at first. Series that name it move (Series::moves).
 struct Slider {
   std::string name{};
   std::string low_words{}, high_words{};  // of its ends
 };
 
-using Block = std::variant<Section, Paragraph, List, Code, Table, TimePlot, ScatterPlot, Slider>;
+// Sliders under a heading of depth 2, and what they do. Not there on paper.
+struct Sliders {
+  std::string heading{};
+  std::string text{};
+  std::vector<Slider> sliders{};
+};
+
+using Block = std::variant<Section, Paragraph, List, Code, Table, TimePlot, ScatterPlot, Sliders>;
 
 struct Page {
   std::string title{};

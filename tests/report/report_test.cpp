@@ -275,10 +275,12 @@ TEST_CASE("what a slider does to its series is embedded as changes, once for all
   CHECK_THROWS_WITH_AS(to_html(page),
                        "plot \"Temperature A\": series \"model\" moves with the slider \"creep <b>\", which is not on the page",
                        std::invalid_argument);
-  page.blocks.insert(page.blocks.begin() + 1, Slider{.name = "creep <b>", .low_words = "none", .high_words = "as fitted"});
+  page.blocks.insert(page.blocks.begin() + 1,
+                     Sliders{.heading = "Try <i>", .text = "Move it.", .sliders = {{"creep <b>", "none", "as fitted"}}});
   const std::string html = to_html(page), data = data_of(html);
   CHECK(contains(data, "\"moves\":[[0,0.1,0.2,0.3],\n[0,0.2,0.4,0.6]]"));
   CHECK(count(data, "\"moves\":[{\"slider\":0,\"half_way\":0,\"low\":1}]") == 2);
+  CHECK(contains(html, "<h3>Try &lt;i&gt;</h3>\n<p>Move it.</p>"));
   CHECK(contains(html, "<span class=\"name\">creep &lt;b&gt;</span>"));
   CHECK(count(html, "id=\"slider-0\"") == 1);
   std::get<TimePlot>(page.blocks[2]).series[1].moves[0].low.pop_back();
