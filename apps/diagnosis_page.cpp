@@ -391,15 +391,10 @@ report::Table error_table(const Diagnosis& d) {
 constexpr std::size_t most_recordings = 3;  // that are drawn
 constexpr std::size_t most_sliders = 4;
 
-// What was added, each with the slider that takes it away.
+// What was added, with the slider that takes it away: the recordings that are drawn, with its strength at half, and at none.
 struct Strength {
-  plant::EffectId effect;
   std::string slider;
-};
-// What of a prediction a slider moves: all channels with one strength at half, and at none.
-struct Moved {
-  std::string slider;
-  diagnose::Series half_way, none;
+  std::vector<diagnose::Series> half_way, none;
 };
 
 bool is_followed(const diagnose::Series& series) {
@@ -408,32 +403,31 @@ bool is_followed(const diagnose::Series& series) {
   });
 }
 
-std::vector<Moved> moved_by(const Diagnosis& d, const std::vector<Strength>& strengths, std::size_t prediction) {
-  std::vector<Moved> result;
-  for (const Strength& one : strengths) {
-    Moved moved{one.slider, diagnose::predicted_at_share(d, prediction, one.effect, 0.5),
-                diagnose::predicted_at_share(d, prediction, one.effect, 0.0)};
-    if (is_followed(moved.half_way) && is_followed(moved.none)) result.push_back(std::move(moved));
+std::vector<Strength> strengths_of(const Diagnosis& d, const std::vector<std::size_t>& drawn) {
+  std::vector<plant::EffectId> added;
+  for (const auto& found : d.effects)
+    if (d.repaired.is_on(found.effect)) added.push_back(found.effect);
+  for (const auto& found : d.laws) added.push_back(found.effect);
+  std::vector<Strength> result;
+  for (const plant::EffectId e : added) {
+    if (result.size() == most_sliders) break;
+    Strength one{.slider = capitalised(effect_words(d, e)), .half_way = {}, .none = {}};
+    for (const std::size_t p : drawn) {
+      one.half_way.push_back(diagnose::predicted_at_share(d, p, e, 0.5));
+      one.none.push_back(diagnose::predicted_at_share(d, p, e, 0.0));
+    }
+    if (std::all_of(one.half_way.begin(), one.half_way.end(), is_followed) && std::all_of(one.none.begin(), one.none.end(), is_followed))
+      result.push_back(std::move(one));
   }
   return result;
 }
 
-std::vector<Strength> strengths_of(const Diagnosis& d) {
-  std::vector<Strength> result;
-  for (const auto& found : d.effects)
-    if (d.repaired.is_on(found.effect) && result.size() < most_sliders)
-      result.push_back({found.effect, std::string(effect_name(d, found.effect))});
-  for (const auto& found : d.laws)
-    if (result.size() < most_sliders) result.push_back({found.effect, std::string(effects_of(d)[found.effect].words)});
-  return result;
-}
-
 void add_prediction(std::vector<Block>& blocks, const Diagnosis& d, const Prediction& prediction, bool repaired,
-                    const std::vector<Moved>& moved) {
+                    const std::vector<Strength>& strengths, std::size_t drawn) {
   const auto moves = [&](plant::ChannelId c, const std::vector<double>* measured) {
     std::vector<report::Move> result;
     const auto shown = [&](const diagnose::Series& series) { return measured ? difference(series[c], *measured) : series[c]; };
-    for (const Moved& one : moved) result.push_back({one.slider, shown(one.half_way), shown(one.none)});
+    for (const Strength& one : strengths) result.push_back({one.slider, shown(one.half_way[drawn]), shown(one.none[drawn])});
     return result;
   };
   const auto bands = held_out_bands(prediction);
@@ -502,21 +496,15 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
   std::vector<std::size_t> shown;
   for (std::size_t p = 0; p < d.predictions.size(); ++p)
     if (d.predictions[p].training != held_out && shown.size() < most_recordings) shown.push_back(p);
-  std::vector<Strength> strengths = repaired ? strengths_of(d) : std::vector<Strength>{};
-  std::vector<std::vector<Moved>> moved;
-  for (const std::size_t p : shown) moved.push_back(moved_by(d, strengths, p));
-  std::erase_if(strengths, [&](const Strength& one) {
-    return std::all_of(moved.begin(), moved.end(), [&](const std::vector<Moved>& of) {
-      return std::none_of(of.begin(), of.end(), [&](const Moved& m) { return m.slider == one.slider; });
-    });
-  });
+  const std::vector<Strength> strengths = repaired ? strengths_of(d, shown) : std::vector<Strength>{};
   if (!strengths.empty()) {
     report::Sliders group{
         .heading = "What each part of the answer does",
         .text =
             "Move a slider to take away some of what was added: the curves called after follow, and what is left with them. None, half "
             "and as fitted are simulated. In between a parabola runs through the three, and with several sliders moved what each does "
-            "is added: a picture, not a simulation. All other parameters stay as they were fitted."};
+            "is added: a picture, not a simulation. All other parameters stay as they were fitted, so that none is not the curve called "
+            "before: that plant was fitted anew without it."};
     for (const Strength& one : strengths) group.sliders.push_back({.name = one.slider, .low_words = "none", .high_words = "as fitted"});
     blocks.push_back(std::move(group));
   }
@@ -526,7 +514,7 @@ void add_better(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisW
     part.text = prediction.training ? "The plants saw this recording in part: what is shaded was held out."
                                     : "The plants never saw this recording; how it begins was found from its first five seconds.";
     blocks.push_back(part);
-    add_prediction(blocks, d, prediction, repaired, moved[i]);
+    add_prediction(blocks, d, prediction, repaired, strengths, i);
   }
   if (lines.empty()) return;
   report::Section alike = section("Is what is left pure noise?", 2);

@@ -654,6 +654,13 @@ std::string smallest_words(const Diagnosis& d, const diagnose::Visibility& visib
   return std::string(info.name) + " from " + with_unit(report::significant(visibility.smallest_seen, 2), declared.unit.text);
 }
 
+// It, or another form of it.
+bool is_found(const Diagnosis& d, plant::EffectId effect) {
+  return std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) {
+    return plant::family_of(effects_of(d), found.effect) == plant::family_of(effects_of(d), effect);
+  });
+}
+
 std::vector<std::string> next_words(const Diagnosis& d) {
   std::vector<std::string> text;
   std::vector<std::string> seen, imitated, too_small;
@@ -708,7 +715,9 @@ std::vector<std::string> next_words(const Diagnosis& d) {
       const auto& round = d.search.rounds.back();
       const plant::EffectId best =
           round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
-      more += " The next best effect, " + effect_name(d, best) + ", gains what chance alone brings " + chance_words(round.chance) + ".";
+      more += (is_found(d, best) ? " Another form of " + std::string(effects_of(d)[plant::family_of(effects_of(d), best)].name)
+                                 : " The next best effect, " + effect_name(d, best) + ",") +
+              " gains what chance alone brings " + chance_words(round.chance) + ".";
     }
     text.push_back(more);
   }
@@ -930,8 +939,7 @@ std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
   const std::vector<plant::EffectId> added = added_effects(d);
   std::erase_if(all, [&](const auto& other) {
-    return std::find(added.begin(), added.end(), other.effect) != added.end() ||
-           std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == other.effect; });
+    return std::find(added.begin(), added.end(), other.effect) != added.end() || is_found(d, other.effect);
   });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.effect < b.effect; });
   return all;

@@ -37,7 +37,7 @@ std::string terms(const plant::System& system, const plant::EffectInfo& effect) 
   std::string text;
   if (effect.form_of) {
     const std::string name(system.effects()[*effect.form_of].name);
-    text = "Another form of " + name + ": a diagnosis reports it under that name, and --without " + name + " leaves out both.";
+    text = "Another form of " + name + ": a diagnosis reports it under that name, and --without " + name + " leaves out all its forms.";
   }
   if (effect.needs) text = "Needs " + std::string(system.effects()[*effect.needs].name) + ".";
   std::string hidden;

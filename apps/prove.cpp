@@ -370,7 +370,8 @@ std::string command_of(const ProveArguments& arguments) {
   command += " --training " + sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " +
              arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
-    for (std::size_t i = 0; i < names.size(); ++i) command += (i == 0 ? " " + option + " " : ",") + names[i];
+    if (!names.empty()) command += " " + option;
+    for (const std::string& name : names) command += " " + name;
   };
   if (!arguments.plant.empty()) command += " --plant " + arguments.plant;
   add_list("--families", arguments.families);

@@ -707,7 +707,7 @@ class Diagnoser {
     const Scores& scores = result_.search.rounds.back().scores;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if (result_.answer.problem->centres().is_on(score.effect)) continue;
+      if (has_family(system(), result_.answer.effects(), score.effect)) continue;
       const auto& declared = system().parameters()[system().effects()[score.effect].strength].declaration;
       const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
       Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic,

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
 #include "proof/judged.h"
 #include "proof/score_files.h"
+#include "report/console.h"
 #include "report/markdown.h"
 #include "report/number.h"
 
@@ -11,6 +13,8 @@ namespace {
 
 using report::fixed;
 using report::significant;
+
+constexpr std::size_t line_columns = 140;
 
 std::string percent(double share) { return fixed(100.0 * share, 1) + " %"; }
 std::string of_all(const Share& share) { return std::to_string(share.good) + " of " + std::to_string(share.all); }
@@ -199,6 +203,18 @@ std::string misses(const Score& score) {
   return text;
 }
 
+// Paragraphs in lines that an editor shows; tables and headings are a line a row.
+std::string filled(const std::string& markdown) {
+  std::string text;
+  for (std::size_t from = 0; from < markdown.size();) {
+    const std::size_t end = std::min(markdown.find('\n', from), markdown.size());
+    const std::string line = markdown.substr(from, end - from);
+    text += (line.starts_with("|") || line.starts_with("#") ? line : report::wrap(line, line_columns)) + "\n";
+    from = end + 1;
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string measured_words(const Figure& figure) {
@@ -207,8 +223,8 @@ std::string measured_words(const Figure& figure) {
 }
 
 std::string score_markdown(const Score& score, const std::string& command) {
-  return head(score, command) + figures(score) + notes(score) + methods(score) + strata(score) + families(score) + confidence(score) +
-         reliability(score) + disturbances(score) + effects(score) + misses(score);
+  return filled(head(score, command) + figures(score) + notes(score) + methods(score) + strata(score) + families(score) +
+                confidence(score) + reliability(score) + disturbances(score) + effects(score) + misses(score));
 }
 
 }  // namespace sinew::proof

@@ -590,8 +590,8 @@ std::vector<Effect> further_outside() {
   };
 }
 
-// Forms that came last.
-std::vector<Effect> last_forms() {
+// Forms of stress_shift, after all others: what cases draw hangs on the order.
+std::vector<Effect> forms_of_tension() {
   using enum Role;
   return {
       // Brinson 1993, J. Intell. Mater. Syst. Struct. 4: only the stress beyond a critical one, at which twins begin to turn into one
@@ -703,7 +703,7 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), last_forms()})
+    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), forms_of_tension()})
       list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
@@ -843,7 +843,7 @@ std::vector<Kind> further_kinds() {
   for (const Effect& effect : further_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
   for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
   for (const auto& [one, other] : pairs_of_one_place) all.push_back(pair_of(one, other));
-  for (const Effect& effect : last_forms()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
+  for (const Effect& effect : forms_of_tension()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
   return all;
 }
 

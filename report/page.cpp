@@ -204,11 +204,10 @@ void take_times(TimeAxis& axis, const std::vector<double>& time_s) {
 //
 //   {"axes":  [{"full": [from, to], "decimals": of a time read out}],
 //    "times": [[...], ...],                                   each once, however many plots share it
-//    "moves": [[...], ...],                                   what sliders add to series, each once
 //    "plots": [{"kind": "time", "axis": i, "time": i, "y_label", "selector": bool, "range": [low, high] or null,
 //               "bands":  [{"from", "to", "label", "tint": i, "lane": i}],
 //               "series": [{"name", "color", "style", "digits", "y": [...], "lower", "upper" where there are,
-//                           "moves" where there are: [{"slider": i, "half_way": i of moves, "low": i of moves}]}]},
+//                           "moves" where sliders move it: [{"slider": i, "half_way", "low": [...], added to y}]}]},
 //              {"kind": "scatter", "axis": i or null, "x_label", "y_label",
 //               "series": [{"name", "color", "style", "arrows", "x_digits", "y_digits", "x", "y", "t" where known}]}]}
 //
@@ -267,8 +266,6 @@ class Writer {
     }
     out += "],\n\"times\":[";
     for (std::size_t i = 0; i < times_.size(); ++i) out += (i > 0 ? ",\n" : "") + times_[i];
-    out += "],\n\"moves\":[";
-    for (std::size_t i = 0; i < moves_.size(); ++i) out += (i > 0 ? ",\n" : "") + moves_[i];
     return out + "],\n\"plots\":[" + plots_ + "]}";
   }
 
@@ -279,8 +276,7 @@ class Writer {
   std::string plots_;
   std::vector<std::string> times_;
   std::map<std::string, std::size_t> index_of_times_;
-  std::vector<std::string> sliders_, moves_;
-  std::map<std::string, std::size_t> index_of_moves_;
+  std::vector<std::string> sliders_;
   std::size_t slider_count_ = 0;
   std::vector<std::string> contents_;  // headings, in order
   std::size_t plot_count_ = 0;
@@ -463,31 +459,36 @@ class Writer {
              " samples. Of every run of samples the smallest and the largest are kept, so no peak is lost.</p>\n";
   }
 
-  static std::size_t index_in(std::vector<std::string>& list, std::map<std::string, std::size_t>& index, const std::string& json) {
-    const auto [entry, is_new] = index.try_emplace(json, list.size());
-    if (is_new) list.push_back(json);
+  std::size_t times_index(const std::string& json) {
+    const auto [entry, is_new] = index_of_times_.try_emplace(json, times_.size());
+    if (is_new) times_.push_back(json);
     return entry->second;
   }
-  std::size_t times_index(const std::string& json) { return index_in(times_, index_of_times_, json); }
 
+  // What sliders add to a series; empty where none moves it.
   std::string moves_json(const TimePlot& plot, const Series& series, const std::vector<std::size_t>& rows) {
-    std::string out = "[";
+    std::string out;
     for (const Move& move : series.moves) {
       const auto slider = std::find(sliders_.begin(), sliders_.end(), move.slider);
       if (slider == sliders_.end())
         throw std::invalid_argument("plot \"" + plot.title + "\": series \"" + series.name + "\" moves with the slider \"" + move.slider +
                                     "\", which is not on the page");
-      const auto index_of_change = [&](const std::vector<double>& moved) {
+      const int decimals = decimals_for(finite_range(series.y), embedded_digits);
+      bool moves = false;  // by more than is embedded
+      const auto changes = [&](const std::vector<double>& moved) {
         std::vector<double> change(moved.size());
-        for (std::size_t k = 0; k < moved.size(); ++k) change[k] = moved[k] - series.y[k];
-        return std::to_string(
-            index_in(moves_, index_of_moves_, json_array(change, rows, decimals_for(finite_range(series.y), shown_digits))));
+        for (std::size_t k = 0; k < moved.size(); ++k) {
+          change[k] = moved[k] - series.y[k];
+          moves = moves || std::abs(change[k]) >= 0.5 * std::pow(10.0, -decimals);
+        }
+        return json_array(change, rows, decimals);
       };
-      const std::string half_way = index_of_change(move.half_way), low = index_of_change(move.low);
-      out += (out.size() > 1 ? ",{\"slider\":" : "{\"slider\":") + std::to_string(slider - sliders_.begin()) + ",\"half_way\":" + half_way +
+      const std::string half_way = changes(move.half_way), low = changes(move.low);
+      if (!moves) continue;
+      out += (out.empty() ? "{\"slider\":" : ",{\"slider\":") + std::to_string(slider - sliders_.begin()) + ",\"half_way\":" + half_way +
              ",\"low\":" + low + "}";
     }
-    return out + "]";
+    return out;
   }
 
   static std::string bands_json(const std::vector<Band>& bands) {
@@ -514,6 +515,7 @@ class Writer {
     for (const Series& series : plot.series) {
       columns.emplace_back(series.y);
       if (!series.lower.empty()) columns.insert(columns.end(), {series.lower, series.upper});
+      for (const Move& move : series.moves) columns.insert(columns.end(), {move.half_way, move.low});
     }
     const std::vector<std::size_t> rows = rows_to_draw(plot.time_s.size(), columns, max_points);
 
@@ -562,7 +564,7 @@ class Writer {
       if (!series.lower.empty()) {
         plots_ += ",\"lower\":" + json_values(series.lower, rows) + ",\"upper\":" + json_values(series.upper, rows);
       }
-      if (!series.moves.empty()) plots_ += ",\"moves\":" + moves_json(plot, series, rows);
+      if (const std::string moves = moves_json(plot, series, rows); !moves.empty()) plots_ += ",\"moves\":[" + moves + "]";
       plots_ += "}";
     }
     plots_ += "]}";
@@ -574,9 +576,9 @@ class Writer {
     write_paragraphs(group.text);
     for (const Slider& slider : group.sliders)
       body_ += "<label class=\"slider\"><span class=\"name\">" + escaped(slider.name) + "</span><input type=\"range\" id=\"slider-" +
-               std::to_string(slider_count_++) + "\" min=\"0\" max=\"1\" step=\"0.05\" value=\"1\" autocomplete=\"off\" data-low=\"" +
-               escaped(slider.low_words) + "\" data-high=\"" + escaped(slider.high_words) + "\"><output>" + escaped(slider.high_words) +
-               "</output></label>\n";
+               std::to_string(slider_count_++) + "\" min=\"0\" max=\"1\" step=\"0.05\" value=\"1\" autocomplete=\"off\" aria-valuetext=\"" +
+               escaped(slider.high_words) + "\" data-low=\"" + escaped(slider.low_words) + "\" data-high=\"" + escaped(slider.high_words) +
+               "\"><output>" + escaped(slider.high_words) + "</output></label>\n";
     body_ += "</div>\n";
   }
 

@@ -408,12 +408,17 @@
     plot.slide = function (shares) {
       const moving = spec.series.filter(function (series) { return series.moves; });
       if (!moving.length) return;
+      const names = figure.querySelectorAll('.legend .name');
+      spec.series.forEach(function (series, i) {
+        const moved = series.moves && series.moves.some(function (move) { return shares[move.slider] !== 1; });
+        names[i].textContent = series.name + (moved ? ', sliders moved' : '');
+      });
       for (const series of moving) {
         series.y.forEach(function (y, k) {
           if (y === null) return;
           for (const move of series.moves) {
             const s = shares[move.slider];
-            y += data.moves[move.low][k] * (1 - s) * (1 - 2 * s) + data.moves[move.half_way][k] * 4 * s * (1 - s);
+            y += move.low[k] * (1 - s) * (1 - 2 * s) + move.half_way[k] * 4 * s * (1 - s);
           }
           rows[k + lead][series.y_column] = y;
         });
@@ -865,14 +870,15 @@
     return spec.kind === 'time' ? time_plot(spec, figure) : scatter_plot(spec, figure);
   });
   const sliders = Array.from(document.querySelectorAll('.slider input'));
+  function slide(shares) { for (const plot of plots) if (plot.slide) plot.slide(shares); }
+  function slide_as_set() { slide(sliders.map(function (one) { return Number(one.value); })); }
   for (const slider of sliders) {
     slider.addEventListener('input', function () {
       const share = Number(slider.value);
       const words = share === 0 ? slider.dataset.low : share === 1 ? slider.dataset.high : Math.round(100 * share) + '\u2009%';
       slider.setAttribute('aria-valuetext', words);
       slider.parentNode.querySelector('output').textContent = words;
-      const shares = sliders.map(function (one) { return Number(one.value); });
-      for (const plot of plots) if (plot.slide) plot.slide(shares);
+      slide_as_set();
     });
   }
   function redraw() { for (const plot of plots) plot.redraw(); }
@@ -883,6 +889,7 @@
     printing = on;
     root.classList.toggle('printing', on);
     for (const plot of plots) if (plot.graph) plot.graph.resize();
+    if (on) slide(sliders.map(function () { return 1; })); else slide_as_set();  // no slider says on paper what was moved
     redraw();
   }
   addEventListener('beforeprint', function () { print(true); });

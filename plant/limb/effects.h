@@ -30,7 +30,7 @@
 #include "plant/limb/effects/resistance_change.h"
 #include "plant/limb/effects/sheath_heat_storage.h"
 #include "plant/limb/effects/stress_shift.h"
-#include "plant/limb/effects/stress_shift_bent.h"
+#include "plant/limb/effects/stress_shift_curved.h"
 #include "plant/limb/effects/stress_shift_two_slopes.h"
 #include "plant/limb/effects/supply_sag.h"
 #include "plant/limb/effects/thermocouple_heat_sink.h"
@@ -44,7 +44,7 @@ template <class S>
 using Effects =
     std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleTwoLags<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>,
                SheathHeatStorage<S>, CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>,
-               DriverLag<S>, DutyDeadband<S>, ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, StressShiftBent<S>,
+               DriverLag<S>, DutyDeadband<S>, ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, StressShiftCurved<S>,
                StressShiftTwoSlopes<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>,
                GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorSecondOrder<S>, AngleSensorDrift<S>>;
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A report as its reader meets it, in a real browser:
-//   node tests/browser/report_test.mjs path/to/report.html [screenshot.png]
+//   node tests/browser/report_test.mjs path/to/report.html [screenshot.png] [--sliders]     the last: there must be some
 // Exits with 0 when every check passes. Once, before the first run: npm ci in tests/browser.
 
 import {with_report} from './browser.mjs';
 import {check, end} from './check.mjs';
 
-const [path, picture] = process.argv.slice(2);
+const [path, picture] = process.argv.slice(2).filter((argument) => argument !== '--sliders');
+const has_sliders = process.argv.includes('--sliders');
 if (!path) {
   console.error('usage: node report_test.mjs path/to/report.html [screenshot.png]');
   process.exit(2);
@@ -191,7 +192,7 @@ try {
           ++moved;
           series.y.forEach((y, k) => {
             if (y === null) return;
-            const change = share === 0 ? data.moves[move.low][k] : share === 0.5 ? data.moves[move.half_way][k] : 0;
+            const change = share === 0 ? move.low[k] : share === 0.5 ? move.half_way[k] : 0;
             worst = Math.max(worst, Math.abs(graph.getValue(k + lead, column) - y - change));
             farthest = Math.max(farthest, Math.abs(change));
           });
@@ -199,7 +200,9 @@ try {
       });
       return {worst, moved, farthest};
     }, {slider: which, share: at});
-    for (let i = 0; i < await page.locator('.slider input').count(); ++i) {
+    const count = await page.locator('.slider input').count();
+    if (has_sliders) check('the page has a slider', count > 0, count);
+    for (let i = 0; i < count; ++i) {
       const slide = async (share) => {
         await page.locator(`#slider-${i}`).fill(String(share));
         await settle();
@@ -209,7 +212,15 @@ try {
         const at = await slide(share);
         check(`slider ${i} at ${share}: its curves are as simulated`, at.moved > 0 && at.worst < 1e-9 && at.farthest > 0, at);
         check(`slider ${i} at ${share} says so`, at.words === words, at.words);
+        check(`slider ${i} at ${share}: the legend says that it was moved`,
+              await page.locator('.legend .name', {hasText: 'sliders moved'}).count() === at.moved);
       }
+      await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
+      const printed = await off_by(i, 1);
+      check('what is printed is as fitted, wherever sliders stand', printed.worst < 1e-9, printed);
+      await page.evaluate(() => dispatchEvent(new Event('afterprint')));
+      const after_print = await off_by(i, 0.5);
+      check('after printing the curves are where sliders stand', after_print.worst < 1e-9, after_print);
       const back = await slide(1);
       check(`slider ${i} back at its end: the curves as they were`, back.worst < 1e-9 && back.words === 'as fitted', back);
     }

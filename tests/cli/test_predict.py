@@ -215,7 +215,8 @@ def test_train_and_use():
             ("intervals from what was trained on", ["--predictor", "arx", "--intervals", recording], "--intervals"),
             ("--from of a kind that goes on from nothing", ["--predictor", "arx", "--from", "stateful4"], "--from = stateful4"),
             ("--updates of a predictor inside that counts none",
-             ["--predictor", "hybrid", "--plant", ROOT / "plant/limbs/paper_limb.yaml", "--settings", "inside.yaml", "--updates", 5], "--updates = 5")]:
+             ["--predictor", "hybrid", "--plant", ROOT / "plant/limbs/paper_limb.yaml", "--settings", "inside.yaml", "--updates", 5],
+             "--updates = 5")]:
         write("inside.yaml", "hybrid: { base: arx }\n")
         result = sinew(*alone, *arguments, "--out", "never")
         check(f"train: {what} is an error, and nothing is written", result.returncode == 2 and words in result.stderr and

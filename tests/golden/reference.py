@@ -98,7 +98,7 @@ EFFECTS = {
     "duty_deadband": {"threshold_fraction": 0.08},
     "input_delay": {"delay_s": 0.37},
     "stress_shift": {"shift_K_N": 0.8},
-    "stress_shift_bent": {"shift_K_N": 1.2, "slope_at_none": 2.2, "slope_at_most": 0.3},
+    "stress_shift_curved": {"shift_K_N": 1.2, "slope_slack": 2.2, "slope_taut": 0.3},
     "stress_shift_two_slopes": {"shift_K_N": 0.7, "cooling_ratio": 1.6},
     "fatigue": {"loss_per_cycle": 0.05},
     "minor_loops": {"slope_share": 0.3},
@@ -237,9 +237,9 @@ class Plant:
         self.u_0 = value("duty_deadband", "threshold_fraction", 0.0)
         self.d = value("input_delay", "delay_s", 0.0)
         self.shift = value("stress_shift", "shift_K_N", 0.0)
-        self.bent_shift = value("stress_shift_bent", "shift_K_N", 0.0)
-        self.g_0 = value("stress_shift_bent", "slope_at_none", 1.0)
-        self.g_1 = value("stress_shift_bent", "slope_at_most", 1.0)
+        self.curved_shift = value("stress_shift_curved", "shift_K_N", 0.0)
+        self.g_0 = value("stress_shift_curved", "slope_slack", 1.0)
+        self.g_1 = value("stress_shift_curved", "slope_taut", 1.0)
         self.heating_shift = value("stress_shift_two_slopes", "shift_K_N", 0.0)
         self.r_cool = value("stress_shift_two_slopes", "cooling_ratio", 1.0)
         self.kappa = value("fatigue", "loss_per_cycle", 0.0)
@@ -279,7 +279,7 @@ class Plant:
         # CHOICE coil_slack replaces F wherever it stands, also in stress_shift.
         return max(0.0, F) if self.slack else F
 
-    def bent_rise(self, x):
+    def curved_rise(self, x):
         """the integral of a slope that is straight between its corners, by trapezia"""
         corners = [(0.0, self.g_0), (0.5, 1.0), (1.0, self.g_1)]
         rise = self.g_0 * min(x, 0.0) + self.g_1 * max(x - 1.0, 0.0)
@@ -293,7 +293,7 @@ class Plant:
         """upper, lower, and their slopes with temperature"""
         p = self.p
         F_0 = p["austenite_stiffness_N_m"] * p["coil_stretch_m"]
-        dT = self.shift * F + self.bent_shift * F_0 * self.bent_rise(F / F_0)
+        dT = self.shift * F + self.curved_shift * F_0 * self.curved_rise(F / F_0)
         dT_heat, dT_cool = dT + self.heating_shift * F, dT + self.r_cool * self.heating_shift * F
         w_heat, w_cool = p["heating_width_K"], p["cooling_width_K"]
         heat = sigmoid_down((T - p["heating_midpoint_degC"] - dT_heat) / w_heat)

@@ -266,20 +266,22 @@ TEST_CASE("a plot whose columns disagree is refused by name") {
                        std::invalid_argument);
 }
 
-TEST_CASE("what a slider does to its series is embedded as changes, once for all series that it moves alike") {
+TEST_CASE("what a slider does to its series is embedded as changes, and a series that it leaves alone has none") {
   Page page = small_page();
   auto& plot = std::get<TimePlot>(page.blocks[1]);
   plot.series[1].moves = {{"creep <b>", {25.0, 25.2, 25.4, 25.6}, {25.0, 25.3, 25.6, 25.9}}};
   Series error{.name = "error", .y = {1.0, 1.1, 1.2, 1.3}, .moves = {{"creep <b>", {1.0, 1.2, 1.4, 1.6}, {1.0, 1.3, 1.6, 1.9}}}};
   plot.series.push_back(error);
+  plot.series.push_back(
+      {.name = "still", .y = {1.0, 1.1, 1.2, 1.3}, .moves = {{"creep <b>", {1.0, 1.1, 1.2, 1.3 + 1e-9}, {1.0, 1.1, 1.2, 1.3}}}});
   CHECK_THROWS_WITH_AS(to_html(page),
                        "plot \"Temperature A\": series \"model\" moves with the slider \"creep <b>\", which is not on the page",
                        std::invalid_argument);
   page.blocks.insert(page.blocks.begin() + 1,
                      Sliders{.heading = "Try <i>", .text = "Move it.", .sliders = {{"creep <b>", "none", "as fitted"}}});
   const std::string html = to_html(page), data = data_of(html);
-  CHECK(contains(data, "\"moves\":[[0,0.1,0.2,0.3],\n[0,0.2,0.4,0.6]]"));
-  CHECK(count(data, "\"moves\":[{\"slider\":0,\"half_way\":0,\"low\":1}]") == 2);
+  CHECK(count(data, "\"moves\":[{\"slider\":0,\"half_way\":[0,0.1,0.2,0.3],\"low\":[0,0.2,0.4,0.6]}]") == 2);
+  CHECK(count(data, "\"moves\":") == 2);
   CHECK(contains(html, "<h3>Try &lt;i&gt;</h3>\n<p>Move it.</p>"));
   CHECK(contains(html, "<span class=\"name\">creep &lt;b&gt;</span>"));
   CHECK(count(html, "id=\"slider-0\"") == 1);

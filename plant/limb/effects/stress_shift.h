@@ -10,6 +10,19 @@
 
 namespace sinew::plant {
 
+// The strength of every form of it.
+inline Declaration declared_shift_K_N(std::string_view meaning, std::string_view source) {
+  return {.name = "shift_K_N",
+          .symbol = "1/C_F",
+          .unit = units::K_N,
+          .range = {0.0, 20.0},
+          .typical = 0.8,
+          .null_value = 0.0,
+          .prior_deviation = 1.0,
+          .meaning = meaning,
+          .source = source};
+}
+
 template <class S>
 struct StressShift {
   static constexpr std::string_view name = "stress_shift";
@@ -22,15 +35,8 @@ struct StressShift {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.shift_K_N, Declaration{.name = "shift_K_N",
-                                      .symbol = "1/C_F",
-                                      .unit = units::K_N,
-                                      .range = {0.0, 20.0},
-                                      .typical = 0.8,
-                                      .null_value = 0.0,
-                                      .prior_deviation = 1.0,
-                                      .meaning = "rise of the transformation temperatures per newton",
-                                      .source = "6 to 10 MPa/K through the spring's shear stress"});
+    visit(self.shift_K_N,
+          declared_shift_K_N("rise of the transformation temperatures per newton", "6 to 10 MPa/K through the spring's shear stress"));
   }
 
   void envelopes(Instant<S>& now, std::size_t coil) const {

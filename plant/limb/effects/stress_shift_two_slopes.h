@@ -6,7 +6,7 @@
 // Source: Liang and Rogers 1990, Brinson 1993: C_A differs from C_M, r = C_A / C_M; stress replaced by the coil's tension F.
 #pragma once
 
-#include "plant/limb/instant.h"
+#include "plant/limb/effects/stress_shift.h"
 
 namespace sinew::plant {
 
@@ -23,15 +23,7 @@ struct StressShiftTwoSlopes {
 
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
-    visit(self.shift_K_N, Declaration{.name = "shift_K_N",
-                                      .symbol = "1/C_F",
-                                      .unit = units::K_N,
-                                      .range = {0.0, 20.0},
-                                      .typical = 0.8,
-                                      .null_value = 0.0,
-                                      .prior_deviation = 1.0,
-                                      .meaning = "rise of the transformation temperature on heating per newton",
-                                      .source = "as of stress_shift"});
+    visit(self.shift_K_N, declared_shift_K_N("rise of the transformation temperature on heating per newton", "as of stress_shift"));
     visit(self.cooling_ratio, Declaration{.name = "cooling_ratio",
                                           .symbol = "r",
                                           .unit = units::none,
