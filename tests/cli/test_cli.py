@@ -441,8 +441,12 @@ def test_diagnose():
     write("driver.yaml", MADE_BY.replace("plant: { ", "plant: { effects: { driver_lag: { time_constant_s: 0.5 } }, "))
     sinew("run", "driver.yaml", "--out", "driver")
     driver = ["diagnose", "--train", "driver/recording.csv", "--plant", PAPER_LIMB, "--at-rest"]
-    sinew(*driver, "--out", "diagnosis/driver")
-    found = json.loads(content("diagnosis/driver/diagnosis.json"))["effects"]
+    told = sinew(*driver, "--out", "diagnosis/driver")
+    answer = json.loads(content("diagnosis/driver/diagnosis.json"))
+    found = answer["effects"]
+    others = {other["name"] for key in ("cannot_be_seen", "would_have_been_seen") for other in answer[key]}
+    check("diagnose: no form of what was found is among what was not, nor the next best", others and not {"input_delay", "driver_lag"} & others
+          and not re.search(r"next\s+best\s+effect,\s+(input_delay|driver_lag)", told.stdout), (others, told.stdout))
     check("diagnose: a form goes by its family's name, which is no rival of its own", [e["name"] for e in found] == ["input_delay"]
           and found[0]["by"] == "driver_lag" and found[0]["rivals"] and all(r["name"] != "input_delay" for r in found[0]["rivals"]), found)
     most = [name for name in effects if name not in ("driver_lag", "duty_deadband", "thermocouple_lag")]
