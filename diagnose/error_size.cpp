@@ -29,7 +29,7 @@ PerChannel scale_of(const plant::System& system, const std::vector<FitData>& dat
 }
 
 ErrorSize error_size(const SquaredErrors& errors, const std::vector<FitData>& data, const PerChannel& scale,
-                     const PerChannel& samples_alike) {
+                     const std::vector<PerChannel>& samples_alike) {
   const auto deviation = [&](std::size_t r, plant::ChannelId c, double share) {
     return std::hypot(data[r].deviation[c], share * scale[c]);
   };
@@ -39,7 +39,7 @@ ErrorSize error_size(const SquaredErrors& errors, const std::vector<FitData>& da
       for (const plant::ChannelId c : scale.ids()) {
         if (errors.count[r][c] == 0.0) continue;
         const double size = deviation(r, c, share);
-        sum -= (errors.count[r][c] * std::log(size) + 0.5 * errors.sum[r][c] / (size * size)) / samples_alike[c];
+        sum -= (errors.count[r][c] * std::log(size) + 0.5 * errors.sum[r][c] / (size * size)) / samples_alike[r][c];
       }
     return sum;
   };

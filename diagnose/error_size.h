@@ -26,8 +26,8 @@ struct SquaredErrors {
 // Of each channel, what a share is of; units of files.
 PerChannel scale_of(const plant::System& system, const std::vector<FitData>& data);
 
-// The most likely share. `samples_alike`: over so many samples a channel's errors stay the same, and count as one.
+// The most likely share. `samples_alike`: over so many samples a recording's errors of a channel stay the same, and count as one.
 ErrorSize error_size(const SquaredErrors& errors, const std::vector<FitData>& data, const PerChannel& scale,
-                     const PerChannel& samples_alike);
+                     const std::vector<PerChannel>& samples_alike);
 
 }  // namespace sinew::diagnose

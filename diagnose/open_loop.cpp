@@ -87,7 +87,7 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
     }
   }
   const plant::System& system = fitted.model.system();
-  const ErrorSize size = error_size(errors, data, scale_of(system, data), per_channel(system, 1.0));
+  const ErrorSize size = error_size(errors, data, scale_of(system, data), std::vector(data.size(), per_channel(system, 1.0)));
   spread.deviation = size.deviation;
   spread.log_sum = -size.log_likelihood;
   return spread;
@@ -116,17 +116,17 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
   return best;
 }
 
-PerChannel correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
-  PerChannel longest = per_channel(path.model.system());
+std::vector<PerChannel> correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+  std::vector<PerChannel> samples(data.size(), per_channel(path.model.system()));
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Series model = predict(path.model, path.starts[r], *data[r].recording, numerics);
-    for (const plant::ChannelId c : longest.ids()) {
+    for (const plant::ChannelId c : samples[r].ids()) {
       std::vector<double> residual(data[r].sample_count);
       for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = model[c][k] - measured(data[r].recording->samples[k], c);
-      longest[c] = std::max(longest[c], correlation_samples(residual));
+      samples[r][c] = correlation_samples(residual);
     }
   }
-  return longest;
+  return samples;
 }
 
 namespace {
@@ -138,11 +138,11 @@ bool has_reading(const sim::Sample& sample) {
 }  // namespace
 
 std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
-  const PerChannel correlation = correlation_of(path, data, numerics);
+  const std::vector<PerChannel> correlation = correlation_of(path, data, numerics);
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)
-    for (const plant::ChannelId c : correlation.ids()) weighted[r].deviation[c] = spread.deviation[r][c] * std::sqrt(correlation[c]);
+    for (const plant::ChannelId c : correlation[r].ids()) weighted[r].deviation[c] = spread.deviation[r][c] * std::sqrt(correlation[r][c]);
   return weighted;
 }
 

@@ -45,7 +45,7 @@ class Proposer {
         settings_(settings),
         numerics_(fit.numerics),
         fit_(fit),
-        correlation_(per_channel(given_.system(), 1.0)),
+        correlation_(data_.size(), per_channel(given_.system(), 1.0)),
         scale_(scale_of(given_.system(), data_)) {
     fit_.least_squares = true;
     fit_.most_rounds = 1;
@@ -195,8 +195,8 @@ class Proposer {
     const Spread left = spread_of(path, data_, fit_.numerics);
     bool changed = !measured_;
     for (std::size_t r = 0; r < data_.size(); ++r)
-      for (const plant::ChannelId c : correlation_.ids()) {
-        const double weighted = left.deviation[r][c] * std::sqrt(correlation_[c]);
+      for (const plant::ChannelId c : correlation_[r].ids()) {
+        const double weighted = left.deviation[r][c] * std::sqrt(correlation_[r][c]);
         const double now = measured_ ? std::min(yardstick_[r].deviation[c], weighted) : weighted;
         changed = changed || now < 0.95 * yardstick_[r].deviation[c];
         yardstick_[r].deviation[c] = now;
@@ -514,9 +514,9 @@ class Proposer {
   std::vector<FitData> yardstick_;
   const ProposalSettings& settings_;
   const plant::NumericalSettings numerics_;
-  ExplanationSettings fit_;  // with a coarse tolerance
-  PerChannel correlation_;   // samples, of what the plant as given leaves at best
-  const PerChannel scale_;   // error_size.h
+  ExplanationSettings fit_;              // with a coarse tolerance
+  std::vector<PerChannel> correlation_;  // of each recording: samples, of what the plant as given leaves at best
+  const PerChannel scale_;               // error_size.h
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
   std::map<Effects, Explanation, ByCatalogue> all_;

@@ -26,7 +26,7 @@ struct Recorded {
   diagnose::ErrorSize size_of(const diagnose::PerChannel& off, double alike = 1.0) const {
     diagnose::SquaredErrors errors{{off}, {diagnose::per_channel(testing::limb_system(), samples)}};
     for (double& one : errors.sum[0]) one *= one * samples;
-    return diagnose::error_size(errors, data, scale, diagnose::per_channel(testing::limb_system(), alike));
+    return diagnose::error_size(errors, data, scale, {diagnose::per_channel(testing::limb_system(), alike)});
   }
 };
 
@@ -62,6 +62,27 @@ TEST_CASE("error size: the share that all channels are off by is found, beside t
   const diagnose::ErrorSize alike = limb.size_of(off, 10.0);
   CHECK(alike.share == size.share);
   CHECK(alike.log_likelihood == doctest::Approx(size.log_likelihood / 10.0));
+}
+
+TEST_CASE("error size: what lasts long in one recording takes nothing from what is independent in another") {
+  const Recorded limb;
+  std::vector<diagnose::FitData> data = limb.data;
+  data.push_back(data.front());
+  const auto squares_of = [&](double share) {
+    diagnose::PerChannel sum = limb.scale;
+    for (const plant::ChannelId c : sum.ids()) sum[c] = samples * std::pow(std::hypot(share * limb.scale[c], testing::paper_noise[c]), 2);
+    return sum;
+  };
+  const diagnose::PerChannel count = diagnose::per_channel(testing::limb_system(), samples);
+  const diagnose::SquaredErrors errors{{squares_of(0.03), squares_of(0.10)}, {count, count}};
+  const auto share_of = [&](double first, double second) {
+    return diagnose::error_size(errors, data, limb.scale,
+                                {diagnose::per_channel(testing::limb_system(), first),
+                                 diagnose::per_channel(testing::limb_system(), second)})
+        .share;
+  };
+  CHECK(share_of(1.0, samples) == doctest::Approx(0.03).epsilon(0.05));
+  CHECK(share_of(samples, 1.0) == doctest::Approx(0.10).epsilon(0.05));
 }
 
 TEST_CASE("error size: to follow one channel to its noise is not worth giving up another") {
