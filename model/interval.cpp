@@ -34,17 +34,39 @@ struct UnitErrors {
   std::vector<double> open, ahead;
 };
 
-// interval.h: the least w. Infinite where an error is that is needed.
+// interval.h. Infinite where an error is that is needed.
 double half_width_of(const std::vector<const std::vector<double>*>& units) {
   const auto M = static_cast<double>(units.size());
-  std::vector<std::pair<double, double>> weighted;
-  for (const auto* unit : units)
-    for (const double error : *unit) weighted.emplace_back(error, 1.0 / ((M + 1.0) * static_cast<double>(unit->size())));
-  std::sort(weighted.begin(), weighted.end());
+  std::vector<std::pair<double, std::size_t>> errors;  // and of which unit
+  for (std::size_t u = 0; u < units.size(); ++u)
+    for (const double error : *units[u]) errors.emplace_back(error, u);
+  std::sort(errors.begin(), errors.end());
+  if (units.size() == 1) return errors.back().first;
+  const auto weight = [&](std::size_t unit) { return 1.0 / static_cast<double>(units[unit]->size()); };
+
+  // Of each error, the share of the other units' errors that lie below it: the level at which a width from these would not yet hold it.
+  std::vector<std::pair<double, double>> levels;  // and its weight
+  std::vector<double> own(units.size(), 0.0);     // shares that lie below, of each unit, and the sum of these
+  double all = 0.0;
+  for (std::size_t i = 0, end = 0; i < errors.size(); i = end) {
+    while (end < errors.size() && errors[end].first == errors[i].first) ++end;
+    for (std::size_t k = i; k < end; ++k) levels.emplace_back((all - own[errors[k].second]) / (M - 1.0), weight(errors[k].second) / M);
+    for (std::size_t k = i; k < end; ++k) {
+      all += weight(errors[k].second);
+      own[errors[k].second] += weight(errors[k].second);
+    }
+  }
+  std::sort(levels.begin(), levels.end());
+  double held = 0.0, level = 1.0;
+  for (const auto& [below, share] : levels)
+    if ((held += share) >= interval_share - 1e-12) {
+      level = below;
+      break;
+    }
   double sum = 0.0;
-  for (const auto& [error, weight] : weighted)
-    if ((sum += weight) >= interval_share - 1e-12) return error;
-  return weighted.back().first;
+  for (const auto& [error, unit] : errors)
+    if ((sum += weight(unit) / M) > level + 1e-12) return error;
+  return errors.back().first;
 }
 
 // Places at which rollouts begin, where something was measured.

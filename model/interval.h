@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prediction intervals of any predictor: how far off a rollout, or a prediction one step ahead, will be in 95 % of its samples.
 //
-// By split conformal prediction (Lei, G'Sell, Rinaldo, Tibshirani, Wasserman 2018, J. Am. Stat. Assoc. 113(523)): errors over data that
-// the predictor was not trained on, in steps of the time since a rollout began. Errors of one rollout go together, so that the unit that is
-// exchangeable with another is not a sample: it is a whole recording, or, where fewer than five are set aside, a minute of one. M units of
-// n_i samples give
+// From errors over data that the predictor was not trained on, in steps of the time since a rollout began. Errors of one rollout go
+// together, so that the unit that is exchangeable with another is not a sample: it is a whole recording, or, where fewer than five are set
+// aside, a minute of one. With F the share of errors below a width, each of M units weighing as much as another, however many samples it
+// has, and F_-i the same without unit i,
 //
-//   half width = the least w with  sum_i 1/(M + 1) 1/n_i #{samples of unit i with |error| <= w}  >=  0.95
+//   half width = F^-1(level),   level: the least with which F_-i^-1(level) holds 95 % of the samples of unit i, in the mean over i
 //
-// so that a sample of a further unit lies inside with a probability of 0.95 or more, and at most 1/(M + 1) more (two-layer hierarchical
-// conformal prediction: Dunn, Wasserman, Ramdas 2022, J. Am. Stat. Assoc. 118(544); Lee, Barber, Willett 2023, arXiv:2306.06342). With M
-// below 19 there is no such w: the largest error takes its place, and what is promised is M/(M + 1).
+// so that the level is that with which units that the width was not taken from are covered as is asked (Beran 1990, J. Am. Stat. Assoc.
+// 85(411), calibrating prediction regions; by leaving one out as Barber, Candes, Ramdas, Tibshirani 2021, Ann. Statist. 49(1)). Where no
+// level does, as with fewer than 20 units that do not overlap, the largest error takes its place. It holds a further unit's sample
+// with a probability of M/(M + 1), which is what fewer than 19 units promise (Lee, Barber, Willett 2023, arXiv:2306.06342).
 //
 // It holds for recordings that come about as those did: other limbs than they had, other commands, other rooms void it (trained_region.h
 // says where the inputs do). Minutes of one recording are exchangeable as far as it is stationary and forgets within a minute.
