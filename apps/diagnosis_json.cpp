@@ -214,7 +214,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                             {"nominal", per_channel(d, held.nominal)},
                             {"gain", gain},
                             {"samples", per_channel(d, held.samples)},
-                            {"kept_back", held_out_words(d)}};
+                            {"kept_back", held_out_words(d)},
+                            {"judged_on_training", d.judged_on_training}};
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
   for (const plant::ChannelId c : channels_of(d).ids())
     json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},

@@ -394,7 +394,17 @@ class Diagnoser {
         (recordings == &training_ ? gated_training_ : gated_held_out_)
             .push_back(gated(system(), recording, given_noise, result_.gate.back()));
       }
-    for (const sim::Recording& recording : gated_training_) splits_->push_back(split(recording, settings_.fit_until_s, held_out_.empty()));
+    split_training(held_out_.empty());
+    for (const sim::Recording& recording : gated_held_out_) drives_more_.push_back(drives_more(recording, data_));
+    const auto is_fitted_whole = [](const Split& one) { return one.sample_count == one.fitted.samples.size(); };
+    result_.judged_on_training =
+        !held_out_.empty() && !contains(drives_more_, false) && std::all_of(splits_->begin(), splits_->end(), is_fitted_whole);
+    if (result_.judged_on_training) split_training(true);
+  }
+
+  void split_training(bool keep_blocks) {
+    splits_->clear(), data_.clear();
+    for (const sim::Recording& recording : gated_training_) splits_->push_back(split(recording, settings_.fit_until_s, keep_blocks));
     for (std::size_t r = 0; r < splits_->size(); ++r)
       data_.push_back({&(*splits_)[r].fitted, (*splits_)[r].sample_count, result_.gate[r].noise});
   }
@@ -435,6 +445,10 @@ class Diagnoser {
         prediction.held_out.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
       if (prediction.training) prediction.held_out = (*splits_)[r].held_out;
+      const std::vector<bool> none(prediction.held_out.size(), false);
+      prediction.judges = !prediction.training && drives_more_[r - training_.size()] ? none : prediction.held_out;
+      // Errors are said of what was asked to be held out.
+      if (prediction.training && result_.judged_on_training) prediction.held_out = none;
       predictions.push_back(std::move(prediction));
     };
     for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r]);
@@ -735,6 +749,7 @@ class Diagnoser {
   SearchSettings search_;
   plant::Plant given_;
   std::vector<sim::Recording> gated_training_, gated_held_out_;
+  std::vector<bool> drives_more_;  // of each held-out recording
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
   Fitted before_, after_;

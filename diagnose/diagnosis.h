@@ -149,6 +149,8 @@ struct Diagnosis {
   Objections objections;
   Parsimony parsimony;
   HeldOutError held_out;
+  // What is held out drives what training never does, and cannot judge what predicts worse: two blocks of each training recording do.
+  bool judged_on_training = false;
   std::vector<Prediction> predictions;  // training recordings, then held-out ones
   ResidualCorrelation correlation;
   std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which explanations point into

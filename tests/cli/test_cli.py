@@ -462,6 +462,19 @@ def test_diagnose():
     check("diagnose from a plant with both forms: says that it has them", "The given plant has driver_lag and input_delay."
           in " ".join(result.stdout.split()), said(result))
 
+    # A coil that training leaves alone: the recording that drives it is predicted, but does not judge.
+    for coil, step in (("A", "duty_B"), ("B", "duty_A")):
+        write(f"only_{coil}.yaml", re.sub(f"  {step}:.*\n", "", MADE_BY))
+        sinew("run", f"only_{coil}.yaml", "--out", f"only_{coil}")
+    sinew("run", "only_A.yaml", "--seed", "8", "--out", "only_A/again")
+    alone = ["diagnose", "--train", "only_A/recording.csv", "--plant", PAPER_LIMB, "--at-rest", "--heldout"]
+    for held_out, drives_more in (("only_B", True), ("only_A/again", False)):
+        result = sinew(*alone, f"{held_out}/recording.csv", "--out", f"diagnosis/{held_out}")
+        answer = json.loads(content(f"diagnosis/{held_out}/diagnosis.json"))["fit"]["heldout"]
+        check(f"diagnose: whether {held_out} drives what training leaves alone is said, and its error", drives_more
+              == answer["judged_on_training"] == ("drives an input that training leaves alone" in " ".join(result.stdout.split()))
+              and answer["samples"]["angle_deg"] > 100, said(result))
+
     refused("--without a misspelt effect", [*made, "--out", "o", "--without", "input_delay", "thermocuple_lag"],
             r"^--without = thermocuple_lag\n  no such effect; did you mean thermocouple_lag\?\n  `sinew effects` lists")
     refused("diagnose --fit-until too early", [*made, "--out", "o", "--fit-until", "1.5"],
