@@ -643,9 +643,10 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   else if (!rough.empty())
     closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
   if (d.judged_on_training)
-    closing += std::string(closing.empty() ? "" : " ") + held_out_words(d) + (inputs.held_out.size() == 1 ? " drives" : " drive") +
-               " an input that training leaves alone. Of what belongs there training tells nothing, so that this error is no judge: whether "
-               "something predicts worse was asked of two blocks of each training recording, which were not fitted.";
+    closing +=
+        std::string(closing.empty() ? "" : " ") + held_out_words(d) + (inputs.held_out.size() == 1 ? " drives" : " drive") +
+        " an input that training leaves alone. Of what belongs there training tells nothing, so that this error is no judge: whether "
+        "something predicts worse was asked of two blocks of each training recording, which were not fitted.";
   if (!closing.empty()) text.push_back(closing);
   return text;
 }
