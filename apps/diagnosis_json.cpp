@@ -215,7 +215,12 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
                             {"gain", gain},
                             {"samples", per_channel(d, held.samples)},
                             {"kept_back", held_out_words(d)},
-                            {"judged_on_training", d.judged_on_training}};
+                            {"judged_on_blocks", d.judged_on_blocks}};
+  ordered_json driven_more = ordered_json::array();
+  for (std::size_t r = 0; r < d.driven_more.size(); ++r)
+    for (const plant::InputId i : d.driven_more[r])
+      driven_more.push_back({{"recording", inputs.held_out[r]}, {"input", system_of(d).inputs()[i].column}});
+  json["fit"]["heldout"]["driven_more"] = driven_more;
   json["fit"]["residual_correlation"]["lag_s"] = diagnose::correlation_lag_s;
   for (const plant::ChannelId c : channels_of(d).ids())
     json["fit"]["residual_correlation"][channels_of(d)[c].column] = {{"before", d.correlation.before[c]},

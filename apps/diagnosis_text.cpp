@@ -596,6 +596,23 @@ std::string weightings_words(const Diagnosis& d, plant::ChannelId c) {
   return " (" + own + " by the diagnosis' weighting, " + other + " by `calibrate`'s)";
 }
 
+bool drives_more(const Diagnosis& d) {
+  return std::any_of(d.driven_more.begin(), d.driven_more.end(), [](const auto& inputs) { return !inputs.empty(); });
+}
+
+std::string no_judge_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
+  if (!drives_more(d)) return "";
+  std::vector<std::string> which;
+  for (std::size_t r = 0; r < d.driven_more.size(); ++r) {
+    std::vector<std::string> driven;
+    for (const plant::InputId i : d.driven_more[r]) driven.push_back(system_of(d).inputs()[i].words);
+    if (!driven.empty()) which.push_back(file_name(inputs.held_out[r]) + " drives " + listed(driven));
+  }
+  return listed(which) + ", which training leaves alone: of what belongs there it tells nothing. So whether something predicts worse was " +
+         (d.judged_on_blocks ? "asked of two blocks of each training recording instead, which were not fitted."
+                             : "asked of what else is held out alone.");
+}
+
 std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs& inputs) {
   const auto& held = d.held_out;
   std::vector<std::string> text;
@@ -636,18 +653,14 @@ std::vector<std::string> better_words(const Diagnosis& d, const DiagnosisInputs&
   if (before && after && !added_effects(d).empty())
     closing = "Errors of " + channel_words(channels_of(d)[c]) + " one second apart are alike by " + report::fixed(*before, 2) +
               " before and by " + report::fixed(*after, 2) + " after (1: the same; 0: pure noise).";
-  if (!rough.empty() && d.verdict == Verdict::consistent)
+  if (!rough.empty() && d.verdict == Verdict::consistent && !drives_more(d))
     closing = "The prediction of " + listed(rough) +
               " is off by much more than noise, although what was fitted is explained: what was kept "
               "back may contain something that the rest does not. Give it to --train to find out.";
   else if (!rough.empty())
     closing += std::string(closing.empty() ? "" : " ") + "The prediction of " + listed(rough) + " is still off by more than noise.";
-  if (d.judged_on_training)
-    closing +=
-        std::string(closing.empty() ? "" : " ") + held_out_words(d) + (inputs.held_out.size() == 1 ? " drives" : " drive") +
-        " an input that training leaves alone. Of what belongs there training tells nothing, so that this error is no judge: whether "
-        "something predicts worse was asked of two blocks of each training recording, which were not fitted.";
   if (!closing.empty()) text.push_back(closing);
+  if (const std::string no_judge = no_judge_words(d, inputs); !no_judge.empty()) text.push_back(no_judge);
   return text;
 }
 
@@ -986,8 +999,11 @@ std::optional<double> correlation_after_1_s(const std::vector<double>& correlati
 
 std::string summary_sentence(const Diagnosis& d) {
   const auto& held = d.held_out;
-  // The channel that is furthest off; with something put in, the one that it changes most.
+  // The channel that is furthest off; with something put in where most was off, or the one that it changes most.
   plant::ChannelId c = d.located.channel;
+  if (added_effects(d).empty())
+    for (const plant::ChannelId other : channels_of(d).ids())
+      if (held.samples[other] > 0 && !(held.after[other] / held.noise[other] <= held.after[c] / held.noise[c])) c = other;
   if (!d.laws.empty() || (!added_effects(d).empty() && !(held.gain_lowest[c] > 0.0)))
     for (const plant::ChannelId other : channels_of(d).ids())
       if (held.samples[other] > 0 && held.gain[other] > held.gain[c]) c = other;
@@ -995,6 +1011,10 @@ std::string summary_sentence(const Diagnosis& d) {
   if (added_effects(d).empty())
     return "On held-out data, " + channel_words(channels_of(d)[c]) + " is predicted to " + channel_value(channels_of(d)[c], held.after[c]) +
            "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
+  std::vector<std::string> worse;  // beyond chance
+  for (const plant::ChannelId other : channels_of(d).ids())
+    if (held.samples[other] > 0 && held.gain_highest[other] < 0.0 && held.gain[other] < -0.01)
+      worse.push_back(channel_words(channels_of(d)[other]));
   return "With " +
          std::string(!d.laws.empty()                    ? (d.effects.size() + d.laws.size() == 1 ? "it" : "them")
                      : d.effects.empty() || d.wandering ? "a stand-in"
@@ -1002,7 +1022,8 @@ std::string summary_sentence(const Diagnosis& d) {
                                                         : "them") +
          " put in, the error of " + channel_words(channels_of(d)[c]) + " on held-out data goes from " +
          channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) +
-         "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + ".";
+         "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + "." +
+         (worse.empty() ? "" : " It grows for " + listed(worse) + ".");
 }
 
 DiagnosisWords diagnosis_words(const Diagnosis& d, const DiagnosisInputs& inputs) {

@@ -40,4 +40,16 @@ PerChannel noise_of(const plant::System& system, const sim::Recording& recording
 // below 0.05; at least 1. NaN entries are passed over.
 double correlation_samples(const std::vector<double>& residual);
 
+// From the lowest to the highest of the values that are there.
+struct Span {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  void include(double value) {
+    if (std::isnan(value)) return;
+    lowest = std::min(lowest, value);
+    highest = std::max(highest, value);
+  }
+  bool none() const { return highest < lowest; }
+  double width() const { return highest - lowest; }
+};
+
 }  // namespace sinew::diagnose

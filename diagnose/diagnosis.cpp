@@ -338,8 +338,7 @@ class Diagnoser {
       for (std::size_t p = 0; p < predictions.size(); ++p)
         predictions[p].nominal = predictions[p].fitted = predictions[p].before = before[p];
       set_after(predictions, after);
-      const HeldOutError error = error_of(predictions, search_.seed);
-      return error.highest_total_gain >= 0.0;
+      return judged(std::move(predictions)).highest_total_gain >= 0.0;
     };
   }
 
@@ -394,16 +393,17 @@ class Diagnoser {
         (recordings == &training_ ? gated_training_ : gated_held_out_)
             .push_back(gated(system(), recording, given_noise, result_.gate.back()));
       }
-    split_training(held_out_.empty());
-    for (const sim::Recording& recording : gated_held_out_) drives_more_.push_back(drives_more(recording, data_));
-    const auto is_fitted_whole = [](const Split& one) { return one.sample_count == one.fitted.samples.size(); };
-    result_.judged_on_training =
-        !held_out_.empty() && !contains(drives_more_, false) && std::all_of(splits_->begin(), splits_->end(), is_fitted_whole);
-    if (result_.judged_on_training) split_training(true);
-  }
-
-  void split_training(bool keep_blocks) {
-    splits_->clear(), data_.clear();
+    std::vector<FitData> fitted;
+    bool whole = true;  // every training recording is fitted to its end
+    for (std::size_t r = 0; r < gated_training_.size(); ++r) {
+      const sim::Recording& recording = gated_training_[r];
+      fitted.push_back({&recording, samples_until(recording, settings_.fit_until_s), result_.gate[r].noise});
+      whole = whole && fitted.back().sample_count == recording.samples.size();
+    }
+    for (const sim::Recording& recording : gated_held_out_) result_.driven_more.push_back(driven_more(system(), recording, fitted));
+    const auto judges = [](const std::vector<plant::InputId>& more) { return more.empty(); };
+    result_.judged_on_blocks = !held_out_.empty() && whole && std::none_of(result_.driven_more.begin(), result_.driven_more.end(), judges);
+    const bool keep_blocks = held_out_.empty() || result_.judged_on_blocks;
     for (const sim::Recording& recording : gated_training_) splits_->push_back(split(recording, settings_.fit_until_s, keep_blocks));
     for (std::size_t r = 0; r < splits_->size(); ++r)
       data_.push_back({&(*splits_)[r].fitted, (*splits_)[r].sample_count, result_.gate[r].noise});
@@ -445,10 +445,8 @@ class Diagnoser {
         prediction.held_out.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
       if (prediction.training) prediction.held_out = (*splits_)[r].held_out;
-      const std::vector<bool> none(prediction.held_out.size(), false);
-      prediction.judges = !prediction.training && drives_more_[r - training_.size()] ? none : prediction.held_out;
       // Errors are said of what was asked to be held out.
-      if (prediction.training && result_.judged_on_training) prediction.held_out = none;
+      if (prediction.training && result_.judged_on_blocks) prediction.held_out.assign(prediction.held_out.size(), false);
       predictions.push_back(std::move(prediction));
     };
     for (std::size_t r = 0; r < training_.size(); ++r) add(training_[r], gated_training_[r]);
@@ -473,6 +471,17 @@ class Diagnoser {
 
   static void set_after(std::vector<Prediction>& predictions, const std::vector<Series>& models) {
     for (std::size_t p = 0; p < predictions.size(); ++p) predictions[p].after = models[p];
+  }
+  // By what may object: not by recordings that drive more than training, but where no other is left by the blocks that were not fitted.
+  HeldOutError judged(std::vector<Prediction> predictions) const {
+    for (std::size_t p = 0; p < predictions.size(); ++p) {
+      std::vector<bool>& held_out = predictions[p].held_out;
+      if (p < training_.size())
+        held_out = (*splits_)[p].held_out;
+      else if (!result_.driven_more[p - training_.size()].empty())
+        held_out.assign(held_out.size(), false);
+    }
+    return error_of(predictions, search_.seed);
   }
   void score_held_out() { result_.held_out = error_of(result_.predictions, search_.seed); }
 
@@ -505,7 +514,8 @@ class Diagnoser {
     result_.agreement_after = agreement_of(result_.answer, after_, data_, numerics());
     // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
     // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
-    if (!(effects_.empty() && laws_.empty()) && result_.held_out.highest_total_gain < 0.0) {
+    const HeldOutError by = judged(result_.predictions);
+    if (!(effects_.empty() && laws_.empty()) && by.highest_total_gain < 0.0) {
       drop();
       result_.objections.worse_on_held_out = true;
     }
@@ -538,11 +548,10 @@ class Diagnoser {
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result_.objections;
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
-    const auto& highest = result_.held_out.gain_highest;
+    const auto& highest = by.gain_highest;
     if (rest.none())
       for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
-    else if (result_.held_out.lowest_total_gain <= 0.0 ||
-             std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
+    else if (by.lowest_total_gain <= 0.0 || std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
   }
 
@@ -577,8 +586,7 @@ class Diagnoser {
     const Fitted path = fitted(proposals.fit);
     std::vector<Prediction> predictions = result_.predictions;
     set_after(predictions, predicted_by(path));
-    const HeldOutError held_out = error_of(predictions, search_.seed);
-    if (held_out.highest_total_gain < 0.0) return;  // the veto of the held-out data
+    if (judged(predictions).highest_total_gain < 0.0) return;  // the veto of the held-out data
     const Agreement was = agreement_of(before_.of, before_, data_, numerics()), is = agreement_of(path.of, path, data_, numerics());
     double sum = 0.0, channels_off = 0.0;
     for (const plant::ChannelId c : was.rmse.ids()) {
@@ -596,7 +604,7 @@ class Diagnoser {
     std::erase_if(effects_, is_law);
     std::erase_if(laws, std::not_fn(is_law));
     result_.predictions = std::move(predictions);
-    result_.held_out = held_out;
+    score_held_out();
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
     result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
@@ -749,7 +757,6 @@ class Diagnoser {
   SearchSettings search_;
   plant::Plant given_;
   std::vector<sim::Recording> gated_training_, gated_held_out_;
-  std::vector<bool> drives_more_;  // of each held-out recording
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
   Fitted before_, after_;

@@ -149,8 +149,10 @@ struct Diagnosis {
   Objections objections;
   Parsimony parsimony;
   HeldOutError held_out;
-  // What is held out drives what training never does, and cannot judge what predicts worse: two blocks of each training recording do.
-  bool judged_on_training = false;
+  // Of each recording that was held out, the inputs that it drives and training leaves alone: if any, its errors are said, but do not
+  // object to what was found. Where none is left that could, two blocks of each training recording are not fitted, and do.
+  std::vector<std::vector<plant::InputId>> driven_more;
+  bool judged_on_blocks = false;
   std::vector<Prediction> predictions;  // training recordings, then held-out ones
   ResidualCorrelation correlation;
   std::shared_ptr<const void> kept_alive;  // the recordings as they were fitted, which explanations point into

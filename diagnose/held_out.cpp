@@ -23,23 +23,16 @@ constexpr std::array<std::pair<double, double>, 2> held_out_shares{{{0.40, 0.50}
 struct Stretch {  // squares of one channel over some seconds of what was held out
   double nominal = 0.0, fitted = 0.0, calibrated = 0.0, before = 0.0, after = 0.0, noise = 0.0;
   std::size_t count = 0;
-  void add(const Stretch& other) {
-    nominal += other.nominal, fitted += other.fitted, calibrated += other.calibrated, before += other.before;
-    after += other.after, noise += other.noise, count += other.count;
-  }
 };
 
-const std::vector<bool>& judging(const Prediction& prediction) {
-  return prediction.judges.empty() ? prediction.held_out : prediction.judges;
-}
-
-// Adds the stretches of one channel of some samples of one recording: at least a dozen to draw from, but none shorter than 5 s.
-void add_stretches(const Prediction& prediction, const std::vector<bool>& samples, plant::ChannelId c, std::vector<Stretch>& stretches) {
-  const double kept_s = prediction.recording->median_period_s() * static_cast<double>(std::count(samples.begin(), samples.end(), true));
+// Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
+void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector<Stretch>& stretches) {
+  const double kept_s = prediction.recording->median_period_s() *
+                        static_cast<double>(std::count(prediction.held_out.begin(), prediction.held_out.end(), true));
   const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
   double end_s = -1e300;
   for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
-    if (!samples[k] || std::isnan(prediction.measured[c][k])) continue;
+    if (!prediction.held_out[k] || std::isnan(prediction.measured[c][k])) continue;
     if (prediction.time_s[k] > end_s) {
       stretches.push_back({});
       end_s = prediction.time_s[k] + stretch_s;
@@ -53,31 +46,6 @@ void add_stretches(const Prediction& prediction, const std::vector<bool>& sample
     stretch.after += square(prediction.after);
     stretch.noise += prediction.noise[c] * prediction.noise[c];
     ++stretch.count;
-  }
-}
-
-Stretch sum_of(const std::vector<Stretch>& stretches) {
-  Stretch sum;
-  for (const Stretch& s : stretches) sum.add(s);
-  return sum;
-}
-
-// As many as there are, drawn with replacement, from the `index`th chance on.
-Stretch drawn_from(const std::vector<Stretch>& stretches, const sim::RandomStream& chance, std::uint64_t& index) {
-  const auto n = static_cast<double>(stretches.size());
-  Stretch sum;
-  for (std::size_t i = 0; i < stretches.size(); ++i)
-    sum.add(stretches[std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * n))]);
-  return sum;
-}
-
-void add_total_gains(const std::vector<Stretch>& judges, const sim::RandomStream& chance, std::vector<double>& total) {
-  if (judges.empty()) return;
-  const Stretch all = sum_of(judges);
-  std::uint64_t index = 0;
-  for (double& of_draw : total) {
-    const Stretch drawn = drawn_from(judges, chance, index);
-    of_draw += (drawn.before - drawn.after) * static_cast<double>(all.count) / all.noise;
   }
 }
 
@@ -124,19 +92,18 @@ Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks) {
   return result;
 }
 
-bool drives_more(const sim::Recording& recording, const std::vector<FitData>& training) {
-  const std::vector<double>& at_rest = training.front().recording->samples.front().inputs;
-  for (std::size_t input = 0; input < at_rest.size(); ++input) {
-    const auto driven = [&](const sim::Sample& sample) { return sample.inputs[input] != at_rest[input]; };
-    const auto driven_in = [&](const FitData& one) {
-      const auto first = one.recording->samples.begin();
-      return std::any_of(first, first + static_cast<std::ptrdiff_t>(one.sample_count), driven);
-    };
-    if (std::any_of(recording.samples.begin(), recording.samples.end(), driven) &&
-        std::none_of(training.begin(), training.end(), driven_in))
-      return true;
+std::vector<plant::InputId> driven_more(const plant::System& system, const sim::Recording& recording,
+                                        const std::vector<FitData>& training) {
+  std::vector<plant::InputId> more;
+  for (const plant::InputId i : system.inputs().ids()) {
+    Span fitted;
+    for (const FitData& one : training)
+      for (std::size_t k = 0; k < one.sample_count; ++k) fitted.include(one.recording->samples[k].inputs[i.index]);
+    Span with = fitted;
+    for (const sim::Sample& sample : recording.samples) with.include(sample.inputs[i.index]);
+    if (fitted.width() == 0.0 && with.width() > 0.0) more.push_back(i);
   }
-  return false;
+  return more;
 }
 
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed) {
@@ -149,14 +116,14 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     *one = per_channel(channels);
   error.samples = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
   for (const plant::ChannelId c : error.samples.ids()) {
-    std::vector<Stretch> stretches, judges;
-    for (const Prediction& prediction : predictions) {
-      add_stretches(prediction, prediction.held_out, c, stretches);
-      add_stretches(prediction, judging(prediction), c, judges);
+    std::vector<Stretch> stretches;
+    for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
+    most_stretches = std::max(most_stretches, stretches.size());
+    Stretch sum;
+    for (const Stretch& s : stretches) {
+      sum.nominal += s.nominal, sum.fitted += s.fitted, sum.calibrated += s.calibrated, sum.before += s.before;
+      sum.after += s.after, sum.noise += s.noise, sum.count += s.count;
     }
-    most_stretches = std::max(most_stretches, judges.size());
-    const Stretch sum = sum_of(stretches);
-    add_total_gains(judges, sim::RandomStream(seed, "diagnose.gain." + std::to_string(c.index)), total);
     error.samples[c] = sum.count;
     if (sum.count == 0) {
       error.nominal[c] = error.fitted[c] = error.calibrated[c] = error.before[c] = error.after[c] = error.noise[c] = error.gain[c] =
@@ -175,9 +142,16 @@ HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t 
     const sim::RandomStream chance(seed, "diagnose.gain." + std::to_string(c.index));
     std::vector<double> gains;
     std::uint64_t index = 0;
-    for (std::size_t draw = 0; draw < bootstrap_draws; ++draw) {
-      const Stretch drawn = drawn_from(stretches, chance, index);
-      gains.push_back(drawn.before > 0.0 ? 1.0 - std::sqrt(drawn.after / drawn.before) : 0.0);
+    for (double& of_draw : total) {
+      double before = 0.0, after = 0.0;
+      for (std::size_t i = 0; i < stretches.size(); ++i) {
+        const auto pick =
+            std::min(stretches.size() - 1, static_cast<std::size_t>(chance.uniform(index++) * static_cast<double>(stretches.size())));
+        before += stretches[pick].before;
+        after += stretches[pick].after;
+      }
+      gains.push_back(before > 0.0 ? 1.0 - std::sqrt(after / before) : 0.0);
+      of_draw += (before - after) * n / sum.noise;
     }
     std::tie(error.gain_lowest[c], error.gain_highest[c]) = middle_95(gains);
   }
@@ -193,7 +167,7 @@ void choose_before(std::vector<Prediction>& predictions) {
   if (predictions.empty()) return;
   for (const plant::ChannelId c : predictions.front().measured.ids()) {
     std::vector<Stretch> stretches;
-    for (const Prediction& prediction : predictions) add_stretches(prediction, prediction.held_out, c, stretches);
+    for (const Prediction& prediction : predictions) add_stretches(prediction, c, stretches);
     double fitted = 0.0, calibrated = 0.0;
     for (const Stretch& one : stretches) fitted += one.fitted, calibrated += one.calibrated;
     for (Prediction& prediction : predictions) prediction.before[c] = (calibrated < fitted ? prediction.calibrated : prediction.fitted)[c];

@@ -18,8 +18,9 @@ struct Split {
 // What comes after `fit_until_s` is held out; where nothing does, and `keep_blocks`, two blocks of the recording are.
 Split split(const sim::Recording& gated, double fit_until_s, bool keep_blocks);
 
-// Whether a recording drives an input that training leaves alone: its prediction hangs on values of which training tells nothing.
-bool drives_more(const sim::Recording& recording, const std::vector<FitData>& training);
+// Inputs that training leaves alone, all along at one value, and that the recording drives: its prediction hangs on values of which
+// training tells nothing.
+std::vector<plant::InputId> driven_more(const plant::System& system, const sim::Recording& recording, const std::vector<FitData>& training);
 
 // Predictions over a recording, open loop from its duty, and which samples were held out.
 struct Prediction {
@@ -28,7 +29,6 @@ struct Prediction {
   PerChannel noise;  // of the sensors, units of files
   std::vector<double> time_s;
   std::vector<bool> held_out;
-  std::vector<bool> judges;  // whether one plant predicts worse than another; empty: what is held out
   // Units of files; NaN where missing. By the plant as given; with its parameters fitted, as the diagnosis weighs the channels, and as
   // `calibrate` does (each empty where that is not known); by the nearer of these two, channel by channel; repaired.
   Series measured, nominal, fitted, calibrated, before, after;
@@ -40,8 +40,8 @@ struct HeldOutError {
   PerChannel nominal, fitted, calibrated, before, after, noise;
   PerChannel gain, gain_lowest, gain_highest;  // 1 - after/before, with a 95 % block-bootstrap interval
   plant::ListOf<plant::ChannelId, std::size_t> samples;
-  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise, of what judges. Without
-  // bounds where there are too few stretches to draw from.
+  // The 95 % block-bootstrap interval of the sum over channels of (before - after) squares in units of noise. Without bounds where
+  // there are too few stretches to draw from.
   double lowest_total_gain = 0.0, highest_total_gain = 0.0;
 };
 HeldOutError error_of(const std::vector<Prediction>& predictions, std::uint64_t seed);

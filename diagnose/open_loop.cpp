@@ -116,7 +116,7 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
   return best;
 }
 
-std::vector<PerChannel> correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
+std::vector<PerChannel> samples_alike_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
   std::vector<PerChannel> samples(data.size(), per_channel(path.model.system()));
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Series model = predict(path.model, path.starts[r], *data[r].recording, numerics);
@@ -138,7 +138,7 @@ bool has_reading(const sim::Sample& sample) {
 }  // namespace
 
 std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics) {
-  const std::vector<PerChannel> correlation = correlation_of(path, data, numerics);
+  const std::vector<PerChannel> correlation = samples_alike_of(path, data, numerics);
   const Spread spread = spread_of(path, data, numerics);
   std::vector<FitData> weighted = data;
   for (std::size_t r = 0; r < data.size(); ++r)

@@ -52,7 +52,7 @@ Fitted polished(const Explanation& explanation, const std::vector<FitData>& data
 
 // Samples over which each channel's error is correlated, in each recording: a coil that one recording drives and another does not is off
 // for a pulse in one and all along in the other.
-std::vector<PerChannel> correlation_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
+std::vector<PerChannel> samples_alike_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
 
 // The data, each channel weighted as a path fits it: by how far off it is, never less than its noise, and for how long.
 std::vector<FitData> weighted_by(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);

@@ -191,7 +191,7 @@ class Proposer {
 
   // What a path leaves in each channel, for as long as what the plant as given leaves is correlated; never more than before.
   bool measure_by(const Fitted& path) {
-    if (!measured_) correlation_ = correlation_of(path, data_, fit_.numerics);
+    if (!measured_) correlation_ = samples_alike_of(path, data_, fit_.numerics);
     const Spread left = spread_of(path, data_, fit_.numerics);
     bool changed = !measured_;
     for (std::size_t r = 0; r < data_.size(); ++r)

@@ -16,17 +16,6 @@ constexpr double least_averages = 120.0;     // blocks of what a plant can do: a
 constexpr std::size_t least_samples = 200;   // of a System that is not averaged
 constexpr double least_motion_noises = 8.0;  // from lowest to highest: twice the reach of noise
 
-struct Span {
-  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-  void include(double value) {
-    if (std::isnan(value)) return;
-    lowest = std::min(lowest, value);
-    highest = std::max(highest, value);
-  }
-  bool none() const { return highest < lowest; }
-  double width() const { return highest - lowest; }
-};
-
 std::string listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];

@@ -471,8 +471,10 @@ def test_diagnose():
     for held_out, drives_more in (("only_B", True), ("only_A/again", False)):
         result = sinew(*alone, f"{held_out}/recording.csv", "--out", f"diagnosis/{held_out}")
         answer = json.loads(content(f"diagnosis/{held_out}/diagnosis.json"))["fit"]["heldout"]
+        path = f"{held_out}/recording.csv"
         check(f"diagnose: whether {held_out} drives what training leaves alone is said, and its error", drives_more
-              == answer["judged_on_training"] == ("drives an input that training leaves alone" in " ".join(result.stdout.split()))
+              == answer["judged_on_blocks"] == ("drives duty B, which training leaves alone" in " ".join(result.stdout.split()))
+              and answer["driven_more"] == ([{"recording": path, "input": "duty_B"}] if drives_more else [])
               and answer["samples"]["angle_deg"] > 100, said(result))
 
     refused("--without a misspelt effect", [*made, "--out", "o", "--without", "input_delay", "thermocuple_lag"],

@@ -92,9 +92,9 @@ TEST_CASE("open loop: for how long errors stay alike is each recording's own") {
   warm.set(ambient, warm.get(ambient) + 0.1);
   const Fitted one{limb.core, warm, {{}}}, both{limb.core, warm, {{}, {}}};
   std::vector<diagnose::FitData> data = limb.data;
-  const auto alone = diagnose::correlation_of(one, data, limb.settings.numerics);
+  const auto alone = diagnose::samples_alike_of(one, data, limb.settings.numerics);
   data.push_back(testing::data_of(idle).front());
-  const auto beside = diagnose::correlation_of(both, data, limb.settings.numerics);
+  const auto beside = diagnose::samples_alike_of(both, data, limb.settings.numerics);
   for (const plant::ChannelId c : alone[0].ids()) CHECK(beside[0][c] == alone[0][c]);
   CHECK(beside[1][testing::temperature_A] > 1.5 * beside[0][testing::temperature_A]);
 }
