@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew train: a predictor of a channel from recordings.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -70,8 +71,9 @@ std::string interval_words(const model::Intervals& intervals, const std::string&
     if (!steps) continue;
     const auto width = [&](bool one_step) { return report::significant(model::half_widths(*steps, one_step, after)(after - 1), 3) + unit; };
     const double share = model::promised_share(*steps);
-    const std::string units =
-        std::to_string(steps->units.front()) + (intervals.unit_is_recording ? " recordings" : " minutes") + " of what was set aside";
+    const model::Index fewest = *std::min_element(steps->units.begin(), steps->units.end());
+    const std::string units = std::to_string(fewest) + (intervals.unit_is_recording ? " recording" : " minute") + (fewest == 1 ? "" : "s") +
+                              " of what was set aside";
     return report::significant(100.0 * share, 2) + " % of samples are expected within " + width(false) +
            " in open loop after a minute, and within " + width(true) + " one step ahead, by " + units +
            (share < model::interval_share ? "; for " + report::significant(100.0 * model::interval_share, 2) + " % it takes 19." : ".");

@@ -44,7 +44,7 @@ double half_width_of(const std::vector<const std::vector<double>*>& units) {
   if (units.size() == 1) return errors.back().first;
   const auto weight = [&](std::size_t unit) { return 1.0 / static_cast<double>(units[unit]->size()); };
 
-  // Of each error, the share of the other units' errors that lie below it: the level at which a width from these would not yet hold it.
+  // Of each error, the share of the other units' errors that lie below it: the least level at which a width from these holds it.
   std::vector<std::pair<double, double>> levels;  // and its weight
   std::vector<double> own(units.size(), 0.0);     // shares that lie below, of each unit, and the sum of these
   double all = 0.0;
@@ -57,7 +57,7 @@ double half_width_of(const std::vector<const std::vector<double>*>& units) {
     }
   }
   std::sort(levels.begin(), levels.end());
-  double held = 0.0, level = 1.0;
+  double held = 0.0, level = 1.0;  // no width from the others holds the largest error: there the level stays 1
   for (const auto& [below, share] : levels)
     if ((held += share) >= interval_share - 1e-12) {
       level = below;

@@ -3,15 +3,16 @@
 //
 // From errors over data that the predictor was not trained on, in steps of the time since a rollout began. Errors of one rollout go
 // together, so that the unit that is exchangeable with another is not a sample: it is a whole recording, or, where fewer than five are set
-// aside, a minute of one. With F the share of errors below a width, each of M units weighing as much as another, however many samples it
-// has, and F_-i the same without unit i,
+// aside, a minute of one. With F(w) the share of errors up to a width w, each of M units weighing as much as another, however many samples
+// it has, F^-1(l) the least error with F above l, and F_-i the same without unit i,
 //
 //   half width = F^-1(level),   level: the least with which F_-i^-1(level) holds 95 % of the samples of unit i, in the mean over i
 //
 // so that the level is that with which units that the width was not taken from are covered as is asked (Beran 1990, J. Am. Stat. Assoc.
-// 85(411), calibrating prediction regions; by leaving one out as Barber, Candes, Ramdas, Tibshirani 2021, Ann. Statist. 49(1)). Where no
-// level does, as with fewer than 20 units that do not overlap, the largest error takes its place. It holds a further unit's sample
-// with a probability of M/(M + 1), which is what fewer than 19 units promise (Lee, Barber, Willett 2023, arXiv:2306.06342).
+// 85(411), calibrating prediction regions; by leaving one out as Barber, Candes, Ramdas, Tibshirani 2021, Ann. Statist. 49(1)). As it is
+// chosen on the units themselves, a further one can be covered a little less: by up to 1/M where errors of a unit are all alike. Where no
+// level does, as with fewer than 20 such units, the largest error takes its place. That holds a further unit's sample with a probability
+// of M/(M + 1), which is what fewer than 19 units promise (Lee, Barber, Willett 2023, arXiv:2306.06342).
 //
 // It holds for recordings that come about as those did: other limbs than they had, other commands, other rooms void it (trained_region.h
 // says where the inputs do). Minutes of one recording are exchangeable as far as it is stationary and forgets within a minute.
