@@ -31,11 +31,13 @@ class DescriptionError : public std::runtime_error {
   std::string path;
 };
 
-// A part of a kind that has a value of its own of an effect that parts otherwise share.
+// A part of a kind that has values of its own of an effect that parts otherwise share; or, where there is no effect, one value of its own
+// of what parts share of the core.
 struct OwnValues {
-  std::string path;    // where the file says so
-  std::string effect;  // "latent_heat"
-  std::string part;    // "A"
+  std::string path;      // where the file says so
+  std::string effect;    // "latent_heat"
+  std::string part;      // "A"
+  std::string key = "";  // of the core: "heating_midpoint_A_degC"
 };
 
 }  // namespace sinew::plant

@@ -109,6 +109,13 @@ class LawfulEquations final : public Equations<S> {
   Situation rest_situation_;
 };
 
+void take_values(const Plant& from, Plant& to, auto parameters) {
+  for (const ParameterId p : parameters) {
+    to.set(p, from.get(p));
+    to.set_own_deviation(p, from.own_deviation(p));
+  }
+}
+
 class LawfulSystem final : public System {
  public:
   LawfulSystem(std::shared_ptr<const System> base, std::vector<Law> laws) : base_(std::move(base)) {
@@ -119,6 +126,7 @@ class LawfulSystem final : public System {
     parts_word_ = base_->parts_word(), upstream_kind_ = base_->upstream_kind(), upstream_places_ = base_->upstream_places();
     averaging_s_ = base_->averaging_s();
     laws_ = base_->laws();
+    sharings_ = base_->sharings();
     first_law_ = laws_.size(), first_effect_ = effects_.size(), first_parameter_ = parameters_.size();
     for (Law& law : laws) add(std::move(law));
   }
@@ -153,6 +161,11 @@ class LawfulSystem final : public System {
   }
   std::string structure_yaml() const override { return base_->structure_yaml(); }
   std::shared_ptr<const System> without_laws() const override { return base_->without_laws(); }
+  std::shared_ptr<const System> with_own(const std::vector<std::size_t>& sharings) const override {
+    return std::make_shared<const LawfulSystem>(base_->with_own(sharings),
+                                                std::vector<Law>(laws_.begin() + static_cast<std::ptrdiff_t>(first_law_), laws_.end()));
+  }
+  Plant as_described(const Plant& plant) const override { return base_->as_described(of_base(plant)); }
 
  private:
   void add(Law law) {
@@ -209,7 +222,7 @@ class LawfulSystem final : public System {
   EffectsOn base_on(const EffectsOn& on) const { return {on.begin(), on.begin() + static_cast<std::ptrdiff_t>(first_effect_)}; }
   Plant of_base(const Plant& plant) const {
     Plant result(base_);
-    for (const ParameterId p : base_->parameters().ids()) result.set(p, plant.get(p));
+    take_values(plant, result, base_->parameters().ids());
     for (const EffectId e : base_->effects().ids()) result.turn(e, plant.is_on(e));
     return result;
   }
@@ -256,13 +269,6 @@ class LawfulSystem final : public System {
   std::size_t first_law_, first_effect_, first_parameter_;
   std::deque<std::string> texts_;
 };
-
-void take_values(const Plant& from, Plant& to, auto parameters) {
-  for (const ParameterId p : parameters) {
-    to.set(p, from.get(p));
-    to.set_own_deviation(p, from.own_deviation(p));
-  }
-}
 
 }  // namespace
 
@@ -320,10 +326,7 @@ Plant with_known_laws(const Plant& plant) {
     known.back().is_sought = false;
     known.back().name.clear();
   }
-  Plant without(system.without_laws());
-  take_values(plant, without, without.system().parameters().ids());
-  for (const EffectId e : without.system().effects().ids()) without.turn(e, plant.is_on(e));
-  return with_laws_on(without, std::move(known));
+  return with_laws_on(system.as_described(plant), std::move(known));
 }
 
 }  // namespace sinew::plant

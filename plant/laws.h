@@ -57,7 +57,8 @@ Eigen::VectorXd values_of(const Plant& plant, EffectId law);
 // The plant in a System of these laws beside those that it has; they are on.
 Plant with_laws_on(const Plant& plant, std::vector<Law> laws);
 
-// The plant with those of its laws that are on, as they are known: what a file keeps.
+// The plant with those of its laws that are on, as they are known, and parts that are apart (apart.h) with values of their own: what a
+// file keeps.
 Plant with_known_laws(const Plant& plant);
 
 }  // namespace sinew::plant

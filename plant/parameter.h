@@ -36,7 +36,7 @@ struct Declaration {
   // One standard deviation of what is believed before any recording is seen; 0 for what is known and not fitted.
   double prior_deviation = 0.0;
   // Key of a quantity, in the same unit, that physics puts above this one: what is believed of the two says so.
-  std::string_view less_than = "";
+  std::string less_than = "";
   std::string_view meaning;
   std::string_view source = "";
 };

@@ -50,6 +50,12 @@ ChannelId System::channel(std::string_view column) const {
   return required(find(channels_, [&](const ChannelInfo& info) { return info.column == column; }), "channel", column);
 }
 
+std::shared_ptr<const System> System::with_own(const std::vector<std::size_t>&) const {
+  throw std::logic_error("parts of this system have no values of their own");
+}
+
+Plant System::as_described(const Plant& plant) const { return plant; }
+
 std::optional<ParameterId> System::surroundings() const {
   for (const Entry& entry : entries_)
     if (entry.parameter) return entry.parameter;

@@ -121,6 +121,22 @@ struct EffectInfo {
   std::vector<std::pair<ParameterId, double>> hides = {};
   // Where this is no effect of the catalogue but a law: which of System::laws().
   std::optional<std::size_t> law = std::nullopt;
+  // Where it is none but that parts have values of their own (apart.h): which of System::sharings().
+  std::optional<std::size_t> sharing = std::nullopt;
+  bool is_of_catalogue() const { return !law && !sharing; }
+};
+
+// What parts of a kind share, and each may have of its own.
+struct Sharing {
+  struct Quantity {
+    ParameterId parameter;
+    std::vector<std::string> own_keys;  // [parts]: of a part's own value
+  };
+  std::string words;                         // "the transformation temperatures"
+  std::optional<EffectId> effect;            // whose; none: the core's
+  std::string part_word;                     // "coil"
+  std::vector<std::string> parts;            // their names
+  std::vector<std::vector<Quantity>> moves;  // each list changes together
 };
 
 // The same equation, or the same reading, in every part that has it. A random forcing of it has one size.
@@ -235,6 +251,13 @@ class System : public std::enable_shared_from_this<System> {
   // Physics without a name, as curves (laws.h); each is an effect, too, after those of the catalogue.
   const std::vector<Law>& laws() const;
   virtual std::shared_ptr<const System> without_laws() const { return shared_from_this(); }
+  const std::vector<Sharing>& sharings() const { return sharings_; }
+  // Keys of what parts share of the core, of which a file can give a part a value of its own.
+  const std::vector<std::string>& own_keys() const { return own_keys_; }
+  // The same with values of their own for all parts of these sharings.
+  virtual std::shared_ptr<const System> with_own(const std::vector<std::size_t>& sharings) const;
+  // The plant without laws, and where parts are apart, with values of their own: as a file describes it.
+  virtual Plant as_described(const Plant& plant) const;
   // Averages of the readings over this time lose nothing that the plant can do; 0: samples are taken as they are.
   double averaging_s() const { return averaging_s_; }
 
@@ -274,6 +297,8 @@ class System : public std::enable_shared_from_this<System> {
   std::vector<std::string_view> upstream_places_;
   double averaging_s_ = 0.0;
   std::vector<Law> laws_;
+  std::vector<Sharing> sharings_;
+  std::vector<std::string> own_keys_;
 };
 
 // A system with values. Copies are cheap enough to pass around, and equal where all values are.

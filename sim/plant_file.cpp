@@ -64,6 +64,7 @@ void read_core(const YamlValue& value, plant::Plant& plant) {
       deviation.complain("must lie in [0, " + shortest(widest) + "] " + std::string(declared.unit.text));
     plant.set_own_deviation(p, believed * declared.unit.internal_per_unit);
   }
+  for (const std::string& own : plant.system().own_keys()) map.find(own);  // where none is given: for the nearest right name
   map.finish("`sinew effects --core` lists the parameters of the core");
 }
 
@@ -289,6 +290,16 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
     names.finish(old_name ? "outer_turns is called junction now, with other parameters; `sinew effects` lists all effects"
                           : all_effects_advice);
   }
+  if (parameters) {
+    const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
+    const std::vector<std::string>& keys = without_own.system().own_keys();
+    for (const auto& entry : parameters->map) {
+      if (std::find(keys.begin(), keys.end(), entry.key) == keys.end() || without_own.system().find_parameter(entry.key)) continue;
+      needs_format_2(entry.value);
+      making.own.push_back({entry.value.path, "", "", entry.key});
+      anew = true;
+    }
+  }
   if (effects)
     for (const auto& effect : effects->map)
       for (const auto& entry : effect.value.map)
@@ -398,7 +409,9 @@ std::string plant_to_yaml(const plant::Plant& plant, int indent) {
 
 std::string plant_file_text(const plant::Plant& plant) {
   const auto& all = plant.system().parameters();
+  const std::vector<std::string>& own_keys = plant.system().own_keys();
   const bool own = std::any_of(all.begin(), all.end(), [&](const plant::ParameterInfo& info) {
+    if (!info.effect) return std::find(own_keys.begin(), own_keys.end(), info.key()) != own_keys.end();
     return info.owner.find('.') != std::string::npos && plant.is_on(*info.effect);
   });
   return std::string("format: ") + (own || !plant.system().structure_yaml().empty() || !laws_to_yaml(plant, "").empty() ? "2" : "1") +

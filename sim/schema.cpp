@@ -75,6 +75,10 @@ ordered_json parameters_schema(const plant::System& system) {
   ordered_json properties = ordered_json::object();
   for (const auto& info : system.parameters())
     if (!info.effect) properties[info.declaration.name] = known_schema(info.declaration);
+  for (const std::string& own : system.own_keys())
+    if (!properties.contains(own))
+      properties[own] = {{"anyOf", {{{"type", "number"}}, {{"$ref", "#/definitions/known"}}}},
+                         {"description", "of one coil; else it is shared"}};
   return closed(properties);
 }
 

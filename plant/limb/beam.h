@@ -17,7 +17,7 @@ namespace sinew::plant {
 template <class S>
 void stretch_coils(Instant<S>& now) {
   const Core<S>& core = *now.core;
-  for (S& stretch_m : now.stretch_m) stretch_m = core.coil_stretch_m;
+  for (std::size_t j = 0; j < now.stretch_m.size(); ++j) now.stretch_m[j] = core.coil_stretch_m[j];
   for (const auto& [j, b, cosine] : core.shape->couplings)
     now.stretch_m[j] = now.stretch_m[j] - core.bend_sign[b] * core.moment_arm_m[j] * now.angle_rad[b] * cosine;
 }

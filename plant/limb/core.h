@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parameters of the core of a limb: SMA coils along silicone beams. Equations: wire.h, coil.h, beam.h.
 //
-// A quantity of each coil, segment or bend has the part's name in its own ("heat_loss_A_W_K"), unless there is only one.
+// A quantity of each coil, segment or bend has the part's name in its own ("heat_loss_A_W_K"), unless there is only one. What
+// coils share a coil may have of its own, where the file says so ("heating_midpoint_A_degC").
 // Defaults are the limb of Sabelhaus, Mehta, Wertz, Majidi 2022 (doi 10.3389/frobt.2022.888261): 0.51 mm Flexinol wire,
 // about 0.6 m a side, coiled to about 3 mm, in a body of Smooth-Sil 945.
 #pragma once
@@ -14,6 +15,24 @@
 
 namespace sinew::plant {
 
+// "heat_loss" + "A" + "_W_K"; the symbol "h" + "_A". Nothing in between where there is only one part.
+inline std::string with_part(std::string_view before, const std::string& part, std::string_view unit) {
+  return std::string(before) + (part.empty() ? "" : "_" + part) + std::string(unit);
+}
+
+// A quantity that coils share, but for those that have a value of their own.
+template <class S>
+struct OfCoils {
+  OfCoils(std::string_view of, double shared) : quantity(of), values{S(shared)} {}
+  std::string_view quantity;       // "heating_midpoint"
+  std::vector<S> values;           // what is shared, then what coils have of their own, in their order
+  std::vector<std::size_t> which;  // [coils]: of `values`
+  const S& operator[](std::size_t coil) const { return values[which[coil]]; }
+  std::string own_key(std::string_view key, const std::string& coil) const {
+    return with_part(quantity, coil, key.substr(quantity.size()));
+  }
+};
+
 template <class S>
 struct Core {
   explicit Core(const Shape& of) : shape(&of) {
@@ -22,6 +41,13 @@ struct Core {
     for (auto* per_segment : {&beam_stiffness_Nm_rad, &beam_damping_Nms_rad, &beam_inertia_kgm2}) per_segment->resize(segments);
     angle_offset_rad.resize(bends);
     bend_sign.resize(bends, S(1.0));
+    each_of_coils(*this, [&](OfCoils<S>& shared, std::string_view) {
+      for (std::size_t j = 0; j < coils; ++j) {
+        const bool own = of.is_own(shared.quantity, j);
+        shared.which.push_back(own ? shared.values.size() : 0);
+        if (own) shared.values.push_back(shared.values.front());
+      }
+    });
   }
 
   const Shape* shape;  // must outlive this
@@ -30,15 +56,15 @@ struct Core {
   std::vector<S> heat_capacity_J_K;  // [coils]
   std::vector<S> heat_loss_W_K;      // [coils]
   S ambient_temperature_degC{25.0};
-  S heating_midpoint_degC{75.0};
-  S heating_width_K{7.0};
-  S cooling_midpoint_degC{60.0};
-  S cooling_width_K{7.0};
-  S transformation_time_s{0.10};
-  S austenite_stiffness_N_m{313.0};
-  S martensite_stiffness_N_m{113.0};
-  S coil_stretch_m{0.030};
-  S transformation_stretch_m{0.028};
+  OfCoils<S> heating_midpoint_degC{"heating_midpoint", 75.0};
+  OfCoils<S> heating_width_K{"heating_width", 7.0};
+  OfCoils<S> cooling_midpoint_degC{"cooling_midpoint", 60.0};
+  OfCoils<S> cooling_width_K{"cooling_width", 7.0};
+  OfCoils<S> transformation_time_s{"transformation_time", 0.10};
+  OfCoils<S> austenite_stiffness_N_m{"austenite_stiffness", 313.0};
+  OfCoils<S> martensite_stiffness_N_m{"martensite_stiffness", 113.0};
+  OfCoils<S> coil_stretch_m{"coil_stretch", 0.030};
+  OfCoils<S> transformation_stretch_m{"transformation_stretch", 0.028};
   std::vector<S> moment_arm_m;           // [coils]
   std::vector<S> beam_stiffness_Nm_rad;  // [segments]
   std::vector<S> beam_damping_Nms_rad;   // [segments]
@@ -46,12 +72,35 @@ struct Core {
   std::vector<S> angle_offset_rad;       // [bends]
   std::vector<S> bend_sign;              // [bends]
 
+  // visit(quantity, the key of what is shared), for each that coils share.
+  template <class Self, class Visitor>
+  static void each_of_coils(Self& self, Visitor&& visit) {
+    visit(self.heating_midpoint_degC, "heating_midpoint_degC");
+    visit(self.heating_width_K, "heating_width_K");
+    visit(self.cooling_midpoint_degC, "cooling_midpoint_degC");
+    visit(self.cooling_width_K, "cooling_width_K");
+    visit(self.transformation_time_s, "transformation_time_s");
+    visit(self.austenite_stiffness_N_m, "austenite_stiffness_N_m");
+    visit(self.martensite_stiffness_N_m, "martensite_stiffness_N_m");
+    visit(self.coil_stretch_m, "coil_stretch_m");
+    visit(self.transformation_stretch_m, "transformation_stretch_m");
+  }
+
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
     const Shape& shape = *self.shape;
-    // "heat_loss" + "A" + "_W_K"; the symbol "h" + "_A". Nothing in between where there is only one part.
-    const auto named = [](const char* before, const std::string& part, const char* unit) {
-      return before + (part.empty() ? "" : "_" + part) + unit;
+    const auto& named = with_part;
+    const auto of_coils = [&](auto& field, const Declaration& declared) {
+      visit(field.values.front(), declared);
+      for (std::size_t j = 0; j < field.which.size(); ++j) {
+        if (field.which[j] == 0) continue;
+        Declaration own = declared;
+        own.name = field.own_key(declared.name, shape.coils[j].name);
+        own.symbol += "," + shape.coils[j].name;
+        if (!own.less_than.empty() && self.heating_midpoint_degC.which[j] != 0)
+          own.less_than = self.heating_midpoint_degC.own_key(own.less_than, shape.coils[j].name);
+        visit(field.values[field.which[j]], own);
+      }
     };
     constexpr std::string_view build = "Sabelhaus et al. 2022, methods";
     constexpr std::string_view spring = "k = G d^4 / (8 D^3 N), G of 25 (austenite) and 9 GPa (martensite), 25 turns";
@@ -97,79 +146,79 @@ struct Core {
                                                      .prior_deviation = 3.0,
                                                      .meaning = "temperature of the surroundings",
                                                      .source = "room"});
-    visit(self.heating_midpoint_degC, Declaration{.name = "heating_midpoint_degC",
-                                                  .symbol = "T_heat",
-                                                  .unit = units::degC,
-                                                  .range = {0.0, 200.0},
-                                                  .typical = 75.0,
-                                                  .prior_deviation = 10.0,
-                                                  .meaning = "temperature at which half of the martensite is gone on heating",
-                                                  .source = "Flexinol 70 degC alloy data sheet"});
-    visit(self.heating_width_K, Declaration{.name = "heating_width_K",
-                                            .symbol = "w_heat",
-                                            .unit = units::K,
-                                            .range = {0.5, 50.0},
-                                            .typical = 7.0,
-                                            .prior_deviation = 3.0,
-                                            .meaning = "width of the heating envelope",
-                                            .source = "Flexinol data sheet"});
-    visit(self.cooling_midpoint_degC, Declaration{.name = "cooling_midpoint_degC",
-                                                  .symbol = "T_cool",
-                                                  .unit = units::degC,
-                                                  .range = {0.0, 200.0},
-                                                  .typical = 60.0,
-                                                  .prior_deviation = 10.0,
-                                                  .less_than = "heating_midpoint_degC",
-                                                  .meaning = "temperature at which half of the martensite is back on cooling",
-                                                  .source = "Flexinol 70 degC alloy data sheet"});
-    visit(self.cooling_width_K, Declaration{.name = "cooling_width_K",
-                                            .symbol = "w_cool",
-                                            .unit = units::K,
-                                            .range = {0.5, 50.0},
-                                            .typical = 7.0,
-                                            .prior_deviation = 3.0,
-                                            .meaning = "width of the cooling envelope",
-                                            .source = "Flexinol data sheet"});
-    visit(self.transformation_time_s, Declaration{.name = "transformation_time_s",
-                                                  .symbol = "tau_xi",
-                                                  .unit = units::s,
-                                                  .range = {0.005, 10.0},
-                                                  .typical = 0.10,
-                                                  .prior_deviation = 0.05,
-                                                  .meaning = "time in which the fraction is pulled back to an envelope that passed it",
-                                                  .source = "regularised play operator"});
-    visit(self.austenite_stiffness_N_m, Declaration{.name = "austenite_stiffness_N_m",
-                                                    .symbol = "k_a",
-                                                    .unit = units::N_m,
-                                                    .range = {1.0, 5000.0},
-                                                    .typical = 313.0,
-                                                    .prior_deviation = 90.0,
-                                                    .meaning = "stiffness of a hot coil spring",
-                                                    .source = spring});
-    visit(self.martensite_stiffness_N_m, Declaration{.name = "martensite_stiffness_N_m",
-                                                     .symbol = "k_m",
-                                                     .unit = units::N_m,
-                                                     .range = {1.0, 5000.0},
-                                                     .typical = 113.0,
-                                                     .prior_deviation = 35.0,
-                                                     .meaning = "stiffness of a cold coil spring",
-                                                     .source = spring});
-    visit(self.coil_stretch_m, Declaration{.name = "coil_stretch_m",
-                                           .symbol = "delta_0",
-                                           .unit = units::m,
-                                           .range = {0.0, 0.3},
-                                           .typical = 0.030,
-                                           .prior_deviation = 0.006,
-                                           .meaning = "stretch of a hot coil over its free length when the limb is straight",
-                                           .source = build});
-    visit(self.transformation_stretch_m, Declaration{.name = "transformation_stretch_m",
-                                                     .symbol = "delta_t",
-                                                     .unit = units::m,
-                                                     .range = {0.0, 0.3},
-                                                     .typical = 0.028,
-                                                     .prior_deviation = 0.006,
-                                                     .meaning = "by how much a cold coil is longer than a hot one",
-                                                     .source = build});
+    of_coils(self.heating_midpoint_degC, Declaration{.name = "heating_midpoint_degC",
+                                                     .symbol = "T_heat",
+                                                     .unit = units::degC,
+                                                     .range = {0.0, 200.0},
+                                                     .typical = 75.0,
+                                                     .prior_deviation = 10.0,
+                                                     .meaning = "temperature at which half of the martensite is gone on heating",
+                                                     .source = "Flexinol 70 degC alloy data sheet"});
+    of_coils(self.heating_width_K, Declaration{.name = "heating_width_K",
+                                               .symbol = "w_heat",
+                                               .unit = units::K,
+                                               .range = {0.5, 50.0},
+                                               .typical = 7.0,
+                                               .prior_deviation = 3.0,
+                                               .meaning = "width of the heating envelope",
+                                               .source = "Flexinol data sheet"});
+    of_coils(self.cooling_midpoint_degC, Declaration{.name = "cooling_midpoint_degC",
+                                                     .symbol = "T_cool",
+                                                     .unit = units::degC,
+                                                     .range = {0.0, 200.0},
+                                                     .typical = 60.0,
+                                                     .prior_deviation = 10.0,
+                                                     .less_than = "heating_midpoint_degC",
+                                                     .meaning = "temperature at which half of the martensite is back on cooling",
+                                                     .source = "Flexinol 70 degC alloy data sheet"});
+    of_coils(self.cooling_width_K, Declaration{.name = "cooling_width_K",
+                                               .symbol = "w_cool",
+                                               .unit = units::K,
+                                               .range = {0.5, 50.0},
+                                               .typical = 7.0,
+                                               .prior_deviation = 3.0,
+                                               .meaning = "width of the cooling envelope",
+                                               .source = "Flexinol data sheet"});
+    of_coils(self.transformation_time_s, Declaration{.name = "transformation_time_s",
+                                                     .symbol = "tau_xi",
+                                                     .unit = units::s,
+                                                     .range = {0.005, 10.0},
+                                                     .typical = 0.10,
+                                                     .prior_deviation = 0.05,
+                                                     .meaning = "time in which the fraction is pulled back to an envelope that passed it",
+                                                     .source = "regularised play operator"});
+    of_coils(self.austenite_stiffness_N_m, Declaration{.name = "austenite_stiffness_N_m",
+                                                       .symbol = "k_a",
+                                                       .unit = units::N_m,
+                                                       .range = {1.0, 5000.0},
+                                                       .typical = 313.0,
+                                                       .prior_deviation = 90.0,
+                                                       .meaning = "stiffness of a hot coil spring",
+                                                       .source = spring});
+    of_coils(self.martensite_stiffness_N_m, Declaration{.name = "martensite_stiffness_N_m",
+                                                        .symbol = "k_m",
+                                                        .unit = units::N_m,
+                                                        .range = {1.0, 5000.0},
+                                                        .typical = 113.0,
+                                                        .prior_deviation = 35.0,
+                                                        .meaning = "stiffness of a cold coil spring",
+                                                        .source = spring});
+    of_coils(self.coil_stretch_m, Declaration{.name = "coil_stretch_m",
+                                              .symbol = "delta_0",
+                                              .unit = units::m,
+                                              .range = {0.0, 0.3},
+                                              .typical = 0.030,
+                                              .prior_deviation = 0.006,
+                                              .meaning = "stretch of a hot coil over its free length when the limb is straight",
+                                              .source = build});
+    of_coils(self.transformation_stretch_m, Declaration{.name = "transformation_stretch_m",
+                                                        .symbol = "delta_t",
+                                                        .unit = units::m,
+                                                        .range = {0.0, 0.3},
+                                                        .typical = 0.028,
+                                                        .prior_deviation = 0.006,
+                                                        .meaning = "by how much a cold coil is longer than a hot one",
+                                                        .source = build});
     for (std::size_t j = 0; j < shape.coils.size(); ++j)
       visit(self.moment_arm_m[j], Declaration{.name = named("moment_arm", shape.coils[j].name, "_m"),
                                               .symbol = named("r", shape.coils[j].name, ""),

@@ -133,28 +133,28 @@ SINEW_FLATTEN void LimbEquations<S>::rates(const Situation& given, const S* y, S
   stretch_coils(now);
   for (std::size_t j = 0; j < coils; ++j) {
     now.longer_share[j] = now.martensite_fraction[j];
-    now.transformation_stretch_m[j] = core.transformation_stretch_m;
+    now.transformation_stretch_m[j] = core.transformation_stretch_m[j];
   }
   SINEW_STAGE(stretch);
 
   for (std::size_t j = 0; j < coils; ++j)
     now.tension_N[j] =
-        coil_tension_N(coil_stiffness_N_m(now.martensite_fraction[j], core.austenite_stiffness_N_m, core.martensite_stiffness_N_m),
+        coil_tension_N(coil_stiffness_N_m(now.martensite_fraction[j], core.austenite_stiffness_N_m[j], core.martensite_stiffness_N_m[j]),
                        now.stretch_m[j], now.longer_share[j], now.transformation_stretch_m[j]);
   SINEW_STAGE(tension);
 
   for (std::size_t j = 0; j < coils; ++j) {
-    now.heating_midpoint_degC[j] = core.heating_midpoint_degC;
-    now.cooling_midpoint_degC[j] = core.cooling_midpoint_degC;
+    now.heating_midpoint_degC[j] = core.heating_midpoint_degC[j];
+    now.cooling_midpoint_degC[j] = core.cooling_midpoint_degC[j];
   }
   SINEW_STAGE(envelopes);
 
   for (std::size_t j = 0; j < coils; ++j) {
-    const Envelopes<S> envelope = envelopes(now.temperature_degC[j], now.heating_midpoint_degC[j], core.heating_width_K,
-                                            now.cooling_midpoint_degC[j], core.cooling_width_K);
+    const Envelopes<S> envelope = envelopes(now.temperature_degC[j], now.heating_midpoint_degC[j], core.heating_width_K[j],
+                                            now.cooling_midpoint_degC[j], core.cooling_width_K[j]);
     now.heating_envelope[j] = envelope.heating;
     now.cooling_envelope[j] = envelope.cooling;
-    now.pull_1_s[j] = pull_to_envelopes_1_s(now.martensite_fraction[j], envelope, core.transformation_time_s);
+    now.pull_1_s[j] = pull_to_envelopes_1_s(now.martensite_fraction[j], envelope, core.transformation_time_s[j]);
     now.warming_slope_1_K[j] = S(0.0);
     now.cooling_slope_1_K[j] = S(0.0);
   }

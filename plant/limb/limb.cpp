@@ -9,6 +9,25 @@ struct Groups {
   enum : std::size_t { air, heat, transformation, moment, temperature_reading, angle_reading };
 };
 
+std::string_view part_word(Part part) {
+  switch (part) {
+    case Part::coil:
+    case Part::thermocouple:
+      return "coil";
+    case Part::pair:
+      return "pair of coils";
+    case Part::segment:
+      return "segment";
+    case Part::bend:
+    case Part::bend_sensor:
+      return "bend";
+    case Part::room:
+    case Part::supply:
+      break;
+  }
+  return "";
+}
+
 std::string with_name(const std::string& words, const std::string& name) { return name.empty() ? words : words + " " + name; }
 
 }  // namespace
@@ -62,7 +81,31 @@ std::vector<std::string> part_names(const Shape& shape, Part part) {
   return names;
 }
 
-LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(std::move(shape)) {
+namespace {
+
+// The shape with what coils have of their own of the core; what effects have is left.
+std::vector<OwnValues> take_own_of_core(Shape& shape, const std::vector<OwnValues>& own) {
+  std::vector<OwnValues> of_effects;
+  const Core<double> core(shape);
+  for (const OwnValues& one : own) {
+    if (!one.effect.empty()) {
+      of_effects.push_back(one);
+      continue;
+    }
+    const std::size_t before = shape.own.size();
+    Core<double>::each_of_coils(core, [&](const OfCoils<double>& shared, std::string_view key) {
+      for (std::size_t j = 0; j < shape.coils.size(); ++j)
+        if (one.key == shared.own_key(key, shape.coils[j].name) && !shape.is_own(shared.quantity, j))
+          shape.own.emplace_back(shared.quantity, j);
+    });
+    if (shape.own.size() == before) throw DescriptionError(one.path, "no such parameter");
+  }
+  return of_effects;
+}
+
+}  // namespace
+
+LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(std::move(shape)), own_values_(own) {
   name_ = "limb";
   words_ = "the limb";
   averaging_s_ = 0.5;
@@ -70,18 +113,32 @@ LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(
   upstream_kind_ = "temperature";
   upstream_places_ = {text_of(Place::thermal), text_of(Place::actuation), text_of(Place::sensor_temperature)};
   const auto names = [&](Part part) { return part_names(shape_, part); };
-  own_ = own_parts_of(own, LimbValues<double>(Core<double>(shape_), {}), names);
+  const std::vector<OwnValues> of_effects = take_own_of_core(shape_, own);
+  own_ = own_parts_of(of_effects, LimbValues<double>(Core<double>(shape_), {}), names);
   list_parameters_and_effects(LimbValues<double>(Core<double>(shape_), own_), names, parameters_, effects_);
   for (const Shape::Coil& coil : shape_.coils)
     inputs_.push_back({"duty_" + coil.name, coil.name, "coil " + coil.name, "duty " + coil.name, units::none, {0.0, 1.0}});
   list_channels();
   list_entries();
   list_drives();
+  list_sharings();
   if (shape_.is_two_coil_limb) list_loggers();
 
   const auto values_of = [&](const char* before, const char* unit, const std::vector<std::string>& parts) {
     std::vector<ParameterId> all;
     for (const std::string& part : parts) all.push_back(parameter(before + (part.empty() ? "" : "_" + part) + unit));
+    return all;
+  };
+  const Core<double> core(shape_);
+  const auto of_coils = [&](std::initializer_list<const char*> keys) {
+    std::vector<ParameterId> all;
+    for (const char* key : keys) {
+      all.push_back(parameter(key));
+      Core<double>::each_of_coils(core, [&](const OfCoils<double>& shared, std::string_view its_key) {
+        for (std::size_t j = 0; j < shape_.coils.size(); ++j)
+          if (its_key == key && shape_.is_own(shared.quantity, j)) all.push_back(parameter(shared.own_key(key, shape_.coils[j].name)));
+      });
+    }
     return all;
   };
   const auto constant = [&](std::string words, Place place, std::vector<ParameterId> which) {
@@ -90,12 +147,12 @@ LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(
   constant("the supply's voltage", Place::actuation, {parameter("supply_voltage_V")});
   constant("the wires' heat capacity", Place::thermal, values_of("heat_capacity", "_J_K", names(Part::coil)));
   constant("the level of the transformation temperatures", Place::transformation,
-           {parameter("heating_midpoint_degC"), parameter("cooling_midpoint_degC")});
+           of_coils({"heating_midpoint_degC", "cooling_midpoint_degC"}));
   constants_.back().scale = 5.0;
   constants_.back().unit = "K";
-  constant("the stretch that the transformation makes", Place::transformation, {parameter("transformation_stretch_m")});
-  constant("the stiffness of austenite", Place::mechanics, {parameter("austenite_stiffness_N_m")});
-  constant("the stiffness of martensite", Place::mechanics, {parameter("martensite_stiffness_N_m")});
+  constant("the stretch that the transformation makes", Place::transformation, of_coils({"transformation_stretch_m"}));
+  constant("the stiffness of austenite", Place::mechanics, of_coils({"austenite_stiffness_N_m"}));
+  constant("the stiffness of martensite", Place::mechanics, of_coils({"martensite_stiffness_N_m"}));
   constant("the beam's stiffness", Place::mechanics, values_of("beam_stiffness", "_Nm_rad", names(Part::segment)));
   constant("the beam's damping", Place::mechanics, values_of("beam_damping", "_Nms_rad", names(Part::segment)));
   const auto gain = [&](std::string words, Place place, std::string_view kind, std::optional<ParameterId> about) {
@@ -106,6 +163,62 @@ LimbSystem::LimbSystem(Shape shape, const std::vector<OwnValues>& own) : shape_(
   };
   gain("the thermocouples' gain", Place::sensor_temperature, "temperature", parameter("ambient_temperature_degC"));
   gain("the bend sensor's gain", Place::sensor_angle, "angle", std::nullopt);
+}
+
+void LimbSystem::list_sharings() {
+  const std::vector<std::string> coils = part_names(shape_, Part::coil);
+  const Core<double> core(shape_);
+  const auto own_keys = [&](std::string_view wanted) {
+    std::vector<std::string> keys;
+    Core<double>::each_of_coils(core, [&](const OfCoils<double>& shared, std::string_view key) {
+      if (wanted.empty() || key == wanted)
+        for (const std::string& coil : coils) keys.push_back(shared.own_key(key, coil));
+    });
+    return keys;
+  };
+  own_keys_ = own_keys("");
+  const auto of_core = [&](std::string words, std::initializer_list<const char*> keys) {
+    Sharing one{std::move(words), std::nullopt, "coil", coils, {{}}};
+    bool shared_by_all = coils.size() > 1;
+    for (const char* key : keys) {
+      one.moves.front().push_back({parameter(key), own_keys(key)});
+      for (const std::string& own : one.moves.front().back().own_keys) shared_by_all = shared_by_all && !find_parameter(own);
+    }
+    if (shared_by_all) sharings_.push_back(std::move(one));
+  };
+  of_core("the transformation temperatures", {"heating_midpoint_degC", "cooling_midpoint_degC"});
+  of_core("the widths of the transformation", {"heating_width_K", "cooling_width_K"});
+  of_core("the stretch that the transformation makes", {"transformation_stretch_m"});
+  LimbValues<double>(core, own_).each_effect([&](auto index, const auto& instances) {
+    using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
+    const std::vector<std::string> parts = part_names(shape_, Effect::part);
+    if (parts.size() < 2 || !instances.own_parts.empty()) return;
+    Sharing one{std::string(Effect::name), EffectId{index}, std::string(part_word(Effect::part)), parts, {}};
+    for (const ParameterId p : effects_[EffectId{index}].parameters) {
+      const Declaration& declared = parameters_[p].declaration;
+      if (declared.kind != Kind::real || declared.prior_deviation <= 0.0) continue;
+      Sharing::Quantity quantity{p, {}};
+      for (const std::string& part : parts) quantity.own_keys.push_back(std::string(Effect::name) + "." + part + "." + declared.name);
+      one.moves.push_back({std::move(quantity)});
+    }
+    if (!one.moves.empty()) sharings_.push_back(std::move(one));
+  });
+}
+
+std::shared_ptr<const System> LimbSystem::with_own(const std::vector<std::size_t>& sharings) const {
+  std::vector<OwnValues> own = own_values_;
+  for (const std::size_t s : sharings) {
+    const Sharing& one = sharings_[s];
+    if (one.effect)
+      for (const std::string& part : one.parts) own.push_back({"", std::string(effects_[*one.effect].name), part});
+    else
+      for (const auto& move : one.moves)
+        for (const Sharing::Quantity& quantity : move)
+          for (const std::string& key : quantity.own_keys) own.push_back({"", "", "", key});
+  }
+  Shape plain = shape_;
+  plain.own.clear();
+  return std::make_shared<const LimbSystem>(std::move(plain), own);
 }
 
 void LimbSystem::list_channels() {
@@ -329,10 +442,12 @@ std::unique_ptr<LimbEquations<double>> LimbSystem::limb_equations(const Plant& p
   return std::make_unique<LimbEquations<double>>(shared_from_this(), shape_, own_, plant.values(), plant.on(), states(plant.on()));
 }
 
-Envelopes<double> LimbSystem::loop_at(const Plant& plant, double temperature_degC) const {
-  const auto value = [&](const char* key) { return plant.get(parameter(key)); };
-  return envelopes(temperature_degC, value("heating_midpoint_degC"), value("heating_width_K"), value("cooling_midpoint_degC"),
-                   value("cooling_width_K"));
+Envelopes<double> LimbSystem::loop_at(const Plant& plant, std::size_t coil, double temperature_degC) const {
+  LimbValues<double> values(Core<double>(shape_), own_);
+  values.assign(plant.values());
+  const Core<double>& core = values.core;
+  return envelopes(temperature_degC, core.heating_midpoint_degC[coil], core.heating_width_K[coil], core.cooling_midpoint_degC[coil],
+                   core.cooling_width_K[coil]);
 }
 
 // Temperatures near what is measured first, fractions within the hysteresis loop there, all else within its scale of rest. What shows no
@@ -381,7 +496,7 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
     if (i.index < at.martensite) {
       belief.deviation = sits_on_wire(i.index - at.temperature) ? near_shown_K : near_body_K;
     } else if (i.index < at.angle) {
-      const Envelopes<double> loop = loop_at(plant, *known[i.index - at.martensite]);
+      const Envelopes<double> loop = loop_at(plant, i.index - at.martensite, *known[i.index - at.martensite]);
       belief = {0.5 * (loop.heating + loop.cooling), std::max(0.05, 0.5 * (loop.heating - loop.cooling)), 0.0, 1.0};
     }
     if (list[i].unit.text == units::degC.text) belief.deviation = std::min(belief.deviation, apart_K);
@@ -403,7 +518,7 @@ std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(co
   std::vector<Envelopes<double>> loops;
   bool is_open = false;
   for (std::size_t j = 0; j < shape_.coils.size(); ++j) {
-    loops.push_back(loop_at(plant, *start[at.temperature + j]));
+    loops.push_back(loop_at(plant, j, *start[at.temperature + j]));
     is_open = is_open || loops[j].heating - loops[j].cooling > least_open;
   }
   if (!is_open) return {};

@@ -21,20 +21,23 @@ class LimbSystem final : public System {
   std::vector<std::vector<std::pair<StateId, double>>> other_starts(const Plant& plant,
                                                                     const std::vector<std::optional<double>>& start) const override;
   std::string structure_yaml() const override;
+  std::shared_ptr<const System> with_own(const std::vector<std::size_t>& sharings) const override;
 
   const Shape& shape() const { return shape_; }
   // The concrete equations, for tests that look inside.
   std::unique_ptr<LimbEquations<double>> limb_equations(const Plant& plant) const;
 
  private:
-  Envelopes<double> loop_at(const Plant& plant, double temperature_degC) const;
+  Envelopes<double> loop_at(const Plant& plant, std::size_t coil, double temperature_degC) const;
+  void list_sharings();
   void list_channels();
   void list_entries();
   void list_drives();
   void list_loggers();
 
   Shape shape_;
-  OwnParts own_;
+  std::vector<OwnValues> own_values_;
+  OwnParts own_;  // of effects; the core's are the shape's
 };
 
 // The limb of plant files of format 1, shared.

@@ -228,6 +228,10 @@ Shape shape_of(const Description& limb) {
   return shape;
 }
 
+bool Shape::is_own(std::string_view quantity, std::size_t coil) const {
+  return std::any_of(own.begin(), own.end(), [&](const auto& one) { return one.first == quantity && one.second == coil; });
+}
+
 std::string yaml_of(const Shape& shape) {
   std::string text = "limb:\n  segments:\n";
   for (const auto& segment : shape.segments) text += "    - {name: " + segment.name + ", axes: " + std::to_string(segment.axes) + "}\n";

@@ -51,6 +51,9 @@ struct Shape {
   std::vector<Segment> segments;
   std::vector<Coil> coils;
   std::vector<Sensor> sensors;
+  // Of what coils share (core.h), what a coil has of its own: "heating_midpoint", index of the coil.
+  std::vector<std::pair<std::string, std::size_t>> own;
+  bool is_own(std::string_view quantity, std::size_t coil) const;
 
   // Worked out from these by `complete`.
   std::vector<Bend> bends;

@@ -339,6 +339,38 @@ TEST_CASE("plant file: a value may say how well it is known") {
   CHECK(reading_error("parameters: { bend_sign: {value: 1, deviation: 0} }").find("has no deviation") != std::string::npos);
 }
 
+TEST_CASE("plant file: a coil may have a value of its own of what coils share") {
+  const plant::Plant limb =
+      read("format: 2\nparameters: { heating_midpoint_degC: 76, heating_midpoint_B_degC: {value: 68, deviation: 2} }");
+  CHECK(value(limb, "heating_midpoint_degC") == 76.0);
+  CHECK(value(limb, "heating_midpoint_B_degC") == 68.0);
+  CHECK(limb.deviation(limb.system().parameter("heating_midpoint_B_degC")) == 2.0);
+  CHECK_FALSE(limb.system().find_parameter("heating_midpoint_A_degC"));
+  CHECK(limb != read("parameters: { heating_midpoint_degC: 76 }"));
+  const std::string text = plant_file_text(limb);
+  CHECK(text.starts_with("format: 2\n"));
+  CHECK(text.find("heating_midpoint_B_degC: {value: 68, deviation: 2}\n") != std::string::npos);
+  CHECK(read(text) == limb);
+
+  // Beside an effect's, and in a file whose base has one.
+  const Folder folder;
+  folder.write("base.yaml", text);
+  const plant::Plant further = read(
+      "base: base.yaml\nparameters: { coil_stretch_A_m: 0.02 }\neffects: { junction: { heat_capacity_J_K: 0.4, "
+      "conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02, A: { heat_capacity_J_K: 0.2, "
+      "conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02 } } }",
+      folder.path());
+  CHECK(value(further, "heating_midpoint_B_degC") == 68.0);
+  CHECK(value(further, "coil_stretch_A_m") == 0.02);
+  CHECK(value(further, "junction.A.heat_capacity_J_K") == 0.2);
+  CHECK(read(plant_file_text(further)) == further);
+
+  CHECK(reading_error("format: 1\nparameters: { heating_midpoint_B_degC: 68 }").find("needs `format: 2`") != std::string::npos);
+  CHECK(reading_error("format: 2\nparameters: { heating_midpoint_C_degC: 68 }").find("did you mean heating_midpoint_A_degC?") !=
+        std::string::npos);
+  CHECK(reading_error("format: 2\nparameters: { heating_midpoint_B_degC: 680 }").find("must lie in [0, 200]") != std::string::npos);
+}
+
 TEST_CASE("plant file: maps where lists or words stand are errors") {
   CHECK(reading_error("effects: [ thermocouple_lag ]") == "p.yaml:1:10: effects = [ a list ]\n  must be a map");
   CHECK(reading_error("effects: { thermocouple_lag: 1.2 }") == "p.yaml:1:30: effects.thermocouple_lag = 1.2\n  must be a map");

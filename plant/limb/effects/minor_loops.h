@@ -43,8 +43,8 @@ struct MinorLoops {
     const S depth = value_of(below_heating) < value_of(above_cooling) ? below_heating : above_cooling;
     if (value_of(depth) <= 0.0) return;
     const S inside = value_of(depth) < Smoothing::loop_edge_fraction ? S(depth / Smoothing::loop_edge_fraction) : S(1.0);
-    now.warming_slope_1_K[coil] -= inside * slope_share * high * (1.0 - high) / now.core->heating_width_K;
-    now.cooling_slope_1_K[coil] -= inside * slope_share * low * (1.0 - low) / now.core->cooling_width_K;
+    now.warming_slope_1_K[coil] -= inside * slope_share * high * (1.0 - high) / now.core->heating_width_K[coil];
+    now.cooling_slope_1_K[coil] -= inside * slope_share * low * (1.0 - low) / now.core->cooling_width_K[coil];
   }
 };
 

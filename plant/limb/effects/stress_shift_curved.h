@@ -50,7 +50,7 @@ struct StressShiftCurved {
   }
 
   void envelopes(Instant<S>& now, std::size_t coil) const {
-    const S scale_N = now.core->austenite_stiffness_N_m * now.core->coil_stretch_m;
+    const S scale_N = now.core->austenite_stiffness_N_m[coil] * now.core->coil_stretch_m[coil];
     const S rise_K = shift_K_N * scale_N * risen(now.tension_N[coil] / scale_N);
     now.heating_midpoint_degC[coil] = now.heating_midpoint_degC[coil] + rise_K;
     now.cooling_midpoint_degC[coil] = now.cooling_midpoint_degC[coil] + rise_K;
