@@ -164,6 +164,20 @@ ordered_json law_json(const Diagnosis& d, const diagnose::FoundLaw& found) {
           {"closed_forms", forms}};
 }
 
+ordered_json apart_json(const Diagnosis& d, const diagnose::FoundApart& found) {
+  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+  ordered_json values = ordered_json::array();
+  for (const auto& one : found.values)
+    values.push_back({{"parameter", parameters_of(d)[one.parameter].key()},
+                      {"part", sharing.parts[one.part]},
+                      {"value", one.value},
+                      {"interval", {one.lowest, one.highest}}});
+  return {{"words", effects_of(d)[found.effect].words},
+          {"effect", sharing.effect ? ordered_json(effects_of(d)[*sharing.effect].name) : ordered_json(nullptr)},
+          {"log_odds", found.log_odds},
+          {"values", values}};
+}
+
 ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
   ordered_json json;
   json["verdict"] = text_of(d.verdict);
@@ -174,6 +188,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   }
   json["laws"] = ordered_json::array();
   for (const auto& found : d.laws) json["laws"].push_back(law_json(d, found));
+  json["apart"] = ordered_json::array();
+  for (const auto& found : d.apart) json["apart"].push_back(apart_json(d, found));
   json["ambiguous_with"] = ordered_json::array();
   for (const plant::EffectId e : d.ambiguous_with) json["ambiguous_with"].push_back(family_name(d, e));
   if (d.experiment)

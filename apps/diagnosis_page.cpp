@@ -219,7 +219,7 @@ report::Table proposal_table(const Diagnosis& d) {
   constexpr std::size_t most_rows = 12;
   report::Table table;
   table.title = "Plants that were compared by open-loop simulation";
-  table.header = {"effects and laws added", "against the best"};
+  table.header = {"what was added", "against the best"};
   table.align = {report::Align::left, report::Align::left};
   const auto& all = d.proposals.all;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -309,7 +309,7 @@ report::Table parameter_table(const Diagnosis& d) {
   }
   for (const plant::EffectId e : added)
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
-      if (is_of_law(system_of(d), p)) continue;
+      if (is_weight(system_of(d), p)) continue;
       const auto& info = parameters_of(d)[p];
       const bool fitted = std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& unknown) { return unknown.parameter == p; });
       if (fitted) continue;
@@ -327,6 +327,16 @@ report::Table parameter_table(const Diagnosis& d) {
   return table;
 }
 
+// One line a quantity.
+std::string apart_text(const Diagnosis& d, const diagnose::FoundApart& found) {
+  std::string text;
+  for (const auto& move : system_of(d).sharings()[*effects_of(d)[found.effect].sharing].moves)
+    for (const plant::Sharing::Quantity& quantity : move)
+      text += (text.empty() ? "" : "\n") + parameters_of(d)[quantity.parameter].declaration.name + " = " +
+              apart_words(d, found, quantity.parameter);
+  return text;
+}
+
 void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
   add_paragraphs(blocks, words.modelled);
@@ -334,8 +344,10 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     report::Code code;
     code.caption = effect_name(d, e) + ": " + effect_words(d, e);
     code.text = std::string(effects_of(d)[e].equation);
+    for (const diagnose::FoundApart& found : d.apart)
+      if (found.effect == e) code.text = apart_text(d, found);
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
-      if (is_of_law(system_of(d), p)) continue;
+      if (is_weight(system_of(d), p)) continue;
       const auto& declared = parameters_of(d)[p].declaration;
       code.text += "\n    " + std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " = " +
                    with_unit(report::significant(d.repaired.get_in_file_units(p), 4), declared.unit.text) + "   " +
@@ -638,7 +650,7 @@ report::Table effect_table(const Diagnosis& d) {
     return std::find(effects.begin(), effects.end(), e) != effects.end();
   };
   for (const plant::EffectId e : effects_of(d).ids()) {
-    if (effects_of(d)[e].law) continue;
+    if (!effects_of(d)[e].is_of_catalogue()) continue;
     const auto& info = effects_of(d)[e];
     const auto& strength = parameters_of(d)[info.strength].declaration;
     const bool toggle = strength.kind == plant::Kind::toggle;

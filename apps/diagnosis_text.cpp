@@ -37,11 +37,24 @@ bool is_form_of_a_name(const Diagnosis& d, const diagnose::FoundLaw& law) {
                      [&](const auto& found) { return diagnose::is_own(system_of(d), {found.effect}, law.law); });
 }
 
+// "the transformation temperatures", "their junction"
+std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "their " + sharing.words : sharing.words; }
+
 // Laws without a name, as clauses.
 std::vector<std::string> law_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
   for (const auto& found : d.laws)
     if (!is_form_of_a_name(d, found)) words.push_back(std::string(effects_of(d)[found.effect].words));
+  return words;
+}
+
+// "the coils are not alike in the transformation temperatures"
+std::vector<std::string> apart_clauses(const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const auto& found : d.apart) {
+    const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+    words.push_back("the " + sharing.part_word + "s are not alike in " + sharing_words(sharing));
+  }
   return words;
 }
 
@@ -126,9 +139,10 @@ std::string verdict_words(const Diagnosis& d) {
     }
     case Verdict::named_in_part: {
       return "More is missing than the catalogue explains, but part of it has a name: " + listed(names_with_probabilities(d)) +
-             (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) + ". " +
-             (d.effects.size() + d.laws.size() > 1 ? "Together they take" : "It takes") + " away " + percent(d.explained_share) +
-             (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
+             (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
+             (d.apart.empty() ? "" : "; and " + listed(apart_clauses(d))) + ". " +
+             (d.effects.size() + d.laws.size() + d.apart.size() > 1 ? "Together they take" : "It takes") + " away " +
+             percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
     }
     case Verdict::unexplained: {
       if (d.wandering) {
@@ -149,7 +163,8 @@ std::string verdict_words(const Diagnosis& d) {
         return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
                ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of " +
                (d.by_paths ? "the squared error beyond noise" : "what " + left_open_words(d)) + " goes.";
-      return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + ".";
+      return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + "." +
+             (d.apart.empty() ? "" : " And " + listed(apart_clauses(d)) + ".");
     }
   }
   return "";
@@ -397,6 +412,18 @@ std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
   return text;
 }
 
+std::string apart_paragraph(const Diagnosis& d, const diagnose::FoundApart& found) {
+  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+  std::vector<std::string> quantities;
+  for (const auto& move : sharing.moves)
+    for (const plant::Sharing::Quantity& quantity : move)
+      quantities.push_back(parameters_of(d)[quantity.parameter].declaration.name + " " + apart_words(d, found, quantity.parameter));
+  return "Not alike: each " + sharing.part_word + " has " + sharing_words(sharing) + " of its own, " + listed(quantities) +
+         ". The best plant in which all are alike is " + odds_words(found.log_odds) +
+         ". Parts are believed to be alike, to half of what is believed of such a quantity; of one that no recording drives, the others "
+         "tell.";
+}
+
 std::string wandering_words(const Diagnosis& d) {
   const auto& w = *d.wandering;
   std::string text = "Were " + w.of.words + " free to change from moment to moment, that would explain " + percent(w.explained_share) +
@@ -422,8 +449,9 @@ std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   const auto& kept = d.proposals.all[d.proposals.answer].effects;
   for (const plant::EffectId e : d.proposals.all.front().effects)
     if (std::find(kept.begin(), kept.end(), e) == kept.end())
-      names.push_back(effects_of(d)[e].law ? std::string(effects_of(d)[e].words)
-                                           : "that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
+      names.push_back(effects_of(d)[e].law       ? std::string(effects_of(d)[e].words)
+                      : effects_of(d)[e].sharing ? "that " + std::string(effects_of(d)[e].words)
+                                                 : "that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");
   return names;
 }
 
@@ -515,6 +543,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
   }
   for (const auto& found : d.effects) text.push_back(found_paragraph(d, found, alone));
   for (const auto& found : d.laws) text.push_back(law_paragraph(d, found));
+  for (const auto& found : d.apart) text.push_back(apart_paragraph(d, found));
   if (!alone && !d.effects.empty() && !d.by_paths)
     text.push_back("Together they explain " + percent(d.explained_share) + " of what " + left_open_words(d) + ".");
   if (!d.effects.empty() && !(d.by_paths && d.ambiguous_with.empty())) {
@@ -914,11 +943,21 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
 
 bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
 
+std::string apart_words(const diagnose::Diagnosis& d, const diagnose::FoundApart& found, plant::ParameterId parameter) {
+  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+  std::vector<std::string> parts;
+  for (const auto& one : found.values)
+    if (one.parameter == parameter)
+      parts.push_back(interval_words(one.value, one.lowest, one.highest, parameters_of(d)[parameter].declaration.unit.text) + " (" +
+                      sharing.parts[one.part] + ")");
+  return listed(parts);
+}
+
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& d) {
   std::vector<FittedValue> all;
   const auto& unknowns = d.values.problem->unknowns();
   for (std::size_t u = 0; u < unknowns.size(); ++u) {
-    if (unknowns[u].parameter == std::nullopt || is_of_law(d.values.system(), *unknowns[u].parameter)) continue;
+    if (unknowns[u].parameter == std::nullopt || is_weight(d.values.system(), *unknowns[u].parameter)) continue;
     const plant::ParameterId p = *unknowns[u].parameter;
     const auto& range = d.values.system().parameters()[p].declaration.range;
     const double unit = unknowns[u].internal_per_unit;
@@ -940,7 +979,8 @@ std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<plant::EffectId> all = added_effects(d);
   if (d.wandering) return all;  // what varies is not what was added, even if by the same name
   std::erase_if(all, [&](plant::EffectId e) {
-    return effects_of(d)[e].law || std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
+    return !effects_of(d)[e].is_of_catalogue() ||
+           std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
   });
   return all;
 }

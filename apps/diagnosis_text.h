@@ -42,10 +42,10 @@ inline const auto& effects_of(const diagnose::Diagnosis& diagnosis) { return sys
 inline const auto& parameters_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).parameters(); }
 inline const auto& channels_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).channels(); }
 inline const auto& groups_of(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).entry_groups(); }
-// A weight of a law: drawn as a curve, and no number for readers.
-inline bool is_of_law(const plant::System& system, plant::ParameterId p) {
+// A weight of a law, drawn as a curve, or of a part's own value, which is said: no number for readers.
+inline bool is_weight(const plant::System& system, plant::ParameterId p) {
   const auto& effect = system.parameters()[p].effect;
-  return effect && system.effects()[*effect].law;
+  return effect && !system.effects()[*effect].is_of_catalogue();
 }
 // Effects of the catalogue.
 inline std::size_t catalogue_size(const diagnose::Diagnosis& diagnosis) { return system_of(diagnosis).without_laws()->effects().size(); }
@@ -87,6 +87,9 @@ struct FittedValue {
   std::size_t unknown;  // of Diagnosis::values
   double value, lowest, highest;
 };
+// "75 °C (95 %: 74 to 76) for coil A, ...": of one quantity, part by part.
+std::string apart_words(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found, plant::ParameterId parameter);
+
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
 // for what is missing.

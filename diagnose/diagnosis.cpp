@@ -6,6 +6,7 @@
 #include <set>
 
 #include "diagnose/calibrate.h"
+#include "plant/apart.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -49,7 +50,8 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
 // Laws that an explanation has and the core has not.
 std::vector<plant::EffectId> laws_of(const Explanation& explanation, const Explanation& core) {
   std::vector<plant::EffectId> laws;
-  for (std::size_t e = core.system().effects().size(); e < explanation.system().effects().size(); ++e) laws.push_back(plant::EffectId{e});
+  for (std::size_t e = core.system().effects().size(); e < explanation.system().effects().size(); ++e)
+    if (explanation.system().effects()[plant::EffectId{e}].law) laws.push_back(plant::EffectId{e});
   return laws;
 }
 
@@ -113,7 +115,7 @@ Objections objections_to(const Explanation& answer, const std::vector<plant::Eff
 std::vector<plant::EffectId> added(const Explanation& explanation, const plant::Plant& nominal) {
   std::vector<plant::EffectId> effects;
   for (const plant::EffectId e : explanation.effects())
-    if (!explanation.system().effects()[e].law && !nominal.is_on(e)) effects.push_back(e);
+    if (explanation.system().effects()[e].is_of_catalogue() && !nominal.is_on(e)) effects.push_back(e);
   return effects;
 }
 
@@ -140,6 +142,28 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
         parameter = {p, value, std::max(declared.range.lowest, lowest / unit), std::min(declared.range.highest, highest / unit), false};
       }
     result.push_back(parameter);
+  }
+  return result;
+}
+
+// Values of parts that differ. Errors of shared value and weight go together as the fit says.
+std::vector<FoundApart::Value> apart_in(plant::EffectId effect, const Explanation& by) {
+  const plant::System& system = by.system();
+  const auto& fitted = by.problem->parameters();
+  const auto unknown_of = [&](plant::ParameterId p) {
+    return static_cast<std::size_t>(std::find(fitted.begin(), fitted.end(), p) - fitted.begin());
+  };
+  std::vector<FoundApart::Value> result;
+  for (const plant::ApartValue& one : plant::values_apart(by.model(), effect)) {
+    const auto& declared = system.parameters()[one.shared].declaration;
+    Eigen::VectorXd slope = Eigen::VectorXd::Zero(by.z.size());
+    for (const auto& [p, by_it] : {std::pair(one.shared, one.by_shared), std::pair(one.weight, one.by_weight)})
+      if (const std::size_t u = unknown_of(p); u < fitted.size())
+        slope(static_cast<Eigen::Index>(u)) = by_it * by.problem->unknowns()[u].slope_at(by.z(static_cast<Eigen::Index>(u)));
+    const double deviation = std::sqrt(std::max(0.0, slope.dot(by.covariance * slope))), unit = declared.unit.internal_per_unit;
+    const auto allowed = [&](double internal) { return std::clamp(internal / unit, declared.range.lowest, declared.range.highest); };
+    result.push_back({one.shared, one.part, allowed(one.value), allowed(one.value - two_sided_95 * deviation),
+                      allowed(one.value + two_sided_95 * deviation)});
   }
   return result;
 }
@@ -221,7 +245,7 @@ FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, d
         std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
       continue;
     for (const plant::EffectId other : one.effects)
-      if (!contains(best.effects, other) && !one.fit.system().effects()[other].law &&
+      if (!contains(best.effects, other) && one.fit.system().effects()[other].is_of_catalogue() &&
           std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
         result.rivals.emplace_back(other, loss);
   }
@@ -237,8 +261,8 @@ std::string place_of(const plant::Law& law, const plant::System& system) {
   return std::string(places[places.size() > 1 && (of_inputs(law.argument) || of_inputs(law.factor)) ? 1 : 0]);
 }
 
-// Log odds of the answer against the best that has no such law.
-double odds_of_law(plant::EffectId law, const Proposals& proposals) {
+// Log odds of the answer against the best that has no such term.
+double odds_without(plant::EffectId law, const Proposals& proposals) {
   for (const Proposal& one : proposals.all)
     if (!contains(one.effects, law)) return proposals.all[proposals.answer].log_odds - one.log_odds;
   return 0.0;
@@ -359,6 +383,7 @@ class Diagnoser {
     calibrate_as_given();
     result_.values = after_.of.problem == result_.answer.problem ? result_.answer : as_fitted(after_, data_, search_.fit);
     for (FoundEffect& found : result_.effects) found.parameters = values_of(found.effect, result_.values);
+    for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
@@ -599,10 +624,15 @@ class Diagnoser {
     result_.answer = path.of;
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);
-    const auto is_law = [&](plant::EffectId e) { return system().effects()[e].law.has_value(); };
-    std::vector<plant::EffectId> laws = effects_ = best.effects;
-    std::erase_if(effects_, is_law);
-    std::erase_if(laws, std::not_fn(is_law));
+    std::vector<plant::EffectId> laws;
+    effects_.clear();
+    for (const plant::EffectId e : best.effects) {
+      const plant::EffectInfo& effect = system().effects()[e];
+      if (effect.sharing)
+        result_.apart.push_back({e, odds_without(e, proposals), {}});
+      else
+        (effect.law ? laws : effects_).push_back(e);
+    }
     result_.predictions = std::move(predictions);
     score_held_out();
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
@@ -614,11 +644,11 @@ class Diagnoser {
       result_.effects.push_back(found_on_paths(e, proposals, result_.explained_share));
       take_form(result_.effects.back(), laws);
     }
-    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_of_law(e, proposals)));
+    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(e, proposals)));
     result_.proposals = std::move(proposals);
   }
 
-  bool nothing_added() const { return effects_.empty() && result_.laws.empty(); }
+  bool nothing_added() const { return effects_.empty() && result_.laws.empty() && result_.apart.empty(); }
 
   // What the plant as given can do by the other weighting of the channels, from the same search effort. What was added must be better than
   // either, channel by channel. Where nothing was, and the plant is wrong, there is one weighting: `calibrate`'s.

@@ -101,6 +101,18 @@ struct FoundLaw {
   std::vector<ClosedForm> forms;          // that lie within the band
 };
 
+// Parts that are not alike: each has values of its own (plant/apart.h).
+struct FoundApart {
+  plant::EffectId effect{};  // of the answer's System
+  double log_odds = 0.0;     // of the answer against the best in which they are alike
+  struct Value {
+    plant::ParameterId parameter{};  // that parts otherwise share
+    std::size_t part;                // of Sharing::parts
+    double value, lowest, highest;   // in the units of files; 95 %
+  };
+  std::vector<Value> values;  // as in Diagnosis::values
+};
+
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
 struct Visibility {
   plant::EffectId effect{};
@@ -123,6 +135,7 @@ struct Diagnosis {
   Located located;
   std::vector<FoundEffect> effects;  // accepted, strongest first
   std::vector<FoundLaw> laws;        // curves, in place of names or beside them
+  std::vector<FoundApart> apart;     // beside them
   std::vector<plant::EffectId> ambiguous_with;
   // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What varies has a
   // share of its own.

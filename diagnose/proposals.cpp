@@ -11,6 +11,7 @@
 #include "diagnose/free_laws.h"
 #include "diagnose/search.h"
 #include "diagnose/thinned.h"
+#include "plant/apart.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
 
@@ -37,7 +38,7 @@ struct ByCatalogue {
 class Proposer {
  public:
   Proposer(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit)
-      : given_(core.of.problem->centres()),
+      : given_(plant::carried_into(core.of.problem->centres(), plant::with_parts_apart(core.of.problem->centres().shared_system()))),
         whole_(data),
         thinned_(thinned(given_.system(), data)),
         data_(thinned_.data),
@@ -55,14 +56,17 @@ class Proposer {
     measure_by(settled);
     all_[{}] = fitted_from({}, settled.of.as_guess(), long_fit);
     if (!all_[{}].usable) all_[{}] = core.of;
+    for (const plant::EffectId e : given_.system().effects().ids())
+      if (given_.system().effects()[e].sharing) sharings_.push_back(e);
   }
 
   Proposals run() {
     tell(0.0, "simulating what was found so far");
     take_up(settings_.begun);
     settle();
-    for (std::size_t depth = 1; depth <= settings_.most_effects; ++depth) {
-      tell(static_cast<double>(depth - 1) / static_cast<double>(settings_.most_effects + 1), "trying effects by open-loop simulation");
+    const std::size_t most = settings_.most_effects + settings_.most_apart;
+    for (std::size_t depth = 1; depth <= most; ++depth) {
+      tell(static_cast<double>(depth - 1) / static_cast<double>(most + 1), "trying effects by open-loop simulation");
       const Effects before = best();
       if (!all_.at(before).usable) break;
       std::vector<Begun> begun = depth == 1 ? first_round() : next_round();
@@ -71,7 +75,7 @@ class Proposer {
       settle();
       if (best().size() < depth) break;
     }
-    tell(static_cast<double>(settings_.most_effects) / static_cast<double>(settings_.most_effects + 1), "weighing proposals");
+    tell(static_cast<double>(most) / static_cast<double>(most + 1), "weighing proposals");
     restart();
     settle();
     weigh_without(best());
@@ -103,13 +107,16 @@ class Proposer {
     return explain(with(effects), yardstick_, guess, fit);
   }
 
-  // Every effect alike: one in so many is there. And every cell of a law; but a law that is the form of a name is as likely as not.
+  // Every effect alike: one in so many is there. And every cell of a law; but a law that is the form of a name is as likely as not, and so
+  // is that parts differ.
   double log_prior(const Effects& effects) const {
     const plant::System& system = given_.system();
     const double named = static_cast<double>(system.without_laws()->effects().size());
     double sum = 0.0;
-    for (const plant::EffectId e : effects)
-      sum -= std::log(!system.effects()[e].law ? named : is_form_of(effects, e) ? 2.0 : std::max(named, cells_));
+    for (const plant::EffectId e : effects) {
+      const plant::EffectInfo& effect = system.effects()[e];
+      sum -= std::log(effect.sharing ? 2.0 : !effect.law ? named : is_form_of(effects, e) ? 2.0 : std::max(named, cells_));
+    }
     return sum;
   }
   // Whether a law is the form that one of these has here.
@@ -228,6 +235,21 @@ class Proposer {
     return std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return begins_far(e); });
   }
 
+  // Parts that differ, where that is no part of it yet: begun as alike as they are.
+  void set_apart(const Effects& parent, std::vector<Begun>& begun) const {
+    if (count_if(parent, [](const plant::EffectInfo& effect) { return effect.sharing.has_value(); }) >= settings_.most_apart) return;
+    for (const plant::EffectId apart : sharings_) {
+      const auto& needs = given_.system().effects()[apart].needs;
+      if ((!needs || holds(parent, *needs) || given_.is_on(*needs)) && !holds(parent, apart) && !all_.contains(joined(parent, apart)))
+        begun.push_back({joined(parent, apart), all_.at(parent).as_guess(), {}});
+    }
+  }
+  template <class Is>
+  std::size_t count_if(const Effects& effects, Is&& is) const {
+    return static_cast<std::size_t>(
+        std::count_if(effects.begin(), effects.end(), [&](plant::EffectId e) { return is(given_.system().effects()[e]); }));
+  }
+
   static Effects joined(Effects effects, plant::EffectId more) {
     effects.insert(std::upper_bound(effects.begin(), effects.end(), more, [](auto a, auto b) { return a.index < b.index; }), more);
     return effects;
@@ -271,6 +293,7 @@ class Proposer {
       begun.push_back({both, guess, {}});
       begun.push_back({both, from_belief(both), {}});
     }
+    set_apart({}, begun);
     return begun;
   }
 
@@ -280,6 +303,8 @@ class Proposer {
     if (parents.size() > settings_.width) parents.resize(settings_.width);
     for (const Effects& parent : parents) {
       const Explanation& at = all_.at(parent);
+      set_apart(parent, begun);
+      if (count_if(parent, [](const plant::EffectInfo& effect) { return effect.is_of_catalogue(); }) >= settings_.most_effects) continue;
       const plant::Plant plant = with(parent);
       const Scores scores = score(at, addable(plant, settings_.without), settings_.threads);
       std::size_t scored = 0;
@@ -433,8 +458,8 @@ class Proposer {
     }
   }
 
-  std::ptrdiff_t laws_in(const Effects& effects) const {
-    return std::count_if(effects.begin(), effects.end(), [&](auto e) { return given_.system().effects()[e].law.has_value(); });
+  int laws_in(const Effects& effects) const {
+    return static_cast<int>(count_if(effects, [](const plant::EffectInfo& effect) { return effect.law.has_value(); }));
   }
 
   // A proposal without each of its effects, from its own values.
@@ -519,6 +544,7 @@ class Proposer {
   const PerChannel scale_;               // error_size.h
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
+  Effects sharings_;    // of parts that may differ
   std::map<Effects, Explanation, ByCatalogue> all_;
 };
 
@@ -548,7 +574,7 @@ std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vecto
   for (const plant::EffectId e : plant.system().effects().ids()) {
     const plant::EffectInfo& effect = plant.system().effects()[e];
     if (is_left_out(plant.system(), e, without)) continue;
-    if (!plant.is_on(e) && !effect.law && (!effect.needs || plant.is_on(*effect.needs))) result.push_back(e);
+    if (!plant.is_on(e) && effect.is_of_catalogue() && (!effect.needs || plant.is_on(*effect.needs))) result.push_back(e);
   }
   return result;
 }

@@ -12,6 +12,7 @@
 // - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
+// - Beside effects, parts may differ: in the transformation temperatures, or in the values of an effect (plant/apart.h).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
 //   the best proposals from several starts drawn from the prior.
 // - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
@@ -35,12 +36,13 @@ namespace sinew::diagnose {
 struct ProposalSettings {
   std::vector<plant::EffectId> without;  // effects that may not be named
   std::size_t most_effects = 4;
-  std::size_t width = 3;   // proposals that are gone on from
-  std::size_t scored = 6;  // effects of the score test's ranking that are added to each
-  std::size_t pairs = 6;   // of the joint score test's ranking, fitted at first
-  std::size_t laws = 4;    // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
-  int most_laws = 2;       // in one proposal
-  int starts = 5;          // of the best proposals, at the end
+  std::size_t most_apart = 2;  // sharings of which each part may have its own (plant/apart.h)
+  std::size_t width = 3;       // proposals that are gone on from
+  std::size_t scored = 6;      // effects of the score test's ranking that are added to each
+  std::size_t pairs = 6;       // of the joint score test's ranking, fitted at first
+  std::size_t laws = 4;        // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
+  int most_laws = 2;           // in one proposal
+  int starts = 5;              // of the best proposals, at the end
   std::uint64_t seed = 1;
   int threads = 2;
   std::vector<Explanation> begun{};  // found by other means, without laws
@@ -48,10 +50,11 @@ struct ProposalSettings {
 };
 
 struct Proposal {
-  std::vector<plant::EffectId> effects;  // that are added, in the catalogue's order, laws last; empty: the plant as given
-  Explanation fit;                       // least squares under the yardstick
-  double log_odds = 0.0;                 // log evidence plus log prior of the terms
-  double probability = 0.0;              // among all proposals
+  // That are added: in the catalogue's order, then those by which parts differ, then laws; empty: the plant as given.
+  std::vector<plant::EffectId> effects;
+  Explanation fit;           // least squares under the yardstick
+  double log_odds = 0.0;     // log evidence plus log prior of the terms
+  double probability = 0.0;  // among all proposals
 };
 
 struct Proposals {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "plant/laws.h"
 #include "tests/diagnose/one_limb.h"
 #include "tests/long_when_sanitized.h"
 
@@ -16,9 +17,9 @@ using diagnose::Proposals;
 
 namespace {
 
-std::vector<std::string> names_of(const diagnose::Proposal& proposal) {
+std::vector<std::string> names_of(const Proposals& proposals, std::size_t which) {
   std::vector<std::string> names;
-  for (const plant::EffectId e : proposal.effects) names.emplace_back(testing::limb_system().effects()[e].name);
+  for (const plant::EffectId e : proposals.all[which].effects) names.emplace_back(proposals.system->effects()[e].name);
   return names;
 }
 
@@ -63,7 +64,7 @@ TEST_CASE("proposals: a junction is found among its look-alikes, and nothing is 
   const auto settings = among({"junction", "thermocouple_lag", "sheath_heat_storage"});
   const Proposals found = diagnose::propose(core, limb.data, settings, limb.settings);
   REQUIRE_FALSE(found.all.empty());
-  CHECK(names_of(found.all[found.answer]) == std::vector<std::string>{"junction"});
+  CHECK(names_of(found, found.answer) == std::vector<std::string>{"junction"});
   CHECK(found.probability_of(testing::effect("junction")) > 0.99);
   const plant::Plant repaired = found.fit.model();
   CHECK(repaired.get(testing::parameter("junction.heat_capacity_J_K")) == doctest::Approx(0.4).epsilon(0.05));
@@ -88,9 +89,26 @@ TEST_CASE("proposals: the same whatever the number of threads" * long_when_sanit
   const Proposals three = diagnose::propose(core, limb.data, settings, limb.settings);
   REQUIRE(one.all.size() == three.all.size());
   for (std::size_t i = 0; i < one.all.size(); ++i) {
-    CHECK(names_of(one.all[i]) == names_of(three.all[i]));
+    CHECK(names_of(one, i) == names_of(three, i));
     CHECK(one.all[i].log_odds == three.all[i].log_odds);
   }
+}
+
+TEST_CASE("proposals: coils that transform at temperatures of their own are told from an effect, and the values of each" *
+          long_when_sanitized) {
+  plant::Plant plant(plant::two_coil_limb()->with_own({0}));  // the transformation temperatures
+  REQUIRE(plant.system().find_parameter("heating_midpoint_A_degC"));
+  const auto set = [&](const char* key, double value) { plant.set(plant.system().parameter(key), value); };
+  set("heating_midpoint_A_degC", 68.0), set("cooling_midpoint_A_degC", 53.0);
+  set("heating_midpoint_B_degC", 82.0), set("cooling_midpoint_B_degC", 67.0);
+  const testing::FittedCore limb(testing::babbling(60.0, plant));
+  const Fitted core = diagnose::polished(limb.core, limb.data, limb.settings);
+  const Proposals found = diagnose::propose(core, limb.data, among({"stress_shift", "cross_heating"}), limb.settings);
+  REQUIRE_FALSE(found.all.empty());
+  CHECK(names_of(found, found.answer) == std::vector<std::string>{"the transformation temperatures of each coil"});
+  const plant::Plant described = plant::with_known_laws(found.fit.model());
+  for (const char* key : {"heating_midpoint_A_degC", "cooling_midpoint_A_degC", "heating_midpoint_B_degC", "cooling_midpoint_B_degC"})
+    CHECK(described.get(described.system().parameter(key)) == doctest::Approx(plant.get(plant.system().parameter(key))).epsilon(0.02));
 }
 
 }  // namespace diagnose_proposals_test
