@@ -18,6 +18,8 @@ nlohmann::ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance)
 
 // Place, odds, curve and band of physics without a name.
 nlohmann::ordered_json law_json(const diagnose::Diagnosis& diagnosis, const diagnose::FoundLaw& found);
+// Parts that are not alike: odds, and the values of each with intervals.
+nlohmann::ordered_json apart_json(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found);
 
 nlohmann::ordered_json diagnosis_json(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs, const InputHashes& hashes);
 

@@ -123,6 +123,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
   }
   result["laws"] = Json::array();
   for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));
+  result["apart"] = Json::array();
+  for (const auto& found : diagnosis.apart) result["apart"].push_back(apart_json(diagnosis, found));
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
   result["objections"] = Json::array();
