@@ -37,8 +37,8 @@ bool is_form_of_a_name(const Diagnosis& d, const diagnose::FoundLaw& law) {
                      [&](const auto& found) { return diagnose::is_own(system_of(d), {found.effect}, law.law); });
 }
 
-// "the transformation temperatures", "their junction"
-std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "their " + sharing.words : sharing.words; }
+// "the transformation temperatures", "the values of junction"
+std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "the values of " + sharing.words : sharing.words; }
 
 // Laws without a name, as clauses.
 std::vector<std::string> law_clauses(const Diagnosis& d) {
@@ -49,12 +49,15 @@ std::vector<std::string> law_clauses(const Diagnosis& d) {
 }
 
 // "the coils are not alike in the transformation temperatures"
+std::string apart_clause(const plant::Sharing& sharing) {
+  return "the " + std::string(sharing.parts_word) + " are not alike in " + sharing_words(sharing);
+}
+const plant::Sharing& sharing_of(const Diagnosis& d, const diagnose::FoundApart& found) {
+  return system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+}
 std::vector<std::string> apart_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.apart) {
-    const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
-    words.push_back("the " + sharing.part_word + "s are not alike in " + sharing_words(sharing));
-  }
+  for (const auto& found : d.apart) words.push_back(apart_clause(sharing_of(d, found)));
   return words;
 }
 
@@ -117,6 +120,15 @@ std::vector<std::string> names_with_probabilities(const Diagnosis& d) {
   return named;
 }
 
+// Where nothing else was found.
+std::string only_apart_words(const Diagnosis& d) {
+  return capitalised(listed(apart_clauses(d))) + ", and the plant takes them to be alike. That takes away " + percent(d.explained_share) +
+         (d.by_paths ? " of the squared error beyond noise" : " of what " + left_open_words(d)) +
+         (d.explained_share < diagnose::DiagnosisSettings{}.least_explained_share
+              ? "; what else is missing matches no effect in the catalogue."
+              : ".");
+}
+
 std::string verdict_words(const Diagnosis& d) {
   switch (d.verdict) {
     case Verdict::consistent:
@@ -127,6 +139,7 @@ std::string verdict_words(const Diagnosis& d) {
       return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
              std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
     case Verdict::missing_physics: {
+      if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);
       const bool doubtful =
           std::all_of(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.confidence < doubtful_below; });
       // Several have a probability each.
@@ -134,10 +147,12 @@ std::string verdict_words(const Diagnosis& d) {
       std::string text = std::string(doubtful ? "Something is missing, perhaps " : "The plant leaves out ") +
                          (one || !told_apart ? "that " + listed(found_words(d)) : listed(names_with_probabilities(d)));
       if (const auto laws = law_clauses(d); !laws.empty()) text += "; and, without a name, " + listed(laws);
+      if (!d.apart.empty()) text += "; and " + listed(apart_clauses(d));
       if (!told_apart) return text + rivals_in_headline(d);
       return text + (one ? ": " + probability_words(d.effects.front().confidence) : "") + ".";
     }
     case Verdict::named_in_part: {
+      if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);
       return "More is missing than the catalogue explains, but part of it has a name: " + listed(names_with_probabilities(d)) +
              (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
              (d.apart.empty() ? "" : "; and " + listed(apart_clauses(d))) + ". " +
@@ -163,8 +178,7 @@ std::string verdict_words(const Diagnosis& d) {
         return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
                ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of " +
                (d.by_paths ? "the squared error beyond noise" : "what " + left_open_words(d)) + " goes.";
-      return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + "." +
-             (d.apart.empty() ? "" : " And " + listed(apart_clauses(d)) + ".");
+      return "Something is missing that matches no effect in the catalogue: it seems to enter in " + located_words(d) + ".";
     }
   }
   return "";
@@ -418,8 +432,8 @@ std::string apart_paragraph(const Diagnosis& d, const diagnose::FoundApart& foun
   for (const auto& move : sharing.moves)
     for (const plant::Sharing::Quantity& quantity : move)
       quantities.push_back(parameters_of(d)[quantity.parameter].declaration.name + " " + apart_words(d, found, quantity.parameter));
-  return "Not alike: each " + sharing.part_word + " has " + sharing_words(sharing) + " of its own, " + listed(quantities) +
-         ". The best plant in which all are alike is " + odds_words(found.log_odds) +
+  return capitalised(apart_clause(sharing)) + ": " + listed(quantities) + ". The best plant in which all are alike is " +
+         odds_words(found.log_odds) +
          ". Parts are believed to be alike, to half of what is believed of such a quantity; of one that no recording drives, the others "
          "tell.";
 }
@@ -598,6 +612,9 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
                        : d.effects.size() == 1 ? "this effect and "
                                                : "these effects and ") +
            (d.laws.size() == 1 ? "this law" : "these laws") + " (`laws:`) in it, and all parameters fitted again.";
+  else if (d.effects.empty() && !d.apart.empty() && substitutes.empty())
+    text =
+        "plant.yaml is the plant in which " + listed(apart_clauses(d)) + ", each with values of its own, and all parameters fitted again.";
   else if (d.effects.empty() || d.wandering)
     text = "plant.yaml is the plant with all parameters fitted, and with " + listed(substitutes) +
            " switched on as a stand-in: " + (predicts_better(d) ? "it predicts better, but" : "it does not predict better, and") +
@@ -1056,7 +1073,8 @@ std::string summary_sentence(const Diagnosis& d) {
     if (held.samples[other] > 0 && held.gain_highest[other] < 0.0 && held.gain[other] < -0.01)
       worse.push_back(channel_words(channels_of(d)[other]));
   return "With " +
-         std::string(!d.laws.empty()                    ? (d.effects.size() + d.laws.size() == 1 ? "it" : "them")
+         std::string(!d.laws.empty() || (d.effects.empty() && !d.apart.empty())
+                         ? (d.effects.size() + d.laws.size() + d.apart.size() == 1 ? "it" : "them")
                      : d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1            ? "it"
                                                         : "them") +

@@ -375,10 +375,12 @@ class Diagnoser {
     after_ = result_.answer.effects() == core().effects() ? before_ : path_of(result_.answer);
     effects_ = added(result_.answer, given_);
     laws_ = laws_of(result_.answer, core());
+    for (const plant::EffectId e : result_.answer.effects())
+      if (result_.answer.system().effects()[e].sharing) result_.apart.push_back({e, result_.search.apart_log_odds, {}});
     given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
     predict_all();
     judge();
-    if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty()) propose_whole_paths();
+    if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty() && result_.apart.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     calibrate_as_given();
     result_.values = after_.of.problem == result_.answer.problem ? result_.answer : as_fitted(after_, data_, search_.fit);
@@ -490,7 +492,7 @@ class Diagnoser {
                                                training ? gated_training_[r] : gated_held_out_[r], numerics());
       result_.predictions[p].fitted = result_.predictions[p].before = before[p];
     }
-    set_after(result_.predictions, effects_.empty() && laws_.empty() ? before : predicted_by(after_));
+    set_after(result_.predictions, nothing_found() ? before : predicted_by(after_));
     score_held_out();
   }
 
@@ -510,12 +512,15 @@ class Diagnoser {
   }
   void score_held_out() { result_.held_out = error_of(result_.predictions, search_.seed); }
 
+  bool nothing_found() const { return effects_.empty() && laws_.empty() && result_.apart.empty(); }
+
   // Back to the core: what was found is not the answer.
   void drop() {
     result_.answer = core();
     after_ = before_;
     effects_.clear();
     laws_.clear();
+    result_.apart.clear();
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
@@ -540,11 +545,11 @@ class Diagnoser {
     // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
     // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
     const HeldOutError by = judged(result_.predictions);
-    if (!(effects_.empty() && laws_.empty()) && by.highest_total_gain < 0.0) {
+    if (!nothing_found() && by.highest_total_gain < 0.0) {
       drop();
       result_.objections.worse_on_held_out = true;
     }
-    if (effects_.empty() && laws_.empty()) {
+    if (nothing_found()) {
       result_.verdict = leaves_something(core(), search_.visible_process_noise) ? Verdict::unexplained : Verdict::consistent;
       return;
     }
@@ -578,6 +583,7 @@ class Diagnoser {
       for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
     else if (by.lowest_total_gain <= 0.0 || std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
+    if (result_.verdict == Verdict::unexplained && !result_.apart.empty()) result_.verdict = Verdict::named_in_part;
   }
 
   // A law that is the form of an effect. Names that have the one form between them: whose it is, the data do not say.
@@ -637,7 +643,7 @@ class Diagnoser {
     score_held_out();
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
-    result_.verdict = effects_.empty() ? Verdict::unexplained : Verdict::named_in_part;
+    result_.verdict = effects_.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
     for (const plant::EffectId e : effects_) {
@@ -736,6 +742,8 @@ class Diagnoser {
       evidence.name_probability = result_.effects.front().confidence;
     }
     for (const FoundLaw& law : result_.laws) evidence.laws.push_back(law.place);
+    if (result_.laws.empty())
+      for (const FoundApart& apart : result_.apart) evidence.laws.emplace_back(system().effects()[apart.effect].place);
     if (result_.wandering)
       for (const auto& [other, loss] : result_.wandering->others)
         if (loss < settings_.other_place_loss) evidence.varying.emplace_back(other.place);

@@ -70,7 +70,7 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
 enum class Verdict {
   consistent,
   missing_physics,  // with a name, and nothing is left
-  named_in_part,    // names, and something is left
+  named_in_part,    // names, or parts that differ, and something is left
   unexplained,
 };
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json

@@ -11,6 +11,7 @@
 #include "diagnose/calibrate.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/proposals.h"
+#include "plant/apart.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -67,6 +68,7 @@ class Searcher {
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
+    if (!nothing_left(result, settings_)) try_apart(result);
     if (settings_.most_laws >= 1 && !nothing_left(result, settings_)) bend(result);
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
@@ -97,7 +99,7 @@ class Searcher {
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
-      if (unknown.parameter && system_.parameters()[*unknown.parameter].effect) effects.values[unknown.name] = same.values[unknown.name];
+      if (unknown.parameter && explanation.system().parameters()[*unknown.parameter].effect) effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
     if (explanation.process_noise <= settings_.settled_process_noise) return;
     for (Guess& begun : with_other_starts(explanation)) {
@@ -305,13 +307,13 @@ class Searcher {
     return std::all_of(some.begin(), some.end(), [&](plant::EffectId e) { return std::find(all.begin(), all.end(), e) != all.end(); });
   }
 
-  bool has_laws(const Explanation& explanation) const { return explanation.system().effects().size() > system_.effects().size(); }
+  bool has_laws(const Explanation& explanation) const { return explanation.system().laws().size() > system_.laws().size(); }
 
   // Names that an explanation adds to the plant as given.
   std::vector<plant::EffectId> names_of(const Explanation& explanation) const {
     std::vector<plant::EffectId> names;
     for (const plant::EffectId e : explanation.effects())
-      if (!explanation.system().effects()[e].law && !nominal_.is_on(e)) names.push_back(e);
+      if (explanation.system().effects()[e].is_of_catalogue() && !nominal_.is_on(e)) names.push_back(e);
     return names;
   }
 
@@ -323,9 +325,46 @@ class Searcher {
     const double term = 0.5 * settings_.least_gain;
     double sum = -(std::log(static_cast<double>(system_.effects().size())) + term) * static_cast<double>(names.size());
     for (std::size_t e = system_.effects().size(); e < effects.size(); ++e)
-      sum -= is_own(explanation.system(), names, explanation.system().laws()[*effects[plant::EffectId{e}].law]) ? std::log(2.0)
-                                                                                                                : std::log(cells) + term;
+      if (!effects[plant::EffectId{e}].law)
+        sum -= explanation.problem->centres().is_on(plant::EffectId{e}) ? std::log(2.0) + term : 0.0;
+      else
+        sum -= is_own(explanation.system(), names, explanation.system().laws()[*effects[plant::EffectId{e}].law]) ? std::log(2.0)
+                                                                                                                  : std::log(cells) + term;
     return sum;
+  }
+
+  // What is left may be that parts are not alike (plant/apart.h): beside the best names so far, the next best, and nothing, one kind of
+  // values that each part has of its own. That is the plant's own physics, so that it is asked before laws; taken where it leaves nothing.
+  void try_apart(Search& result) const {
+    std::vector<Explanation> parents{result.best};
+    if (!names_of(result.best).empty()) parents.push_back(result.core);
+    for (const Candidate& candidate : result.rounds.front().candidates)
+      if (parents.size() <= settings_.apart_names && candidate.explanation.usable &&
+          names_of(candidate.explanation) != names_of(result.best))
+        parents.push_back(candidate.explanation);
+    const std::shared_ptr<const plant::System> system = plant::with_parts_apart(nominal_.shared_system());
+    std::vector<std::pair<const Explanation*, plant::EffectId>> tried;
+    for (const Explanation& parent : parents)
+      for (const plant::EffectId e : system->effects().ids()) {
+        const plant::EffectInfo& effect = system->effects()[e];
+        if (effect.sharing && (!effect.needs || parent.problem->centres().is_on(*effect.needs))) tried.emplace_back(&parent, e);
+      }
+    std::vector<Explanation> apart(tried.size());
+    sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
+      const auto& [parent, e] = tried[i];
+      apart[i] = explain(with_effect(plant::carried_into(parent->problem->centres(), system), e), data_, parent->as_guess(), settings_.fit);
+    });
+    const auto log_odds = [&](const Explanation& one) { return one.log_evidence + log_prior(one, 1.0); };
+    std::erase_if(apart, [](const Explanation& one) { return !one.usable; });
+    std::stable_sort(apart.begin(), apart.end(), [&](const Explanation& a, const Explanation& b) { return log_odds(a) > log_odds(b); });
+    if (apart.empty()) return;
+    settle(apart.front());
+    if (log_odds(apart.front()) <= log_odds(result.best)) return;
+    Search with = result;
+    with.apart_log_odds = log_odds(apart.front()) - log_odds(result.best);
+    take(with, {names_of(apart.front()), apart.front()});
+    if (!nothing_left(with, settings_) || (settings_.is_borne_out && !settings_.is_borne_out(with.best, result.best))) return;
+    result = std::move(with);
   }
 
   // What one round of laws tries: an explanation and a cell of the screening.

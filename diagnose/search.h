@@ -30,9 +30,10 @@ struct SearchSettings {
   double visible_process_noise = 250.0;  // process noise of the core above this is missing physics, whether or not it has a name
   // Beside a strong effect the linearised noise model is off: of the core's process noise, this share is as good as nothing.
   double nothing_left_share = 0.002;
-  std::size_t pairs = 8;       // fitted at once, where effects one by one leave something
-  std::size_t bent_names = 4;  // that laws are added to: the best of the first round
-  std::size_t laws = 2;        // of the screening's ranking, and the best at the names' own equation, added to each
+  std::size_t pairs = 8;        // fitted at once, where effects one by one leave something
+  std::size_t apart_names = 2;  // that parts may differ beside: the best of the first round
+  std::size_t bent_names = 4;   // that laws are added to: the best of the first round
+  std::size_t laws = 2;         // of the screening's ranking, and the best at the names' own equation, added to each
   int most_laws = 2;
   double least_explained_share = 0.9;    // of the misfit, by what has one law, for a second to be tried
   std::vector<plant::EffectId> without;  // effects that may not be named
@@ -73,6 +74,8 @@ struct Search {
   // it.
   std::vector<Bent> bent;
   std::size_t cells = 0;  // in which a law was sought
+  // Where parts of `best` have values of their own: its log odds against the best in which they are alike.
+  double apart_log_odds = 0.0;
   // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
   std::map<plant::EffectId, std::vector<std::pair<plant::EffectId, double>>> rivals;
 };

@@ -138,11 +138,11 @@ class ApartSystem final : public System {
     const Sharing& sharing = sharings_[s];
     const auto kept = [&](std::string text) -> std::string_view { return texts_.emplace_back(std::move(text)); };
     EffectInfo info;
-    const std::string whose = sharing.words + " of each " + sharing.part_word;
+    const std::string each = "each " + std::string(sharing.part_word), whose = sharing.words + " of " + each;
     info.name = kept(whose);
-    info.place = sharing.effect ? effects_[*sharing.effect].place : "";
+    info.place = sharing.place;
     info.equation = "";
-    info.words = kept("each " + sharing.part_word + " has values of its own: " + sharing.words);
+    info.words = kept(each + " has values of its own: " + sharing.words);
     info.needs = sharing.effect;
     info.sharing = s;
     info.strength = ParameterId{parameters_.size()};

@@ -132,11 +132,13 @@ struct Sharing {
     ParameterId parameter;
     std::vector<std::string> own_keys;  // [parts]: of a part's own value
   };
-  std::string words;                         // "the transformation temperatures"
-  std::optional<EffectId> effect;            // whose; none: the core's
-  std::string part_word;                     // "coil"
-  std::vector<std::string> parts;            // their names
-  std::vector<std::vector<Quantity>> moves;  // each list changes together
+  std::string words;                       // "the transformation temperatures"
+  std::optional<EffectId> effect;          // whose; none: the core's
+  std::string_view place;                  // as an effect's
+  std::string_view part_word, parts_word;  // "coil", "coils"
+  std::vector<std::string> parts;          // their names
+  // Each list changes together.
+  std::vector<std::vector<Quantity>> moves;
 };
 
 // The same equation, or the same reading, in every part that has it. A random forcing of it has one size.

@@ -9,23 +9,24 @@ struct Groups {
   enum : std::size_t { air, heat, transformation, moment, temperature_reading, angle_reading };
 };
 
-std::string_view part_word(Part part) {
+// One, and several.
+std::pair<std::string_view, std::string_view> part_words(Part part) {
   switch (part) {
     case Part::coil:
     case Part::thermocouple:
-      return "coil";
+      return {"coil", "coils"};
     case Part::pair:
-      return "pair of coils";
+      return {"pair of coils", "pairs of coils"};
     case Part::segment:
-      return "segment";
+      return {"segment", "segments"};
     case Part::bend:
     case Part::bend_sensor:
-      return "bend";
+      return {"bend", "bends"};
     case Part::room:
     case Part::supply:
       break;
   }
-  return "";
+  return {"", ""};
 }
 
 std::string with_name(const std::string& words, const std::string& name) { return name.empty() ? words : words + " " + name; }
@@ -178,7 +179,7 @@ void LimbSystem::list_sharings() {
   };
   own_keys_ = own_keys("");
   const auto of_core = [&](std::string words, std::initializer_list<const char*> keys) {
-    Sharing one{std::move(words), std::nullopt, "coil", coils, {{}}};
+    Sharing one{std::move(words), std::nullopt, text_of(Place::transformation), "coil", "coils", coils, {{}}};
     bool shared_by_all = coils.size() > 1;
     for (const char* key : keys) {
       one.moves.front().push_back({parameter(key), own_keys(key)});
@@ -193,7 +194,8 @@ void LimbSystem::list_sharings() {
     using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
     const std::vector<std::string> parts = part_names(shape_, Effect::part);
     if (parts.size() < 2 || !instances.own_parts.empty()) return;
-    Sharing one{std::string(Effect::name), EffectId{index}, std::string(part_word(Effect::part)), parts, {}};
+    const auto [part_word, parts_word] = part_words(Effect::part);
+    Sharing one{std::string(Effect::name), EffectId{index}, text_of(Effect::place), part_word, parts_word, parts, {}};
     for (const ParameterId p : effects_[EffectId{index}].parameters) {
       const Declaration& declared = parameters_[p].declaration;
       if (declared.kind != Kind::real || declared.prior_deviation <= 0.0) continue;

@@ -462,6 +462,30 @@ def test_diagnose():
     check("diagnose from a plant with both forms: says that it has them", "The given plant has driver_lag and input_delay."
           in " ".join(result.stdout.split()), said(result))
 
+    # Coils that transform at temperatures of their own, in a limb that is complete otherwise.
+    true = {"heating_midpoint_A_degC": 68, "cooling_midpoint_A_degC": 53, "heating_midpoint_B_degC": 82, "cooling_midpoint_B_degC": 67}
+    write("apart.yaml", "format: 1\nseed: 7\nduration_s: 100\nplant: { parameters: { "
+          + ", ".join(f"{key}: {value}" for key, value in true.items()) + """ } }
+input:
+  babble: { lowest_deg: -30.0, highest_deg: 30.0, shortest_hold_s: 1.0, longest_hold_s: 10.0, proportional_gain_1_deg: 0.06,
+            integral_gain_1_deg_s: 1.0e-5, duty_limit_fraction: 0.6, positive_drives: A, both_coils: true }
+""")
+    sinew("run", "apart.yaml", "--out", "apart")
+    few = ",".join(name for name in effects if name not in ("coil_slack", "cubic_stiffening"))
+    result = sinew("diagnose", "--train", "apart/recording.csv", "--plant", PAPER_LIMB, "--at-rest", "--without", few, "--out", "diagnosis/apart")
+    answer = json.loads(content("diagnosis/apart/diagnosis.json"))
+    check("diagnose: coils that are not alike are said to be so", answer["verdict"] == "missing_physics" and answer["effects"] == []
+          and answer["laws"] == [] and result.stdout.startswith("The coils are not alike in the transformation temperatures"), said(result))
+    values = {(v["parameter"], v["part"]): v for one in answer["apart"] for v in one["values"]}
+    for key, value in true.items():
+        quantity, part = re.fullmatch("(.*)_([AB])_degC", key).groups()
+        found = values[(quantity + "_degC", part)]
+        check(f"diagnose: {key} is found", found["interval"][0] < value < found["interval"][1] and abs(found["value"] - value) < 1.0, found)
+    repaired = content("diagnosis/apart/plant.yaml").decode()
+    check("diagnose: plant.yaml has each coil's own value, and can be compared", all(f"  {key}: " in repaired for key in true)
+          and sinew("compare", "apart/recording.csv", "--plant", "diagnosis/apart/plant.yaml", "--out", "diagnosis/apart/compared")
+          .returncode == 0, repaired)
+
     # A coil that training leaves alone: the recording that drives it is predicted, but does not judge.
     for coil, step in (("A", "duty_B"), ("B", "duty_A")):
         write(f"only_{coil}.yaml", re.sub(f"  {step}:.*\n", "", MADE_BY))
