@@ -147,9 +147,8 @@ std::string verdict_words(const Diagnosis& d) {
       std::string text = std::string(doubtful ? "Something is missing, perhaps " : "The plant leaves out ") +
                          (one || !told_apart ? "that " + listed(found_words(d)) : listed(names_with_probabilities(d)));
       if (const auto laws = law_clauses(d); !laws.empty()) text += "; and, without a name, " + listed(laws);
-      if (!d.apart.empty()) text += "; and " + listed(apart_clauses(d));
-      if (!told_apart) return text + rivals_in_headline(d);
-      return text + (one ? ": " + probability_words(d.effects.front().confidence) : "") + ".";
+      text += told_apart ? (one ? ": " + probability_words(d.effects.front().confidence) : "") + "." : rivals_in_headline(d);
+      return text + (d.apart.empty() ? "" : " And " + listed(apart_clauses(d)) + ".");
     }
     case Verdict::named_in_part: {
       if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);

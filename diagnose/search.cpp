@@ -99,7 +99,8 @@ class Searcher {
     Guess same = explanation.as_guess(), effects;
     same.forcing = small;
     for (const Unknown& unknown : explanation.problem->unknowns())
-      if (unknown.parameter && explanation.system().parameters()[*unknown.parameter].effect) effects.values[unknown.name] = same.values[unknown.name];
+      if (unknown.parameter && explanation.system().parameters()[*unknown.parameter].effect)
+        effects.values[unknown.name] = same.values[unknown.name];
     try_from(same, explanation);
     if (explanation.process_noise <= settings_.settled_process_noise) return;
     for (Guess& begun : with_other_starts(explanation)) {

@@ -42,14 +42,7 @@ ParameterId first_weight_of(const EffectInfo& effect) { return ParameterId{effec
 class ApartSystem final : public System {
  public:
   explicit ApartSystem(std::shared_ptr<const System> base) : base_(std::move(base)) {
-    name_ = base_->name(), words_ = base_->words();
-    inputs_ = base_->inputs(), channels_ = base_->channels(), parameters_ = base_->parameters(), effects_ = base_->effects();
-    entry_groups_ = base_->entry_groups(), entries_ = base_->entries(), variables_ = base_->variables();
-    constants_ = base_->constants(), drives_ = base_->drives(), loggers_ = base_->loggers();
-    parts_word_ = base_->parts_word(), upstream_kind_ = base_->upstream_kind(), upstream_places_ = base_->upstream_places();
-    averaging_s_ = base_->averaging_s();
-    laws_ = base_->laws();
-    sharings_ = base_->sharings();
+    take_lists_of(*base_);
     std::vector<std::size_t> all;
     for (std::size_t s = 0; s < sharings_.size(); ++s) {
       all.push_back(s);

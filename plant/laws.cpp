@@ -119,14 +119,7 @@ void take_values(const Plant& from, Plant& to, auto parameters) {
 class LawfulSystem final : public System {
  public:
   LawfulSystem(std::shared_ptr<const System> base, std::vector<Law> laws) : base_(std::move(base)) {
-    name_ = base_->name(), words_ = base_->words();
-    inputs_ = base_->inputs(), channels_ = base_->channels(), parameters_ = base_->parameters(), effects_ = base_->effects();
-    entry_groups_ = base_->entry_groups(), entries_ = base_->entries(), variables_ = base_->variables();
-    constants_ = base_->constants(), drives_ = base_->drives(), loggers_ = base_->loggers();
-    parts_word_ = base_->parts_word(), upstream_kind_ = base_->upstream_kind(), upstream_places_ = base_->upstream_places();
-    averaging_s_ = base_->averaging_s();
-    laws_ = base_->laws();
-    sharings_ = base_->sharings();
+    take_lists_of(*base_);
     first_law_ = laws_.size(), first_effect_ = effects_.size(), first_parameter_ = parameters_.size();
     for (Law& law : laws) add(std::move(law));
   }

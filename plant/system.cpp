@@ -50,6 +50,16 @@ ChannelId System::channel(std::string_view column) const {
   return required(find(channels_, [&](const ChannelInfo& info) { return info.column == column; }), "channel", column);
 }
 
+void System::take_lists_of(const System& base) {
+  name_ = base.name_, words_ = base.words_;
+  inputs_ = base.inputs_, channels_ = base.channels_, parameters_ = base.parameters_, effects_ = base.effects_;
+  entry_groups_ = base.entry_groups_, entries_ = base.entries_, variables_ = base.variables_;
+  constants_ = base.constants_, drives_ = base.drives_, loggers_ = base.loggers_;
+  parts_word_ = base.parts_word_, upstream_kind_ = base.upstream_kind_, upstream_places_ = base.upstream_places_;
+  averaging_s_ = base.averaging_s_;
+  laws_ = base.laws_, sharings_ = base.sharings_, own_keys_ = base.own_keys_;
+}
+
 std::shared_ptr<const System> System::with_own(const std::vector<std::size_t>&) const {
   throw std::logic_error("parts of this system have no values of their own");
 }

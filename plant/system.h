@@ -284,6 +284,7 @@ class System : public std::enable_shared_from_this<System> {
 
  protected:
   System();
+  void take_lists_of(const System& base);
   std::string name_, words_;
   ListOf<InputId, InputInfo> inputs_;
   ListOf<ChannelId, ChannelInfo> channels_;

@@ -78,7 +78,7 @@ ordered_json parameters_schema(const plant::System& system) {
   for (const std::string& own : system.own_keys())
     if (!properties.contains(own))
       properties[own] = {{"anyOf", {{{"type", "number"}}, {{"$ref", "#/definitions/known"}}}},
-                         {"description", "of one coil; else it is shared"}};
+                         {"description", "of one part; else it is shared"}};
   return closed(properties);
 }
 
