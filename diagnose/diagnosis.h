@@ -69,7 +69,7 @@ Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search
 
 enum class Verdict {
   consistent,
-  missing_physics,  // with a name, and nothing is left
+  missing_physics,  // names, or parts that differ, and nothing is left
   named_in_part,    // names, or parts that differ, and something is left
   unexplained,
 };
