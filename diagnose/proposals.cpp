@@ -57,7 +57,9 @@ class Proposer {
     all_[{}] = fitted_from({}, settled.of.as_guess(), long_fit);
     if (!all_[{}].usable) all_[{}] = core.of;
     for (const plant::EffectId e : given_.system().effects().ids())
-      if (given_.system().effects()[e].sharing) sharings_.push_back(e);
+      if (const auto& sharing = given_.system().effects()[e].sharing;
+          sharing && plant::may_differ(given_, given_.system().sharings()[*sharing]))
+        sharings_.push_back(e);
   }
 
   Proposals run() {

@@ -348,7 +348,8 @@ class Searcher {
     for (const Explanation& parent : parents)
       for (const plant::EffectId e : system->effects().ids()) {
         const plant::EffectInfo& effect = system->effects()[e];
-        if (effect.sharing && (!effect.needs || parent.problem->centres().is_on(*effect.needs))) tried.emplace_back(&parent, e);
+        if (!effect.sharing || !plant::may_differ(nominal_, system->sharings()[*effect.sharing])) continue;
+        if (!effect.needs || parent.problem->centres().is_on(*effect.needs)) tried.emplace_back(&parent, e);
       }
     std::vector<Explanation> apart(tried.size());
     sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {

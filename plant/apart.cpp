@@ -193,6 +193,13 @@ std::shared_ptr<const System> with_parts_apart(std::shared_ptr<const System> bas
   return std::make_shared<const ApartSystem>(std::move(base));
 }
 
+bool may_differ(const Plant& plant, const Sharing& sharing) {
+  for (const auto& move : sharing.moves)
+    for (const Sharing::Quantity& quantity : move)
+      if (plant.own_deviation(quantity.parameter) == 0.0) return false;
+  return true;
+}
+
 std::vector<ApartValue> values_apart(const Plant& plant, EffectId apart) {
   const System& system = plant.system();
   const EffectInfo& effect = system.effects()[apart];

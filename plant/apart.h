@@ -18,6 +18,9 @@ namespace sinew::plant {
 // its states are those of `base`. `base` itself where nothing is shared, or where it has such effects already.
 std::shared_ptr<const System> with_parts_apart(std::shared_ptr<const System> base);
 
+// Whether parts of this plant may differ in it: not where the plant's file says that a value of it is known.
+bool may_differ(const Plant& plant, const Sharing& sharing);
+
 // A value that a part has of its own. Internal units.
 struct ApartValue {
   ParameterId shared;

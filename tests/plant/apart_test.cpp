@@ -138,6 +138,17 @@ TEST_CASE("apart: derivatives of own values are those of their definition") {
   }
 }
 
+TEST_CASE("apart: what a file says is known is not each part's own") {
+  Plant plant(two_coil_limb());
+  const Sharing& temperatures = plant.system().sharings()[sharing(plant.system(), "the transformation temperatures")];
+  CHECK(may_differ(plant, temperatures));
+  plant.set_own_deviation(plant.system().parameter("cooling_midpoint_degC"), 2.0);
+  CHECK(may_differ(plant, temperatures));
+  plant.set_own_deviation(plant.system().parameter("cooling_midpoint_degC"), 0.0);
+  CHECK_FALSE(may_differ(plant, temperatures));
+  CHECK(may_differ(plant, plant.system().sharings()[sharing(plant.system(), "the widths of the transformation")]));
+}
+
 TEST_CASE("apart: beside laws, before them and after") {
   const auto with_law = [](const Plant& plant) {
     const System& system = plant.system();
