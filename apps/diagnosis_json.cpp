@@ -165,7 +165,7 @@ ordered_json law_json(const Diagnosis& d, const diagnose::FoundLaw& found) {
 }
 
 ordered_json apart_json(const Diagnosis& d, const diagnose::FoundApart& found) {
-  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+  const plant::Sharing& sharing = sharing_of(d, found);
   ordered_json values = ordered_json::array();
   for (const auto& one : found.values)
     values.push_back({{"parameter", parameters_of(d)[one.parameter].key()},
@@ -334,7 +334,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
   for (const FittedValue& one : fitted_values(d))
     text += "#   " + d.values.problem->unknowns()[one.unknown].name + ": [" + rounded(one.lowest, one.lowest, one.highest) + ", " +
             rounded(one.highest, one.lowest, one.highest) + "]\n";
-  return text + sim::plant_file_text(plant::with_known_laws(d.repaired));
+  return text + sim::plant_file_text(plant::as_in_file(d.repaired));
 }
 
 std::map<std::string, std::string> prediction_files(const diagnose::Diagnosis& d) {

@@ -327,16 +327,6 @@ report::Table parameter_table(const Diagnosis& d) {
   return table;
 }
 
-// One line a quantity.
-std::string apart_text(const Diagnosis& d, const diagnose::FoundApart& found) {
-  std::string text;
-  for (const auto& move : system_of(d).sharings()[*effects_of(d)[found.effect].sharing].moves)
-    for (const plant::Sharing::Quantity& quantity : move)
-      text += (text.empty() ? "" : "\n") + parameters_of(d)[quantity.parameter].declaration.name + " = " +
-              apart_words(d, found, quantity.parameter);
-  return text;
-}
-
 void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
   add_paragraphs(blocks, words.modelled);
@@ -345,7 +335,8 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     code.caption = effect_name(d, e) + ": " + effect_words(d, e);
     code.text = std::string(effects_of(d)[e].equation);
     for (const diagnose::FoundApart& found : d.apart)
-      if (found.effect == e) code.text = apart_text(d, found);
+      if (found.effect == e)
+        for (const auto& [name, values] : apart_quantities(d, found)) code.text += (code.text.empty() ? "" : "\n") + name + " = " + values;
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
       if (is_weight(system_of(d), p)) continue;
       const auto& declared = parameters_of(d)[p].declaration;

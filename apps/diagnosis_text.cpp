@@ -52,9 +52,6 @@ std::vector<std::string> law_clauses(const Diagnosis& d) {
 std::string apart_clause(const plant::Sharing& sharing) {
   return "the " + std::string(sharing.parts_word) + " are not alike in " + sharing_words(sharing);
 }
-const plant::Sharing& sharing_of(const Diagnosis& d, const diagnose::FoundApart& found) {
-  return system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
-}
 std::vector<std::string> apart_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
   for (const auto& found : d.apart) words.push_back(apart_clause(sharing_of(d, found)));
@@ -426,12 +423,9 @@ std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
 }
 
 std::string apart_paragraph(const Diagnosis& d, const diagnose::FoundApart& found) {
-  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
   std::vector<std::string> quantities;
-  for (const auto& move : sharing.moves)
-    for (const plant::Sharing::Quantity& quantity : move)
-      quantities.push_back(parameters_of(d)[quantity.parameter].declaration.name + " " + apart_words(d, found, quantity.parameter));
-  return capitalised(apart_clause(sharing)) + ": " + listed(quantities) + ". The best plant in which all are alike is " +
+  for (const auto& [name, values] : apart_quantities(d, found)) quantities.push_back(name + " " + values);
+  return capitalised(apart_clause(sharing_of(d, found))) + ": " + listed(quantities) + ". The best plant in which all are alike is " +
          odds_words(found.log_odds) +
          ". Parts are believed to be alike, to half of what is believed of such a quantity; of one that no recording drives, the others "
          "tell.";
@@ -623,6 +617,8 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
            " switched on and all parameters fitted again." +
            (something_is_left(d.verdict) ? " That " + plant_words(d) + " does this is not certain." : "");
+  if (!d.apart.empty() && !(d.effects.empty() && d.laws.empty()))
+    text += " In it " + listed(apart_clauses(d)) + ", and each has values of its own.";
   text += " `sinew run` and `sinew compare` accept it.";
   for (const plant::ParameterId p : d.flipped_signs)
     text += " The recording says that " + parameters_of(d)[p].key() + " is " + sim::parameter_text(d.repaired, p) +
@@ -959,14 +955,23 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
 
 bool is_imitated(const diagnose::Visibility& visibility) { return visibility.visible_share < 0.02 && visibility.smallest_seen > 0.0; }
 
-std::string apart_words(const diagnose::Diagnosis& d, const diagnose::FoundApart& found, plant::ParameterId parameter) {
-  const plant::Sharing& sharing = system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
-  std::vector<std::string> parts;
-  for (const auto& one : found.values)
-    if (one.parameter == parameter)
-      parts.push_back(interval_words(one.value, one.lowest, one.highest, parameters_of(d)[parameter].declaration.unit.text) + " (" +
-                      sharing.parts[one.part] + ")");
-  return listed(parts);
+const plant::Sharing& sharing_of(const Diagnosis& d, const diagnose::FoundApart& found) {
+  return system_of(d).sharings()[*effects_of(d)[found.effect].sharing];
+}
+
+std::vector<std::pair<std::string, std::string>> apart_quantities(const Diagnosis& d, const diagnose::FoundApart& found) {
+  const plant::Sharing& sharing = sharing_of(d, found);
+  std::vector<std::pair<std::string, std::string>> quantities;
+  for (const auto& move : sharing.moves)
+    for (const plant::Sharing::Quantity& quantity : move) {
+      const plant::Declaration& declared = parameters_of(d)[quantity.parameter].declaration;
+      std::vector<std::string> parts;
+      for (const auto& one : found.values)
+        if (one.parameter == quantity.parameter)
+          parts.push_back(interval_words(one.value, one.lowest, one.highest, declared.unit.text) + " (" + sharing.parts[one.part] + ")");
+      quantities.emplace_back(declared.name, listed(parts));
+    }
+  return quantities;
 }
 
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& d) {

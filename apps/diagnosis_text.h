@@ -87,8 +87,9 @@ struct FittedValue {
   std::size_t unknown;  // of Diagnosis::values
   double value, lowest, highest;
 };
-// "75 °C (95 %: 74 to 76) for coil A, ...": of one quantity, part by part.
-std::string apart_words(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found, plant::ParameterId parameter);
+const plant::Sharing& sharing_of(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found);
+// Each quantity in which parts are not alike, and its values: "75 degC, 95 % within 74 to 76 (A) and ...".
+std::vector<std::pair<std::string, std::string>> apart_quantities(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found);
 
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in

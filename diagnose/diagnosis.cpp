@@ -579,11 +579,16 @@ class Diagnoser {
     Objections rest = result_.objections;
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
     const auto& highest = by.gain_highest;
-    if (rest.none())
+    if (rest.none()) {
       for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
-    else if (by.lowest_total_gain <= 0.0 || std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
-      drop();  // what predicts better even so, and no channel worse, stays as a stand-in, without a name
-    if (result_.verdict == Verdict::unexplained && !result_.apart.empty()) result_.verdict = Verdict::named_in_part;
+      if (result_.verdict == Verdict::unexplained && !result_.apart.empty()) result_.verdict = Verdict::named_in_part;
+      return;
+    }
+    // Names that predict better even so, and no channel worse, stay as a stand-in, without a name.
+    if (effects_.empty() || by.lowest_total_gain <= 0.0 ||
+        std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
+      drop();
+    result_.apart.clear();
   }
 
   // A law that is the form of an effect. Names that have the one form between them: whose it is, the data do not say.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "diagnose/calibrate.h"
+#include "plant/laws.h"
 #include "sim/plant_file.h"
 #include "sim/simulation.h"
 #include "sim/text.h"
@@ -114,7 +115,7 @@ double distance(const Explanation& explanation, const sim::Recording& recording,
 std::string yaml_of(const plant::Plant& plant, const Programme& programme, double scale, const std::string& question) {
   const plant::System& system = plant.system();
   std::string text = "# " + question + "\nformat: 1\nseed: 1\nduration_s: " + sim::shortest(programme.duration_s) + "\nplant:";
-  text += system.structure_yaml().empty() ? " { base: paper_limb }\n" : "\n" + sim::plant_to_yaml(plant, 2);
+  text += system.structure_yaml().empty() ? " { base: paper_limb }\n" : "\n" + sim::plant_to_yaml(plant::as_in_file(plant), 2);
   text += "input:\n";
   for (const plant::InputId i : system.inputs().ids()) {
     const std::string unit = system.inputs()[i].unit.text.empty() ? "fraction" : std::string(system.inputs()[i].unit.text);

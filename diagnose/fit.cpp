@@ -14,9 +14,9 @@ double first_measured(const FitData& data, plant::ChannelId channel) {
   return std::nan("");
 }
 
-// A quantity that a limb cannot be without: its range ends above zero, as no temperature's or offset's does.
+// A quantity that a limb cannot be without.
 bool is_positive(const plant::Declaration& declared) {
-  return declared.range.lowest > 0.0 && declared.typical > 0.0 && !declared.null_value;
+  return plant::has_natural_zero(declared) && declared.range.lowest > 0.0 && !declared.null_value;
 }
 
 }  // namespace
@@ -50,8 +50,8 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
   constexpr double order_share = 0.01;  // of the prior's deviation: hardly more than a bound, and smooth enough to be fitted
   for (std::size_t low = 0; low < parameters_.size(); ++low)
     for (std::size_t high = 0; high < parameters_.size(); ++high)
-      if (const auto& all = system().parameters(); !all[parameters_[low]].declaration.less_than.empty() &&
-                                                   all[parameters_[low]].declaration.less_than == all[parameters_[high]].key())
+      if (const auto& above = system().parameters()[parameters_[low]].declaration.less_than;
+          std::find(above.begin(), above.end(), system().parameters()[parameters_[high]].key()) != above.end())
         orders_.push_back({low, high, order_share * unknowns_[low].deviation});
   for (const plant::StateId i : states_.ids())
     if (start_ == StartPolicy::estimated && states_[i].free_at_start) free_states_.push_back(i);

@@ -334,6 +334,14 @@ class Searcher {
     return sum;
   }
 
+  // Where no laws are tried.
+  double log_odds(const Explanation& one) const { return one.log_evidence + log_prior(one, 1.0); }
+
+  static bool is_apart(const Explanation& explanation) {
+    const std::vector<plant::EffectId> on = explanation.effects();
+    return std::any_of(on.begin(), on.end(), [&](plant::EffectId e) { return explanation.system().effects()[e].sharing.has_value(); });
+  }
+
   // What is left may be that parts are not alike (plant/apart.h): beside the best names so far, the next best, and nothing, one kind of
   // values that each part has of its own. That is the plant's own physics, so that it is asked before laws; taken where it leaves nothing.
   void try_apart(Search& result) const {
@@ -356,7 +364,6 @@ class Searcher {
       const auto& [parent, e] = tried[i];
       apart[i] = explain(with_effect(plant::carried_into(parent->problem->centres(), system), e), data_, parent->as_guess(), settings_.fit);
     });
-    const auto log_odds = [&](const Explanation& one) { return one.log_evidence + log_prior(one, 1.0); };
     std::erase_if(apart, [](const Explanation& one) { return !one.usable; });
     std::stable_sort(apart.begin(), apart.end(), [&](const Explanation& a, const Explanation& b) { return log_odds(a) > log_odds(b); });
     if (apart.empty()) return;
@@ -651,8 +658,9 @@ class Searcher {
   Explanation reduced(const Explanation& from, plant::EffectId effect) const {
     plant::Plant without = from.problem->centres();
     without.turn(effect, false);
-    for (const plant::EffectId e : system_.effects().ids())
-      if (system_.effects()[e].needs == effect) without.turn(e, false);
+    const auto& effects = from.system().effects();
+    for (const plant::EffectId e : effects.ids())
+      if (effects[e].needs == effect) without.turn(e, false);
     Guess guess = from.as_guess();
     const ForcingSize usual = forcing_to_begin_with(system_);
     for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(guess.forcing[g], 0.3 * usual[g]);
@@ -709,9 +717,10 @@ class Searcher {
     std::stable_sort(others.begin(), others.end(), better);
   }
 
-  // What fits instead of each effect. Of one alone the first round knows; of several each is taken out again, and the
-  // best of the others put in its place.
+  // What fits instead of each effect. Of one alone the first round knows; of several, or beside parts that are not alike, each is taken out
+  // again, and the best of the others put in its place.
   void weigh(Search& result) const {
+    const double before = log_odds(result.best);
     const auto mine = [&] { return names_of(result.best); };
     if (has_laws(result.best)) {
       // Of those with laws, the best that has another name in its place, or none.
@@ -724,7 +733,7 @@ class Searcher {
               continue;
             rivals.emplace_back(rival, std::max(0.0, result.bent.front().log_odds - other.log_odds));
           }
-    } else if (mine().size() == 1) {
+    } else if (mine().size() == 1 && !is_apart(result.best)) {
       for (const Candidate& candidate : result.rounds.front().candidates)
         if (candidate.effect != mine()[0] && candidate.explanation.usable)
           result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
@@ -739,19 +748,20 @@ class Searcher {
         std::vector<Candidate> others = fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
         settle_alike(others, e, result);
         plant::EffectId kept = e;
-        const double with_it = result.best.log_evidence;
-        if (!others.empty() && others.front().explanation.usable && others.front().explanation.log_evidence > with_it + 1.0) {
+        const double with_it = log_odds(result.best);
+        if (!others.empty() && others.front().explanation.usable && log_odds(others.front().explanation) > with_it + 1.0) {
           result.best = others.front().explanation;
           kept = others.front().effect;
           if (kept != e) {
-            result.rivals[kept].emplace_back(e, result.best.log_evidence - with_it);
+            result.rivals[kept].emplace_back(e, log_odds(result.best) - with_it);
             tell_instead(result, e, others.front(), 2.0 * (result.best.log_posterior - less.log_posterior));
           }
         }
         for (const Candidate& candidate : others)
           if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)
-            result.rivals[kept].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+            result.rivals[kept].emplace_back(candidate.effect, log_odds(result.best) - log_odds(candidate.explanation));
       }
+      if (is_apart(result.best)) result.apart_log_odds += log_odds(result.best) - before;
     }
     for (auto& [effect, others] : result.rivals)
       std::stable_sort(others.begin(), others.end(), [](const auto& a, const auto& b) { return a.second < b.second; });

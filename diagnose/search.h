@@ -74,7 +74,7 @@ struct Search {
   // it.
   std::vector<Bent> bent;
   std::size_t cells = 0;  // in which a law was sought
-  // Where parts of `best` have values of their own: its log odds against the best in which they are alike.
+  // Where parts of `best` have values of their own: its log odds against the best in which they are alike, less what each term must gain.
   double apart_log_odds = 0.0;
   // For each effect of `best`: what fits instead of it, with the others kept: effect and loss of evidence, by rising loss.
   std::map<plant::EffectId, std::vector<std::pair<plant::EffectId, double>>> rivals;

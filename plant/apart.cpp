@@ -18,8 +18,7 @@ struct Step {
 };
 
 Step step_of(const Declaration& declared) {
-  const bool positive = declared.range.lowest >= 0.0 && declared.typical > 0.0;
-  if (positive) return {true, alike * std::sqrt(std::log1p(std::pow(declared.prior_deviation / declared.typical, 2)))};
+  if (has_natural_zero(declared)) return {true, alike * std::sqrt(std::log1p(std::pow(declared.prior_deviation / declared.typical, 2)))};
   return {false, alike * declared.prior_deviation * declared.unit.internal_per_unit};
 }
 
@@ -63,18 +62,25 @@ class ApartSystem final : public System {
     return equations_in<Jet>(values, on);
   }
   std::vector<StartBelief> start_beliefs(const Plant& plant, std::span<const double> first_measured) const override {
-    const Plant own = as_described(plant);
+    const Plant own = with_own_values(plant);
     return own.system().start_beliefs(own, first_measured);
   }
   std::vector<std::vector<std::pair<StateId, double>>> other_starts(const Plant& plant,
                                                                     const std::vector<std::optional<double>>& start) const override {
-    const Plant own = as_described(plant);
+    const Plant own = with_own_values(plant);
     return own.system().other_starts(own, start);
   }
   std::string structure_yaml() const override { return base_->structure_yaml(); }
   std::shared_ptr<const System> without_laws() const override { return base_->without_laws(); }
 
   Plant as_described(const Plant& plant) const override {
+    const Plant own = with_own_values(plant);
+    return own.system().as_described(own);
+  }
+
+ private:
+  // Its base, with values of their own where parts are apart.
+  Plant with_own_values(const Plant& plant) const {
     std::vector<std::size_t> apart;
     for (std::size_t s = 0; s < sharings_.size(); ++s)
       if (plant.is_on(effect_of(s))) apart.push_back(s);
@@ -84,18 +90,20 @@ class ApartSystem final : public System {
       result.set(same, plant.get(p));
       result.set_own_deviation(same, plant.own_deviation(p));
     }
+    // What is known of a value that all share is known of each that one has now, and nothing has the shared one any more.
     for (const std::size_t s : apart)
       for (const ApartValue& one : values_apart(plant, effect_of(s))) {
         const ParameterId own = result.system().parameter(own_key(s, one.shared, one.part));
         const Declaration& declared = parameters_[one.shared].declaration;
         const double unit = declared.unit.internal_per_unit;
         result.set(own, std::clamp(one.value, declared.range.lowest * unit, declared.range.highest * unit));
+        result.set_own_deviation(own, plant.own_deviation(one.shared));
+        result.set_own_deviation(result.system().parameter(parameters_[one.shared].key()), std::nullopt);
       }
     for (const EffectId e : base_->effects().ids()) result.turn(e, plant.is_on(e));
-    return result.system().as_described(result);
+    return result;
   }
 
- private:
   // Where a value of the System in which all parts have their own comes from.
   struct Source {
     ParameterId shared;

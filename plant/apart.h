@@ -2,12 +2,12 @@
 // Parts that are not alike. What parts of a kind share (System::sharings()) each may have of its own; parts that were made alike
 // are believed to be alike, and a recording that does not drive a part tells of it what the others tell.
 //
-//   value of part j = shared value * exp(w_j s)       or shared value + w_j s, where it may have either sign;   w_j ~ N(0, 1)
+//   value of part j = shared value * exp(w_j s)       or shared value + w_j s, where it has no natural zero;   w_j ~ N(0, 1)
 //
-// s is half of what is believed of the quantity (its prior's deviation, relative where it is log-normal): parts are as alike to each other
-// as to what is typical of them. `with_parts_apart` gives a System with such weights as further effects, one for each sharing, so that
-// whatever fits or compares plants takes them as it takes an effect; exactly the plant as it was where they are off, or where all weights
-// are 0.
+// s is half of what is declared of the quantity (its prior's deviation, as a share of it where it has a natural zero): parts are nearer to
+// each other than to what is typical of any. What a file knows of a limb is of the shared value, and says nothing of s. `with_parts_apart`
+// gives a System with such weights as further effects, one for each sharing, so that whatever fits or compares plants takes them as it
+// takes an effect; exactly the plant as it was where they are off, or where all weights are 0.
 #pragma once
 
 #include "plant/system.h"

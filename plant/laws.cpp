@@ -309,7 +309,7 @@ Plant with_laws_on(const Plant& plant, std::vector<Law> laws) {
   return result;
 }
 
-Plant with_known_laws(const Plant& plant) {
+Plant as_in_file(const Plant& plant) {
   const System& system = plant.system();
   std::vector<Law> known;
   for (const EffectId e : system.effects().ids()) {

@@ -57,8 +57,7 @@ Eigen::VectorXd values_of(const Plant& plant, EffectId law);
 // The plant in a System of these laws beside those that it has; they are on.
 Plant with_laws_on(const Plant& plant, std::vector<Law> laws);
 
-// The plant with those of its laws that are on, as they are known, and parts that are apart (apart.h) with values of their own: what a
-// file keeps.
-Plant with_known_laws(const Plant& plant);
+// What a file keeps of a plant: those of its laws that are on, as they are known, and where parts are apart (apart.h), values of their own.
+Plant as_in_file(const Plant& plant);
 
 }  // namespace sinew::plant

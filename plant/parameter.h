@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "plant/units.h"
 
@@ -35,10 +36,16 @@ struct Declaration {
   std::optional<double> null_value = std::nullopt;
   // One standard deviation of what is believed before any recording is seen; 0 for what is known and not fitted.
   double prior_deviation = 0.0;
-  // Key of a quantity, in the same unit, that physics puts above this one: what is believed of the two says so.
-  std::string less_than = "";
+  // Keys of quantities, in the same unit, that physics puts above this one: what is believed of the two says so.
+  std::vector<std::string> less_than = {};
   std::string_view meaning;
   std::string_view source = "";
 };
+
+// Whether it is never negative and zero of it is none of it: a half or a double of such a quantity means something, as of no offset and no
+// temperature in degC.
+inline bool has_natural_zero(const Declaration& declared) {
+  return declared.range.lowest >= 0.0 && declared.typical > 0.0 && declared.unit.text != units::degC.text;
+}
 
 }  // namespace sinew::plant

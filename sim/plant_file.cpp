@@ -83,7 +83,7 @@ void read_effects(const YamlValue& value, plant::Plant& plant) {
   YamlMap map(value);
   const auto& all = plant.system().parameters();
   for (const auto& effect : plant.system().effects()) {
-    const YamlValue* given = effect.law ? nullptr : map.find(effect.name);
+    const YamlValue* given = effect.is_of_catalogue() ? map.find(effect.name) : nullptr;
     if (!given) continue;
     YamlMap inner(*given);
     for (const plant::ParameterId p : effect.parameters) inner.find(all[p].declaration.name);
@@ -280,18 +280,17 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
   const YamlValue* laws = map.find("laws");
   map.finish();
   if (laws) needs_format_2(*laws);
+  const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
   if (effects) {
     // Before a part's own values are asked for: an unknown effect may be a misspelling.
-    const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
     YamlMap names(*effects);
     for (const auto& effect : without_own.system().effects())
-      if (!effect.law) names.find(effect.name);
+      if (effect.is_of_catalogue()) names.find(effect.name);
     const bool old_name = std::any_of(effects->map.begin(), effects->map.end(), [](const auto& one) { return one.key == "outer_turns"; });
     names.finish(old_name ? "outer_turns is called junction now, with other parameters; `sinew effects` lists all effects"
                           : all_effects_advice);
   }
   if (parameters) {
-    const plant::Plant without_own = anew ? made({making.maker, making.structure, {}}, value) : plant;
     const std::vector<std::string>& keys = without_own.system().own_keys();
     for (const auto& entry : parameters->map) {
       if (std::find(keys.begin(), keys.end(), entry.key) == keys.end() || without_own.system().find_parameter(entry.key)) continue;
@@ -392,7 +391,7 @@ std::string plant_to_yaml(const plant::Plant& plant, int indent) {
     if (!all[p].effect) text += margin + "  " + all[p].declaration.name + ": " + known_text(plant, p) + "\n";
   std::string effects;
   for (const plant::EffectId e : plant.system().effects().ids()) {
-    if (!plant.is_on(e) || plant.system().effects()[e].law) continue;
+    if (!plant.is_on(e) || !plant.system().effects()[e].is_of_catalogue()) continue;
     const std::string name(plant.system().effects()[e].name);
     std::string owner = name;
     effects += margin + "  " + name + ":\n";

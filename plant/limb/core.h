@@ -7,6 +7,9 @@
 // about 0.6 m a side, coiled to about 3 mm, in a body of Smooth-Sil 945.
 #pragma once
 
+#include <algorithm>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "plant/limb/shape.h"
@@ -90,15 +93,30 @@ struct Core {
   static void parameters(Self& self, Visitor&& visit) {
     const Shape& shape = *self.shape;
     const auto& named = with_part;
+    // The keys under which these coils have what is above a quantity.
+    const auto above = [&](const std::vector<std::string>& shared_keys, const std::vector<std::size_t>& coils) {
+      std::set<std::string> keys;
+      each_of_coils(self, [&](const auto& upper, std::string_view key) {
+        for (const std::size_t j : coils)
+          if (std::find(shared_keys.begin(), shared_keys.end(), key) != shared_keys.end())
+            keys.insert(upper.which[j] == 0 ? std::string(key) : upper.own_key(key, shape.coils[j].name));
+      });
+      return std::vector<std::string>(keys.begin(), keys.end());
+    };
     const auto of_coils = [&](auto& field, const Declaration& declared) {
-      visit(field.values.front(), declared);
+      std::vector<std::size_t> sharing;
+      for (std::size_t j = 0; j < field.which.size(); ++j)
+        if (field.which[j] == 0) sharing.push_back(j);
+      Declaration shared = declared;
+      if (!declared.less_than.empty()) shared.less_than = above(declared.less_than, sharing);
+      if (sharing.empty()) shared.prior_deviation = 0.0;  // nothing is of that value
+      visit(field.values.front(), shared);
       for (std::size_t j = 0; j < field.which.size(); ++j) {
         if (field.which[j] == 0) continue;
         Declaration own = declared;
         own.name = field.own_key(declared.name, shape.coils[j].name);
         own.symbol += "," + shape.coils[j].name;
-        if (!own.less_than.empty() && self.heating_midpoint_degC.which[j] != 0)
-          own.less_than = self.heating_midpoint_degC.own_key(own.less_than, shape.coils[j].name);
+        if (!declared.less_than.empty()) own.less_than = above(declared.less_than, {j});
         visit(field.values[field.which[j]], own);
       }
     };
@@ -168,7 +186,7 @@ struct Core {
                                                      .range = {0.0, 200.0},
                                                      .typical = 60.0,
                                                      .prior_deviation = 10.0,
-                                                     .less_than = "heating_midpoint_degC",
+                                                     .less_than = {"heating_midpoint_degC"},
                                                      .meaning = "temperature at which half of the martensite is back on cooling",
                                                      .source = "Flexinol 70 degC alloy data sheet"});
     of_coils(self.cooling_width_K, Declaration{.name = "cooling_width_K",

@@ -106,7 +106,7 @@ TEST_CASE("proposals: coils that transform at temperatures of their own are told
   const Proposals found = diagnose::propose(core, limb.data, among({"stress_shift", "cross_heating"}), limb.settings);
   REQUIRE_FALSE(found.all.empty());
   CHECK(names_of(found, found.answer) == std::vector<std::string>{"the transformation temperatures of each coil"});
-  const plant::Plant described = plant::with_known_laws(found.fit.model());
+  const plant::Plant described = plant::as_in_file(found.fit.model());
   for (const char* key : {"heating_midpoint_A_degC", "cooling_midpoint_A_degC", "heating_midpoint_B_degC", "cooling_midpoint_B_degC"})
     CHECK(described.get(described.system().parameter(key)) == doctest::Approx(plant.get(plant.system().parameter(key))).epsilon(0.02));
 }

@@ -106,18 +106,46 @@ TEST_CASE("apart: weights move a part by what is declared, and a file describes 
   plant.turn(temperatures, true);
   plant.set(weight(plant, "the transformation temperatures", 1), 0.5);  // of B
 
-  const Plant file = with_known_laws(plant);
+  const Plant file = as_in_file(plant);
   // Half of the prior's deviation: of 0.4 around 0.4, of 0.08 around 0.08, of 10 around 75 and 60.
   const auto step = [](double share) { return 0.5 * std::sqrt(std::log1p(share * share)); };
   CHECK(get(file, "junction.A.heat_capacity_J_K") == doctest::Approx(0.3 * std::exp(step(1.0))).epsilon(1e-12));
   CHECK(get(file, "junction.B.heat_capacity_J_K") == 0.3);
   CHECK(get(file, "junction.B.conductance_W_K") == doctest::Approx(0.08 * std::exp(-2.0 * step(1.0))).epsilon(1e-12));
   CHECK(get(file, "heating_midpoint_A_degC") == 75.0);
-  CHECK(get(file, "heating_midpoint_B_degC") == doctest::Approx(75.0 * std::exp(0.5 * step(10.0 / 75.0))).epsilon(1e-12));
-  CHECK(get(file, "cooling_midpoint_B_degC") == doctest::Approx(60.0 * std::exp(0.5 * step(10.0 / 60.0))).epsilon(1e-12));
+  // A temperature in degC has no natural zero: both by the same kelvins.
+  CHECK(get(file, "heating_midpoint_B_degC") == doctest::Approx(77.5).epsilon(1e-12));
+  CHECK(get(file, "cooling_midpoint_B_degC") == doctest::Approx(62.5).epsilon(1e-12));
   CHECK(run(file) == run(plant));
   CHECK(run(file) != run(base));
   CHECK_FALSE(file.system().find_parameter("heating_width_A_K"));  // alike
+}
+
+TEST_CASE("apart: what is known of a shared value is known of each part's, and a value that nothing has is not fitted") {
+  Plant base(two_coil_limb());
+  base.set_own_deviation(base.system().parameter("cooling_midpoint_degC"), 2.0);
+  const Plant file = as_in_file(apart_in("the transformation temperatures", base));
+  const auto deviation = [&](const char* key) { return file.deviation(file.system().parameter(key)); };
+  CHECK(deviation("cooling_midpoint_A_degC") == 2.0);
+  CHECK(deviation("heating_midpoint_A_degC") == 10.0);
+  CHECK(deviation("cooling_midpoint_degC") == 0.0);
+  CHECK(deviation("heating_midpoint_degC") == 0.0);
+}
+
+TEST_CASE("apart: of each coil cooling is below heating, whichever of the two it has of its own") {
+  const auto above = [](std::vector<OwnValues> own, const char* key) {
+    const LimbSystem system(two_coil_shape(), own);
+    return system.parameters()[system.parameter(key)].declaration.less_than;
+  };
+  using Keys = std::vector<std::string>;
+  const OwnValues heating_A{"", "", "", "heating_midpoint_A_degC"}, heating_B{"", "", "", "heating_midpoint_B_degC"},
+      cooling_A{"", "", "", "cooling_midpoint_A_degC"};
+  CHECK(above({}, "cooling_midpoint_degC") == Keys{"heating_midpoint_degC"});
+  CHECK(above({cooling_A}, "cooling_midpoint_A_degC") == Keys{"heating_midpoint_degC"});
+  CHECK(above({heating_A}, "cooling_midpoint_degC") == Keys{"heating_midpoint_A_degC", "heating_midpoint_degC"});
+  CHECK(above({heating_A, cooling_A}, "cooling_midpoint_A_degC") == Keys{"heating_midpoint_A_degC"});
+  CHECK(above({heating_A, cooling_A}, "cooling_midpoint_degC") == Keys{"heating_midpoint_degC"});
+  CHECK(above({heating_A, heating_B}, "cooling_midpoint_degC") == Keys{"heating_midpoint_A_degC", "heating_midpoint_B_degC"});
 }
 
 TEST_CASE("apart: derivatives of own values are those of their definition") {
@@ -150,9 +178,10 @@ TEST_CASE("apart: what a file says is known is not each part's own") {
 }
 
 TEST_CASE("apart: beside laws, before them and after") {
-  const auto with_law = [](const Plant& plant) {
+  const auto with_law = [](const Plant& plant, double fading_memory_s = 0.0) {
     const System& system = plant.system();
     Law law{.entry = EntryGroupId{1}, .argument = {}, .factor = {}, .knots = {20.0, 100.0}, .curve = Eigen::Vector2d(0.0, 0.1)};
+    law.fading_memory_s = fading_memory_s;
     for (const VariableId v : system.variables().ids())
       if (system.variables()[v].name.starts_with("temperature ")) law.argument.push_back(v);
     return with_laws_on(plant, {law});
@@ -163,9 +192,14 @@ TEST_CASE("apart: beside laws, before them and after") {
   after.set(weight(after, "the transformation temperatures", 0), 1.0);
   const std::vector<double> shown = run(before);
   CHECK(run(after) == shown);
-  CHECK(run(with_known_laws(before)) == shown);
-  CHECK(run(with_known_laws(after)) == shown);
-  CHECK(run(with_known_laws(before)) != run(with_law(Plant(two_coil_limb()))));
+  CHECK(run(as_in_file(before)) == shown);
+  CHECK(run(as_in_file(after)) == shown);
+  CHECK(run(as_in_file(before)) != run(with_law(Plant(two_coil_limb()))));
+  // One first value a state, those of a law's memory among them.
+  const Plant remembers = apart_in("the transformation temperatures", with_law(Plant(two_coil_limb()), 10.0));
+  const std::vector<double> first(remembers.system().channels().size(), 25.0);
+  CHECK(remembers.states().size() == Plant(two_coil_limb()).states().size() + 2);
+  CHECK(remembers.system().start_beliefs(remembers, first).size() == remembers.states().size());
 }
 
 }  // namespace plant_apart_test

@@ -153,12 +153,12 @@ TEST_CASE("laws: derivatives of the readings are those of differences") {
   }
 
   // What a file keeps: the curve, without weights.
-  const Plant known = with_known_laws(plant);
+  const Plant known = as_in_file(plant);
   CHECK(known.system().laws().size() == 1);
   CHECK_FALSE(known.system().laws()[0].is_sought);
   CHECK(largest_difference(run(known, 5.0), run(plant, 5.0)) < 1e-6);
   plant.turn(effect, false);
-  CHECK(with_known_laws(plant) == default_plant());
+  CHECK(as_in_file(plant) == default_plant());
 }
 
 TEST_CASE("laws: any System may have them") {
