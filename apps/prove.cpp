@@ -304,7 +304,8 @@ std::string figures_text(const Score& score) {
 
 void check_kind(const std::string& name) {
   std::vector<std::string> all;
-  for (const prove::Kind& kind : prove::kinds()) all.push_back(kind.name);
+  for (const auto& kinds : {prove::kinds(), prove::unlike_kinds()})
+    for (const prove::Kind& kind : kinds) all.push_back(kind.name);
   if (std::find(all.begin(), all.end(), name) == all.end())
     refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
 }
@@ -349,6 +350,10 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
                                  : arguments.few ? few_proof_cases(arguments.training_s, arguments.held_out_s)
                                                  : proof_cases(first, arguments.seeds, std::max(arguments.clean, least_clean),
                                                                arguments.training_s, arguments.held_out_s);
+  // Beside the others, where they are asked for.
+  if (std::find(arguments.families.begin(), arguments.families.end(), "unlike") != arguments.families.end() && !series && !arguments.few)
+    for (ProofCase& one : unlike_proof_cases(first, arguments.seeds, arguments.training_s, arguments.held_out_s))
+      cases.push_back(std::move(one));
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
     return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
   };
@@ -618,7 +623,8 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_option("--clean", arguments->clean, "recordings in which nothing is missing; at least eight for each seed")
       ->check(CLI::Range(clean_per_seed, 10000));
   command->add_option("--families", arguments->families, "only these")
-      ->check(CLI::IsMember({"clean", "catalogue", "other_form", "pair", "triple", "outside", "removed", "elsewhere", "series_limb"}))
+      ->check(
+          CLI::IsMember({"clean", "catalogue", "other_form", "pair", "triple", "outside", "removed", "elsewhere", "series_limb", "unlike"}))
       ->delimiter(',');
   command->add_option("--kinds", arguments->kinds, "only these, by name as in answers.json")->delimiter(',');
   command->add_option("--training", arguments->training_s, "seconds of the training recording")->check(CLI::Range(60.0, 36000.0));

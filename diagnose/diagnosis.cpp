@@ -393,6 +393,7 @@ class Diagnoser {
       found.support.faint = decades_weaker(found, system());
       found.confidence = probability(found.support);
     }
+    drop_hardly_believed_names();
     place(wandering);
     list_others();
     design();
@@ -707,6 +708,16 @@ class Diagnoser {
     result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
+  }
+
+  // What a name does that is hardly believed stands in for something else.
+  void drop_hardly_believed_names() {
+    if (result_.wandering) return;
+    const std::size_t before = result_.effects.size();
+    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.confidence < settings_.least_share; });
+    if (result_.effects.size() == before || !result_.effects.empty()) return;
+    result_.ambiguous_with.clear();
+    if (result_.apart.empty()) result_.verdict = Verdict::unexplained;
   }
 
   std::optional<Wandering> ask_what_wanders() {

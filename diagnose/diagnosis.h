@@ -40,7 +40,7 @@ struct DiagnosisSettings {
   double named_share = 0.75;
   WanderSettings wander;            // thresholds
   double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
-  double least_share = 0.05;        // a name beside a law that has less of the posterior is none
+  double least_share = 0.05;        // a name of which less is believed is none
 };
 
 // Why an explanation that was found is not the answer. Empty where it is.

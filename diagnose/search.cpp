@@ -68,7 +68,7 @@ class Searcher {
     result.best = first.accepted ? first.candidates.front().explanation : first.before;
     result.rounds.push_back(std::move(first));
     if (result.rounds.front().accepted) go_on(result);
-    if (!nothing_left(result, settings_)) try_apart(result);
+    if (!nothing_left(result, settings_) || !names_of(result.best).empty()) try_apart(result);
     if (settings_.most_laws >= 1 && !nothing_left(result, settings_)) bend(result);
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
@@ -342,15 +342,19 @@ class Searcher {
     return std::any_of(on.begin(), on.end(), [&](plant::EffectId e) { return explanation.system().effects()[e].sharing.has_value(); });
   }
 
-  // What is left may be that parts are not alike (plant/apart.h): beside the best names so far, the next best, and nothing, one kind of
-  // values that each part has of its own. That is the plant's own physics, so that it is asked before laws; taken where it leaves nothing.
+  // What is left, or what names make up for, may be that parts are not alike (plant/apart.h): beside the best names so far, the next best,
+  // and nothing, one kind of values that each part has of its own. That is the plant's own physics, so that it is asked before laws; taken
+  // where it leaves nothing.
   void try_apart(Search& result) const {
-    std::vector<Explanation> parents{result.best};
-    if (!names_of(result.best).empty()) parents.push_back(result.core);
-    for (const Candidate& candidate : result.rounds.front().candidates)
-      if (parents.size() <= settings_.apart_names && candidate.explanation.usable &&
-          names_of(candidate.explanation) != names_of(result.best))
-        parents.push_back(candidate.explanation);
+    const std::vector<plant::EffectId> names = names_of(result.best);
+    const bool enough = nothing_left(result, settings_);  // only fewer names can do better
+    std::vector<Explanation> parents;
+    if (!enough) parents.push_back(result.best);
+    if (!names.empty()) parents.push_back(result.core);
+    if (!enough || names.size() > 1)
+      for (const Candidate& candidate : result.rounds.front().candidates)
+        if (parents.size() <= settings_.apart_names && candidate.explanation.usable && names_of(candidate.explanation) != names)
+          parents.push_back(candidate.explanation);
     const std::shared_ptr<const plant::System> system = plant::with_parts_apart(nominal_.shared_system());
     std::vector<std::pair<const Explanation*, plant::EffectId>> tried;
     for (const Explanation& parent : parents)
@@ -359,14 +363,22 @@ class Searcher {
         if (!effect.sharing || !plant::may_differ(nominal_, system->sharings()[*effect.sharing])) continue;
         if (!effect.needs || parent.problem->centres().is_on(*effect.needs)) tried.emplace_back(&parent, e);
       }
+    // From where the parent ended, and from the plant as it was given: a parent that had to do without can have gone far.
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.enough = 1.0;
     std::vector<Explanation> apart(tried.size());
     sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
       const auto& [parent, e] = tried[i];
-      apart[i] = explain(with_effect(plant::carried_into(parent->problem->centres(), system), e), data_, parent->as_guess(), settings_.fit);
+      const plant::Plant plant = with_effect(plant::carried_into(parent->problem->centres(), system), e);
+      apart[i] = explain(plant, data_, parent->as_guess(), shortly);
+      const Explanation afresh = explain(plant, data_, {}, shortly);
+      if (afresh.usable && (!apart[i].usable || afresh.log_evidence > apart[i].log_evidence)) apart[i] = afresh;
     });
     std::erase_if(apart, [](const Explanation& one) { return !one.usable; });
     std::stable_sort(apart.begin(), apart.end(), [&](const Explanation& a, const Explanation& b) { return log_odds(a) > log_odds(b); });
     if (apart.empty()) return;
+    try_from(apart.front().as_guess(), apart.front());
     settle(apart.front());
     if (log_odds(apart.front()) <= log_odds(result.best)) return;
     Search with = result;

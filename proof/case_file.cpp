@@ -90,6 +90,8 @@ std::string_view text_of(CaseFamily family) {
       return "outside";
     case CaseFamily::removed:
       return "removed";
+    case CaseFamily::unlike:
+      return "unlike";
   }
   return "";
 }
@@ -116,7 +118,8 @@ Truth read_truth(const Json& answer) {
               .seed = answer.at("seed"),
               .effects = {}};
   for (const Json& effect : answer.at("effects"))
-    truth.effects.push_back({effect.at("name"), effect.at("place"), effect.at("parameters").get<std::map<std::string, double>>()});
+    truth.effects.push_back(
+        {effect.at("name"), effect.at("place"), effect.at("parameters").get<std::map<std::string, double>>(), effect.value("form", "")});
   return truth;
 }
 
@@ -128,6 +131,7 @@ Reported read_reported(const Json& result) {
   reported.ambiguous_with = result.at("ambiguous_with").get<Names>();
   reported.cannot_be_seen = result.at("cannot_be_seen").get<Names>();
   for (const Json& law : result.value("laws", Json::array())) reported.laws.push_back({law.at("place"), law.at("law").at("entry")});
+  for (const Json& apart : result.value("apart", Json::array())) reported.apart.push_back(apart.at("values").at(0).at("parameter"));
   reported.place = result.at("located").at("place");
   reported.places_alike = result["located"].value("or", Names{});
   if (result.contains("probability_of_nothing")) reported.probability_of_nothing = result["probability_of_nothing"].get<double>();

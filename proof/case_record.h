@@ -12,15 +12,17 @@
 namespace sinew::proof {
 
 // `removed`: an effect of the catalogue that was taken out of it beforehand, so that its name cannot be given.
-enum class CaseFamily { clean, catalogue, other_form, pair, triple, outside, removed };
-inline constexpr std::initializer_list<CaseFamily> case_families{CaseFamily::clean,  CaseFamily::catalogue, CaseFamily::other_form,
-                                                                 CaseFamily::pair,   CaseFamily::triple,    CaseFamily::outside,
-                                                                 CaseFamily::removed};
+// `unlike`: coils that are not alike, alone or beside an effect of the catalogue.
+enum class CaseFamily { clean, catalogue, other_form, pair, triple, outside, removed, unlike };
+inline constexpr std::initializer_list<CaseFamily> case_families{CaseFamily::clean,   CaseFamily::catalogue, CaseFamily::other_form,
+                                                                 CaseFamily::pair,    CaseFamily::triple,    CaseFamily::outside,
+                                                                 CaseFamily::removed, CaseFamily::unlike};
 std::string_view text_of(CaseFamily family);  // as in answers.json
 
 struct TrueEffect {
   std::string name, place;                   // place: the equation that it enters
   std::map<std::string, double> parameters;  // units of files
+  std::string form = "";                     // of coils that are not alike: the first of the quantities in which they differ
 };
 
 struct Truth {
@@ -81,6 +83,7 @@ struct Reported {
   std::vector<std::string> ambiguous_with;  // further names that cannot be told from those
   std::vector<std::string> cannot_be_seen;  // names of what this recording cannot show
   std::vector<ReportedLaw> laws;
+  std::vector<std::string> apart;         // in what parts are said not to be alike: each by the first quantity
   std::string place;                      // the equation in which something is missing
   std::vector<std::string> places_alike;  // others that cannot be told from it
   // Where an answer that nothing is missing says how probable that is.

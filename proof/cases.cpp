@@ -120,6 +120,7 @@ std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, doubl
         case prove::Family::outside:
         case prove::Family::pair:
         case prove::Family::triple:
+        case prove::Family::unlike:
           add(kind, s, s % 2 == 0 ? 1.0 : 0.5, -1, false);
           if (has_junction(kind)) add(kind, s, s % 2 == 0 ? 1.0 : 0.5, begun_warm, false);
           break;
@@ -165,6 +166,19 @@ std::vector<ProofCase> series_proof_cases(FirstSeeds first, int seeds, double tr
       one.settings.heldout_s = held_out_s;
       if (!clean) one.settings.strength = strengths[static_cast<std::size_t>(s) % strengths.size()];
       one.series = true;
+      cases.push_back(one);
+    }
+  return cases;
+}
+
+std::vector<ProofCase> unlike_proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s) {
+  std::vector<ProofCase> cases;
+  for (int s = 0; s < seeds; ++s)
+    for (const prove::Kind& kind : prove::unlike_kinds()) {
+      ProofCase one{kind, first.concealed + static_cast<std::uint64_t>(s), {}, "plain"};
+      one.settings.training_s = training_s;
+      one.settings.heldout_s = held_out_s;
+      one.settings.strength = s % 2 == 0 ? 1.0 : 0.5;
       cases.push_back(one);
     }
   return cases;

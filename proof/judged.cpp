@@ -9,6 +9,8 @@
 namespace sinew::proof {
 namespace {
 
+constexpr std::string_view unlike_effect = "unlike";
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -55,8 +57,16 @@ std::string probability_of_first(const Reported& reported) {
 std::vector<std::string> right_names(const Truth& truth) {
   std::vector<std::string> names;
   if (truth.family == CaseFamily::outside || truth.family == CaseFamily::removed) return names;
-  for (const TrueEffect& effect : truth.effects) names.push_back(effect.name);
+  for (const TrueEffect& effect : truth.effects)
+    if (effect.name != unlike_effect) names.push_back(effect.name);
   return names;
+}
+
+std::vector<std::string> unlike_in(const Truth& truth) {
+  std::vector<std::string> quantities;
+  for (const TrueEffect& effect : truth.effects)
+    if (effect.name == unlike_effect) quantities.push_back(effect.form);
+  return quantities;
 }
 
 bool is_right_name(const Case& one, const std::string& name) { return contains(right_names(one.truth), name); }
@@ -105,8 +115,8 @@ bool has_nothing_to_see(const Case& one) {
 }
 
 bool is_rightly_unseen(const Case& one) {
-  return is_of(one, {CaseFamily::catalogue, CaseFamily::other_form, CaseFamily::outside, CaseFamily::removed}) && has_nothing_to_see(one) &&
-         one.reported.verdict == Verdict::consistent && one.reported.effects.empty();
+  return is_of(one, {CaseFamily::catalogue, CaseFamily::other_form, CaseFamily::outside, CaseFamily::removed, CaseFamily::unlike}) &&
+         has_nothing_to_see(one) && one.reported.verdict == Verdict::consistent && one.reported.effects.empty();
 }
 
 bool first_place_is_right(const Case& one) { return one.reported.place == one.truth.effects.front().place; }
@@ -140,6 +150,13 @@ std::string miss_of(const Case& one) {
       const auto of = one.truth.effects.size();
       const int hits = right_names_given(one);
       return hits == static_cast<int>(of) ? "" : "found " + std::to_string(hits) + " of " + std::to_string(of) + ", first " + first;
+    }
+    case CaseFamily::unlike: {
+      for (const std::string& quantity : unlike_in(one.truth))
+        if (!contains(reported.apart, quantity)) return "not said that coils differ in " + quantity + ": " + first + sure;
+      if (has_wrong_name_with(one, confident)) return "confidently misnamed " + first + sure;
+      const auto names = right_names(one.truth);
+      return right_names_given(one) == static_cast<int>(names.size()) ? "" : "not named " + names.front();
     }
     case CaseFamily::outside:
     case CaseFamily::removed:

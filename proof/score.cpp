@@ -84,6 +84,8 @@ std::string concealed_in(const Case& one) {
       return "outside: " + one.truth.effects.front().name;
     case removed:
       return "removed: " + one.truth.effects.front().name;
+    case unlike:
+      return "unlike in " + one.truth.effects.front().form;
     default:
       return one.truth.effects.front().name;
   }
@@ -166,6 +168,14 @@ void add_clean(Score& score, const Case& one) {
   score.largest_clean_noise = std::max(score.largest_clean_noise, one.reported.process_noise_before);
 }
 
+void add_unlike(Score& score, const Case& one) {
+  if (is_rightly_unseen(one)) return;
+  const std::vector<std::string> differ = unlike_in(one.truth);
+  for (const std::string& quantity : differ)
+    score.said_unlike.add(std::ranges::find(one.reported.apart, quantity) != one.reported.apart.end());
+  if (differ.empty()) score.wrongly_said_unlike.add(!one.reported.apart.empty());
+}
+
 void take_smaller(std::optional<std::uint64_t>& first, std::uint64_t seed) { first = std::min(first.value_or(seed), seed); }
 
 }  // namespace
@@ -178,6 +188,7 @@ Score score_of(const Cases& cases) {
     ++score.programs[one.reported.made_by];
     take_smaller(one.truth.family == clean ? score.first_clean_seed : score.first_seed, one.truth.seed);
     if (one.truth.family == clean) add_clean(score, one);
+    add_unlike(score, one);
   }
   score.figures = figures_of(cases);
   score.by_effect = by_effect(cases);

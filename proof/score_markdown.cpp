@@ -57,6 +57,13 @@ std::string figures(const Score& score) {
   return text + "\n";
 }
 
+std::string unlike_words(const Score& score) {
+  std::string text;
+  if (score.said_unlike.all > 0) text += " Of quantities in which coils differ the answer said so in " + of_all(score.said_unlike) + ".";
+  if (score.wrongly_said_unlike.good > 0) text += " Coils that are alike were said to differ in " + of_all(score.wrongly_said_unlike) + ".";
+  return text;
+}
+
 std::string notes(const Score& score) {
   std::string text;
   if (score.clean > 0)
@@ -67,7 +74,7 @@ std::string notes(const Score& score) {
   return text + ". Of the cases in which the held-out error is worse than before, " + std::to_string(score.worse_for_all) +
          " are worse for an oracle (true effect, fitted strength), too: air moved otherwise there. The equation that the answer says first "
          "was right in " +
-         of_all(score.place_said_first) + "; the others count where it says that they cannot be told apart.\n";
+         of_all(score.place_said_first) + "; the others count where it says that they cannot be told apart." + unlike_words(score) + "\n";
 }
 
 std::string cell_of(const MethodRow& row, const std::optional<double>& value) {

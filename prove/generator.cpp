@@ -233,7 +233,9 @@ Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings
 
 Kind kind_of_name(std::string_view name) {
   std::string near;
-  for (const Kind& kind : kinds()) {
+  std::vector<Kind> all = kinds();
+  for (const Kind& kind : unlike_kinds()) all.push_back(kind);
+  for (const Kind& kind : all) {
     if (kind.name == name) return kind;
     const std::string_view stem = name.substr(0, std::min<std::size_t>(name.size(), 4));
     if (!stem.empty() && kind.name.find(stem) != std::string::npos) near += (near.empty() ? "" : ", ") + kind.name;

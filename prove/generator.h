@@ -40,7 +40,8 @@ struct TruthEffect {
   std::string words;
 };
 
-enum class Family { clean, catalogue, other_form, pair, outside, triple };
+// unlike: the core, in which each coil has values of its own of what coils share; alone, or beside an effect of the catalogue.
+enum class Family { clean, catalogue, other_form, pair, outside, triple, unlike };
 std::string_view name_of(Family family);
 
 struct Kind {
@@ -56,6 +57,8 @@ std::vector<Kind> kinds();
 // Those of them that come at the end: triples, further other forms, more that is outside, pairs that share a place, and the other forms
 // that came last. The cases of all others stand before theirs.
 std::vector<Kind> further_kinds();
+// Coils that are not alike; not among kinds().
+std::vector<Kind> unlike_kinds();
 
 struct Disturbances {
   bool moving_air = true;     // ambient wanders; Settings::air says how
@@ -127,7 +130,7 @@ struct ConcealedLimb {
 };
 ConcealedLimb conceal(const Kind& kind, std::uint64_t seed, const Settings& settings = {});
 
-// The kind of that name, alone or of the list above; throws std::invalid_argument, which names the nearest ones, where there is none.
+// The kind of that name, of kinds() or unlike_kinds(); throws std::invalid_argument, which names the nearest ones, where there is none.
 Kind kind_of_name(std::string_view name);
 
 // Perfect sensors on a limb that is driven by the duty of `samples`, at their times, from cold and rest in still air.

@@ -615,6 +615,31 @@ std::vector<Effect> forms_of_tension() {
   };
 }
 
+// Coils that are not alike, each by the first of the quantities that differ.
+std::vector<Effect> unlike() {
+  using enum Role;
+  return {
+      {"unlike",
+       "heating_midpoint_degC",
+       in_phase,
+       false,
+       "the coils transform at temperatures of their own",
+       {{"apart_K", 8.0, signed_strength, &P::temperatures_apart_K}}},
+      {"unlike",
+       "heating_width_K",
+       in_phase,
+       false,
+       "the coils transform over widths of their own",
+       {{"log_ratio", 0.6, signed_strength, &P::widths_apart}}},
+      {"unlike",
+       "transformation_stretch_m",
+       in_phase,
+       false,
+       "the transformation stretches each coil by a length of its own",
+       {{"apart_share", 0.3, signed_strength, &P::stretches_apart}}},
+  };
+}
+
 constexpr std::array<std::array<std::string_view, 2>, 12> pairs{{
     {"latent_heat", "viscoelastic_creep"},
     {"thermocouple_lag", "dry_friction"},
@@ -703,7 +728,7 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), forms_of_tension()})
+    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), forms_of_tension(), unlike()})
       list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
@@ -799,6 +824,8 @@ std::string_view name_of(Family family) {
       return "outside";
     case Family::triple:
       return "triple";
+    case Family::unlike:
+      return "unlike";
   }
   return "";
 }
@@ -844,6 +871,16 @@ std::vector<Kind> further_kinds() {
   for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
   for (const auto& [one, other] : pairs_of_one_place) all.push_back(pair_of(one, other));
   for (const Effect& effect : forms_of_tension()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
+  return all;
+}
+
+std::vector<Kind> unlike_kinds() {
+  std::vector<Kind> all;
+  for (const Effect& effect : unlike()) all.push_back({Family::unlike, key_of(effect), {key_of(effect)}});
+  // One in each of three places.
+  constexpr std::array<std::string_view, 3> beside{"thermocouple_lag", "latent_heat", "viscoelastic_creep"};
+  for (std::size_t i = 0; i < beside.size(); ++i)
+    all.push_back({Family::unlike, all[i].name + "+" + std::string(beside[i]), {all[i].name, std::string(beside[i])}});
   return all;
 }
 

@@ -54,12 +54,17 @@ struct Loop {
   double upper_slope_1_K, lower_slope_1_K;  // of each envelope alone
 };
 
-Loop loop(const Physics& p, double temperature_degC, double heating_shift_K, double cooling_shift_K, double width_factor = 1.0) {
+double half_way(std::size_t coil) { return coil == 0 ? -0.5 : 0.5; }
+
+Loop loop(const Physics& p, std::size_t coil, double temperature_degC, double heating_shift_K, double cooling_shift_K,
+          double width_factor = 1.0) {
   Loop at;
-  at.upper = falling((temperature_degC - p.heating_midpoint_degC - heating_shift_K) / (p.heating_width_K * width_factor));
-  at.lower = falling((temperature_degC - p.cooling_midpoint_degC - cooling_shift_K) / (p.cooling_width_K * width_factor));
-  at.upper_slope_1_K = -at.upper * (1.0 - at.upper) / p.heating_width_K;
-  at.lower_slope_1_K = -at.lower * (1.0 - at.lower) / p.cooling_width_K;
+  const double own_K = half_way(coil) * p.temperatures_apart_K, wider = std::exp(half_way(coil) * p.widths_apart);
+  const double heating_width_K = p.heating_width_K * wider, cooling_width_K = p.cooling_width_K * wider;
+  at.upper = falling((temperature_degC - p.heating_midpoint_degC - heating_shift_K - own_K) / (heating_width_K * width_factor));
+  at.lower = falling((temperature_degC - p.cooling_midpoint_degC - cooling_shift_K - own_K) / (cooling_width_K * width_factor));
+  at.upper_slope_1_K = -at.upper * (1.0 - at.upper) / heating_width_K;
+  at.lower_slope_1_K = -at.lower * (1.0 - at.lower) / cooling_width_K;
   if (at.lower > at.upper) at.upper = at.lower = 0.5 * (at.upper + at.lower);
   return at;
 }
@@ -230,7 +235,7 @@ double Run::tension_N(std::size_t coil, double temperature_degC, double fraction
   const double stretch = p_.coil_stretch_m - side_[coil] * arm_[coil] * angle_rad;
   const double k_a = p_.austenite_stiffness_N_m * (1.0 - p_.softening_1_K * (temperature_degC - 75.0));
   const double k = k_a + fraction * (p_.martensite_stiffness_N_m - k_a);
-  double longer = p_.transformation_stretch_m * (1.0 - p_.fatigue_per_cycle * n);
+  double longer = p_.transformation_stretch_m * (1.0 + half_way(coil) * p_.stretches_apart) * (1.0 - p_.fatigue_per_cycle * n);
   if (p_.log_fatigue_loss != 0.0) longer *= 1.0 - p_.log_fatigue_loss * std::log1p(n / p_.log_fatigue_cycles);
   if (p_.shakedown_loss != 0.0) longer *= 1.0 - p_.shakedown_loss * (1.0 - std::exp(-n / p_.shakedown_cycles));
   double share = fraction;
@@ -279,7 +284,7 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
     return zero_between(0.0, 1.0, true, [&](double xi) {
       const double force = tension_N(j, warm_degC[j], xi, theta, 0.0), shift = stress_shift_K(force, xi);
       return xi -
-             loop(p_, warm_degC[j], shift + p_.heating_shift_K_N * force + p_.stabilisation_K * xi, shift + p_.cooling_shift_K_N * force)
+             loop(p_, j, warm_degC[j], shift + p_.heating_shift_K_N * force + p_.stabilisation_K * xi, shift + p_.cooling_shift_K_N * force)
                  .lower;
     });
   };
@@ -296,7 +301,7 @@ void Run::rest(const std::array<double, 2>& warm_degC) {
     y_[martensite + j] = y_[stabilised + j] = fraction_at(j, theta);
     const double force = tension_N(j, warm_degC[j], y_[martensite + j], theta, 0.0), shift = stress_shift_K(force, y_[martensite + j]);
     y_[broad + j] =
-        loop(p_, warm_degC[j], shift + p_.heating_shift_K_N * force, shift + p_.cooling_shift_K_N * force, p_.broad_width_factor).lower;
+        loop(p_, j, warm_degC[j], shift + p_.heating_shift_K_N * force, shift + p_.cooling_shift_K_N * force, p_.broad_width_factor).lower;
     for (std::size_t i = 0; i < 3; ++i) y_[bead + 3 * j + i] = warm_degC[j];
     for (std::size_t i = 0; i < 2; ++i) y_[junction + 2 * j + i] = warm_degC[j];
     for (std::size_t i = 0; i < layer_nodes; ++i) y_[layer + layer_nodes * j + i] = ambient[j];
@@ -415,9 +420,9 @@ Run::State Run::rates(double time_s, const State& y) const {
     const double shift = stress_shift_K(force[j], xi) + p_.rate_shift_s * heat / capacity_[j];
     const double heating_shift = shift + p_.heating_shift_K_N * force[j] + p_.stabilisation_K * y[stabilised + j];
     const double cooling_shift = shift + p_.cooling_shift_K_N * force[j];
-    const Loop at = loop(p_, t, heating_shift, cooling_shift);
+    const Loop at = loop(p_, j, t, heating_shift, cooling_shift);
     if (p_.broad_latent_J != 0.0) {
-      const Loop of_heat = loop(p_, t, heating_shift, cooling_shift, p_.broad_width_factor);
+      const Loop of_heat = loop(p_, j, t, heating_shift, cooling_shift, p_.broad_width_factor);
       dy[broad + j] = (positive(of_heat.lower - y[broad + j]) - positive(y[broad + j] - of_heat.upper)) / p_.transformation_time_s;
       heat += p_.broad_latent_J * dy[broad + j];
     }

@@ -26,6 +26,10 @@ struct Physics {
   double angle_offset_deg = 0.0;
   double bend_sign = 1.0;
 
+  // Coils that are not alike: A has half of it less, B half of it more.
+  double temperatures_apart_K = 0.0;                 // of both transformation temperatures
+  double widths_apart = 0.0, stretches_apart = 0.0;  // of the logarithm of both widths; as a share of the transformation's stretch
+
   // sensor.temperature
   double lag_s = 0.0;            // tau dT_m/dt = T - T_m
   double diffusive_lag_s = 0.0;  // three equal nodes in a row behind the wire, read at the last; the sum of their delays

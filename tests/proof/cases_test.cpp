@@ -115,4 +115,14 @@ TEST_CASE("cases: the limb of two segments in series has a family of its own, sc
   CHECK(std::ranges::count_if(cases, [](const ProofCase& one) { return one.settings.strength == 0.25; }) == 5);
 }
 
+TEST_CASE("cases: coils that are not alike have a family of their own, sealed by the quantity in which they differ") {
+  const auto cases = proof::unlike_proof_cases(proof::reported_seeds, 2, 300.0, 150.0);
+  CHECK(cases.size() == 2 * prove::unlike_kinds().size());
+  CHECK(cases.front().id() == "unlike-unlike.heating_midpoint_degC-plain-1-13001");
+  CHECK(cases.back().settings.strength == 0.5);
+  const auto answer = proof::answer_of(cases.front(), prove::make(cases.front().kind, 13001, prove::Settings{1.0, 1.0, 1.0, {}}));
+  CHECK(answer["family"] == "unlike");
+  CHECK(answer["effects"][0]["form"] == "heating_midpoint_degC");
+}
+
 }  // namespace proof_cases_test

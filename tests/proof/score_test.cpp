@@ -80,6 +80,28 @@ TEST_CASE("score: of what has no name, the equation that is said first counts, n
   check_share(figure({right, alike}, "equation right, or among those said to be alike"), 2, 2);
 }
 
+TEST_CASE("score: coils that are not alike must be said to be so, and the name beside them") {
+  Case differ = concealing(CaseFamily::unlike, {"unlike", "lag"});
+  differ.truth.effects[0].form = "heating_width_K";
+  Case said = naming(differ, {{"lag", 0.9}}), of_another = said, misnamed = naming(differ, {{"lag", 0.9}, {"creep", 0.6}});
+  said.reported.apart = misnamed.reported.apart = {"heating_width_K"};
+  of_another.reported.apart = {"heating_midpoint_degC"};
+  Case unnamed = naming(differ, {}), alike = naming(concealing(CaseFamily::catalogue, {"lag"}), {{"lag", 0.9}}), wrongly = alike;
+  unnamed.reported.apart = wrongly.reported.apart = {"heating_width_K"};
+  CHECK(miss_of(said) == "");
+  CHECK(miss_of(of_another) == "not said that coils differ in heating_width_K: lag (0.90)");
+  CHECK(miss_of(misnamed) == "confidently misnamed lag (0.90)");
+  CHECK(miss_of(unnamed) == "not named lag");
+  const Score score = score_of({said, of_another, misnamed, unnamed, alike, wrongly});
+  CHECK(score.said_unlike.good == 3);
+  CHECK(score.said_unlike.all == 4);
+  CHECK(score.wrongly_said_unlike.good == 1);
+  CHECK(score.wrongly_said_unlike.all == 2);
+  const std::string text = score_markdown(score, "x");
+  CHECK(text.find("in which coils differ the answer said so in 3 of 4.") != std::string::npos);
+  CHECK(text.find("Coils that are alike were said to differ in 1 of 2.") != std::string::npos);
+}
+
 TEST_CASE("score: what shows nothing, and was answered so, is no case of the figures of names") {
   Case hidden = naming(concealing(CaseFamily::removed, {"lag"}), {});
   hidden.reported.visibility = 4.9;

@@ -79,11 +79,11 @@ Difference between(const std::vector<prove::Sample>& one, const std::vector<prov
 }
 
 // Largest difference between the plant's replay of the training recording's duty and what the generator's limb did.
-Difference from_plant(const Concealed& concealed) {
+Difference difference_from(const plant::Plant& plant, const Concealed& concealed) {
   std::vector<sim::Sample> samples;
   for (const prove::Sample& row : concealed.training)
     samples.push_back({.time_s = row.time_s, .inputs = {row.duty.begin(), row.duty.end()}, .channels = {}});
-  plant::Integrator run(plant_of(concealed), plant::Start{}, {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
+  plant::Integrator run(plant, plant::Start{}, {.method = plant::Method::arkode, .relative_tolerance = 1e-9});
   std::vector<prove::Sample> rows;
   const auto failure = sim::replay(run, catalogue(), samples, [&](std::size_t k) {
     const std::vector<double> shown = run.readings();
@@ -92,6 +92,7 @@ Difference from_plant(const Concealed& concealed) {
   CHECK_FALSE(failure.has_value());
   return between(rows, concealed.training_without_noise);
 }
+Difference from_plant(const Concealed& concealed) { return difference_from(plant_of(concealed), concealed); }
 
 // As bits, so that a missing sample equals a missing sample.
 bool same_bytes(const std::vector<prove::Sample>& one, const std::vector<prove::Sample>& other) {
@@ -279,6 +280,51 @@ TEST_CASE("generator: further effects are exactly nothing at no strength, and so
     ++seen;
   }
   CHECK(seen == 28);
+}
+
+TEST_CASE("generator: coils that are not alike are the plant's with values of their own" * long_when_sanitized) {
+  std::vector<std::string> seen;
+  for (const Kind& kind : prove::unlike_kinds()) {
+    CAPTURE(kind.name);
+    Concealed made = prove::make(kind, 3, still(120.0, 60.0));
+    const prove::TruthEffect unlike = made.effects.front();
+    REQUIRE(unlike.name == "unlike");
+    CHECK_FALSE(unlike.in_catalogue);
+    // Its plant: half of it less in A, half of it more in B.
+    const double apart = unlike.parameters.begin()->second;
+    const auto own = [&](double shared, double side) {
+      if (unlike.form == "heating_midpoint_degC") return shared + side * apart;
+      return unlike.form == "heating_width_K" ? shared * std::exp(side * apart) : shared * (1.0 + side * apart);
+    };
+    const std::vector<std::string> keys = unlike.form == "heating_midpoint_degC"
+                                              ? std::vector<std::string>{"heating_midpoint", "cooling_midpoint"}
+                                          : unlike.form == "heating_width_K" ? std::vector<std::string>{"heating_width", "cooling_width"}
+                                                                             : std::vector<std::string>{"transformation_stretch"};
+    std::vector<plant::OwnValues> own_values;
+    for (const std::string& key : keys)
+      for (const char* coil : {"A", "B"}) own_values.push_back({"", "", "", key + "_" + coil + unlike.form.substr(unlike.form.rfind('_'))});
+    const auto limb = std::make_shared<const plant::LimbSystem>(plant::two_coil_shape(), own_values);
+    Concealed others = made;
+    others.effects.erase(others.effects.begin());
+    const plant::Plant alike = plant_of(others);
+    plant::Plant plant(limb);
+    for (const plant::ParameterId p : alike.system().parameters().ids())
+      plant.set(limb->parameter(alike.system().parameters()[p].key()), alike.get(p));
+    for (const plant::EffectId e : alike.system().effects().ids()) plant.turn(e, alike.is_on(e));
+    for (std::size_t i = 0; i < own_values.size(); ++i) {
+      const std::string shared = keys[i / 2] + unlike.form.substr(unlike.form.rfind('_'));
+      plant.set_in_file_units(limb->parameter(own_values[i].key), own(made.core_parameters.at(shared), i % 2 == 0 ? -0.5 : 0.5));
+    }
+    const Difference same = difference_from(plant, made), without = difference_from(alike, made);
+    CHECK(same.temperature_K < 5e-5);
+    CHECK(same.angle_deg < 5e-5);
+    CHECK(without.angle_deg > 0.3);
+    if (made.effects.size() == 1) seen.push_back(unlike.form);
+    CHECK(std::ranges::count(prove::kinds(), kind.name, &Kind::name) == 0);
+    CHECK(prove::kind_of_name(kind.name).effects == kind.effects);
+  }
+  CHECK(seen == std::vector<std::string>{"heating_midpoint_degC", "heating_width_K", "transformation_stretch_m"});
+  CHECK(prove::unlike_kinds().size() == 6);
 }
 
 TEST_CASE("generator: each triple has three effects of the catalogue, of three places") {
