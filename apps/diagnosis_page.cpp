@@ -43,10 +43,10 @@ std::vector<double> difference(const std::vector<double>& model, const std::vect
 
 std::vector<report::Band> held_out_bands(const Prediction& prediction) {
   std::vector<report::Band> bands;
-  if (!prediction.training) return bands;
-  for (std::size_t k = 0; k < prediction.held_out.size(); ++k) {
-    if (!prediction.held_out[k]) continue;
-    if (k == 0 || !prediction.held_out[k - 1]) bands.push_back({prediction.time_s[k], prediction.time_s[k], "held out"});
+  for (std::size_t k = 0; k < prediction.not_fitted.size(); ++k) {
+    if (!prediction.not_fitted[k]) continue;
+    if (k == 0 || !prediction.not_fitted[k - 1])
+      bands.push_back({prediction.time_s[k], prediction.time_s[k], prediction.held_out[k] ? "held out" : "not fitted"});
     bands.back().to_s = prediction.time_s[k];
   }
   return bands;

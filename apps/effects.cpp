@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew effects: the catalogue of physics, as text, Markdown or JSON. All of it walks the declarations of plant/.
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/app.h"
 #include "report/console.h"
+#include "sim/input_error.h"
 #include "sim/plant_file.h"
 #include "sim/text.h"
 
@@ -58,7 +60,7 @@ std::string markdown(const plant::System& system) {
   for (const auto& info : system.parameters())
     if (!info.effect) text += markdown_row(info.declaration.name, info.declaration);
   for (const auto& effect : system.effects()) {
-    if (effect.law) continue;  // not of the catalogue
+    if (!effect.is_of_catalogue()) continue;
     text += "\n## " + std::string(effect.name) + "\n\nPlace: " + std::string(effect.place) + ". " + std::string(effect.words) +
             ".\n\n    " + std::string(effect.equation) + "\n\n";
     if (const std::string more = terms(system, effect); !more.empty()) text += report::wrap(more, 120) + "\n\n";
@@ -79,12 +81,29 @@ nlohmann::ordered_json json_of(const Declaration& d) {
   return json;
 }
 
-std::string json(const plant::System& system) {
+// What of the catalogue was asked for by name; of no names all.
+using Names = std::vector<std::string>;
+bool is_wanted(const Names& names, const plant::EffectInfo& effect) {
+  return effect.is_of_catalogue() && (names.empty() || std::ranges::find(names, effect.name) != names.end());
+}
+
+void check(const Names& names, const plant::System& system) {
+  Names all;
+  for (const auto& effect : system.effects())
+    if (effect.is_of_catalogue()) all.emplace_back(effect.name);
+  for (const std::string& name : names)
+    if (std::ranges::find(all, name) == all.end())
+      throw sim::InputError({.key = "sinew effects",
+                             .value = name,
+                             .advice = "no such effect" + sim::did_you_mean(name, all) + "\n`sinew effects` lists all effects"});
+}
+
+std::string json(const plant::System& system, const Names& names) {
   nlohmann::ordered_json all;
   for (const auto& info : system.parameters())
-    if (!info.effect) all["core"].push_back(json_of(info.declaration));
+    if (!info.effect && names.empty()) all["core"].push_back(json_of(info.declaration));
   for (const auto& effect : system.effects()) {
-    if (effect.law) continue;  // not of the catalogue
+    if (!is_wanted(names, effect)) continue;
     nlohmann::ordered_json one{{"name", effect.name}, {"place", effect.place}, {"equation", effect.equation}, {"words", effect.words}};
     if (effect.form_of) one["form_of"] = system.effects()[*effect.form_of].name;
     if (effect.needs) one["needs"] = system.effects()[*effect.needs].name;
@@ -102,7 +121,7 @@ void print_parameter(const Declaration& d) {
   if (!d.source.empty()) std::printf("    %-24s source: %s\n", "", std::string(d.source).c_str());
 }
 
-void print_text(const plant::System& system, bool core) {
+void print_text(const plant::System& system, bool core, const Names& names) {
   if (core) {
     std::printf("core\n");
     for (const auto& info : system.parameters())
@@ -110,7 +129,7 @@ void print_text(const plant::System& system, bool core) {
     return;
   }
   for (const auto& effect : system.effects()) {
-    if (effect.law) continue;  // not of the catalogue
+    if (!is_wanted(names, effect)) continue;
     std::printf("%s  (%s)\n    %s\n    %s\n", std::string(effect.name).c_str(), std::string(effect.place).c_str(),
                 std::string(effect.words).c_str(), std::string(effect.equation).c_str());
     if (const std::string more = terms(system, effect); !more.empty()) std::printf("%s\n", report::wrap(more, 120, 4).c_str());
@@ -124,23 +143,26 @@ void print_text(const plant::System& system, bool core) {
 void add_effects(CLI::App& program, int& exit_code) {
   struct Arguments {
     std::string plant;
+    Names names;
     bool core = false, markdown = false, json = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("effects", "The catalogue: name, place, equation, parameters, unit, null, source.");
+  CLI::Option* names = command->add_option("name", arguments->names, "only these effects");
   command->add_option("--plant", arguments->plant, "of this plant; otherwise the paper's limb");
-  command->add_flag("--core", arguments->core, "the parameters of the core instead");
-  command->add_flag("--markdown", arguments->markdown, "core and effects as the tables of docs/parameters.md");
+  command->add_flag("--core", arguments->core, "the parameters of the core instead")->excludes(names);
+  command->add_flag("--markdown", arguments->markdown, "core and effects as the tables of docs/parameters.md")->excludes(names);
   command->add_flag("--json", arguments->json, "core and effects for programs");
-  command->footer("Examples:\n  sinew effects\n  sinew effects --markdown > docs/parameters.md");
+  command->footer("Examples:\n  sinew effects\n  sinew effects junction stress_shift\n  sinew effects --markdown > docs/parameters.md");
   command->callback([arguments, &exit_code] {
     const plant::Plant plant = arguments->plant.empty() ? plant::default_plant() : sim::read_plant_file(arguments->plant);
+    check(arguments->names, plant.system());
     if (arguments->markdown)
       std::fputs(markdown(plant.system()).c_str(), stdout);
     else if (arguments->json)
-      std::fputs(json(plant.system()).c_str(), stdout);
+      std::fputs(json(plant.system(), arguments->names).c_str(), stdout);
     else
-      print_text(plant.system(), arguments->core);
+      print_text(plant.system(), arguments->core, arguments->names);
     exit_code = 0;
   });
 }

@@ -472,7 +472,7 @@ class Diagnoser {
         const bool settled = sample.time_s >= clean.samples.front().time_s + settling_s;
         prediction.held_out.push_back(!prediction.training && (settled || settings_.start == StartPolicy::at_rest));
       }
-      if (prediction.training) prediction.held_out = (*splits_)[r].held_out;
+      if (prediction.training) prediction.held_out = prediction.not_fitted = (*splits_)[r].held_out;
       // Errors are said of what was asked to be held out.
       if (prediction.training && result_.judged_on_blocks) prediction.held_out.assign(prediction.held_out.size(), false);
       predictions.push_back(std::move(prediction));

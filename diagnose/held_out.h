@@ -28,7 +28,8 @@ struct Prediction {
   bool training = false;
   PerChannel noise;  // of the sensors, units of files
   std::vector<double> time_s;
-  std::vector<bool> held_out;
+  std::vector<bool> held_out;    // counts in what is said of held-out data
+  std::vector<bool> not_fitted;  // of a training recording
   // Units of files; NaN where missing. By the plant as given; with its parameters fitted, as the diagnosis weighs the channels, and as
   // `calibrate` does (each empty where that is not known); by the nearer of these two, channel by channel; repaired.
   Series measured, nominal, fitted, calibrated, before, after;

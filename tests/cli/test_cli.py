@@ -120,6 +120,8 @@ def test_wrong_command_lines():
     refused("diagnose with two noises", ["diagnose", "--train", "r.csv", "--plant", PAPER_LIMB, "--out", "o", "--noise", "1,1"], r"--noise")
     refused("compare without --plant", ["compare", "r.csv"], r"--plant")
     refused("effects with an unknown option", ["effects", "--xml"], r"--xml")
+    refused("effects of a name that is none", ["effects", "juncton"], r"sinew effects = juncton\n.*did you mean junction")
+    refused("effects by name as all tables", ["effects", "junction", "--markdown"], r"--markdown")
 
 
 def test_wrong_files():
@@ -237,6 +239,11 @@ def test_effects():
           all(p["lowest"] <= p["typical"] <= p["highest"] and p["meaning"] and "unit" in p for p in parameters))
     check("effects --json: one parameter of every effect has a null",
           all(sum(p["null"] is not None for p in e["parameters"]) == 1 for e in catalogue["effects"]))
+    two = sinew("effects", "stress_shift", "junction")
+    check("effects NAME: those alone",
+          re.findall(r"^(\w+)  \(", two.stdout, re.M) == [n for n in names if n in ("stress_shift", "junction")], two.stdout)
+    one = json.loads(sinew("effects", "junction", "--json").stdout)
+    check("effects NAME --json: as among all", one == {"effects": [e for e in catalogue["effects"] if e["name"] == "junction"]}, one)
     core = sinew("effects", "--core").stdout
     check("effects --core: lists the core's parameters", all(p["name"] in core for p in catalogue["core"]), core)
     stored = ROOT / "docs/parameters.md"
