@@ -65,6 +65,11 @@ class FoundLaw(types.SimpleNamespace):
         return axes
 
 
+class FoundApart(types.SimpleNamespace):
+    """In what parts are not alike: `words`, `effect` (None: the core's), `log_odds`, and `values`, each with `parameter`, `part`, `value`
+    and `interval`."""
+
+
 class Answer(Result):
     """`json` is diagnosis.json; `words` is what the command prints."""
 
@@ -88,6 +93,11 @@ class Answer(Result):
     @property
     def laws(self):
         return [FoundLaw(**one["law"], **{key: value for key, value in one.items() if key != "law"}) for one in self.json["laws"]]
+
+    @property
+    def apart(self):
+        """In what parts are not alike, with each part's values."""
+        return [FoundApart(**one) for one in self.json["apart"]]
 
     def law(self, entry):
         """The law at this entry, "heat" for one; KeyError where none was found there."""
