@@ -153,7 +153,7 @@ std::string miss_of(const Case& one) {
     }
     case CaseFamily::unlike: {
       for (const std::string& quantity : unlike_in(one.truth))
-        if (!contains(reported.apart, quantity)) return "not said that coils differ in " + quantity + ": " + first + sure;
+        if (!contains(reported.apart, quantity)) return "not said that parts differ in " + quantity + ": " + first + sure;
       if (has_wrong_name_with(one, confident)) return "confidently misnamed " + first + sure;
       const auto names = right_names(one.truth);
       return right_names_given(one) == static_cast<int>(names.size()) ? "" : "not named " + names.front();

@@ -59,8 +59,8 @@ std::string figures(const Score& score) {
 
 std::string unlike_words(const Score& score) {
   std::string text;
-  if (score.said_unlike.all > 0) text += " Of quantities in which coils differ the answer said so in " + of_all(score.said_unlike) + ".";
-  if (score.wrongly_said_unlike.good > 0) text += " Coils that are alike were said to differ in " + of_all(score.wrongly_said_unlike) + ".";
+  if (score.said_unlike.all > 0) text += " Of quantities in which parts differ the answer said so in " + of_all(score.said_unlike) + ".";
+  if (score.wrongly_said_unlike.good > 0) text += " Parts that are alike were said to differ in " + of_all(score.wrongly_said_unlike) + ".";
   return text;
 }
 

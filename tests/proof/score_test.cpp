@@ -89,7 +89,7 @@ TEST_CASE("score: coils that are not alike must be said to be so, and the name b
   Case unnamed = naming(differ, {}), alike = naming(concealing(CaseFamily::catalogue, {"lag"}), {{"lag", 0.9}}), wrongly = alike;
   unnamed.reported.apart = wrongly.reported.apart = {"heating_width_K"};
   CHECK(miss_of(said) == "");
-  CHECK(miss_of(of_another) == "not said that coils differ in heating_width_K: lag (0.90)");
+  CHECK(miss_of(of_another) == "not said that parts differ in heating_width_K: lag (0.90)");
   CHECK(miss_of(misnamed) == "confidently misnamed lag (0.90)");
   CHECK(miss_of(unnamed) == "not named lag");
   const Score score = score_of({said, of_another, misnamed, unnamed, alike, wrongly});
@@ -98,8 +98,8 @@ TEST_CASE("score: coils that are not alike must be said to be so, and the name b
   CHECK(score.wrongly_said_unlike.good == 1);
   CHECK(score.wrongly_said_unlike.all == 2);
   const std::string text = score_markdown(score, "x");
-  CHECK(text.find("in which coils differ the answer said so in 3 of 4.") != std::string::npos);
-  CHECK(text.find("Coils that are alike were said to differ in 1 of 2.") != std::string::npos);
+  CHECK(text.find("in which parts differ the answer said so in 3 of 4.") != std::string::npos);
+  CHECK(text.find("Parts that are alike were said to differ in 1 of 2.") != std::string::npos);
 }
 
 TEST_CASE("score: what shows nothing, and was answered so, is no case of the figures of names") {
