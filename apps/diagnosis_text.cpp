@@ -617,7 +617,7 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            (substitutes.empty() ? "" : " and, as a stand-in for what has no name, " + listed(substitutes)) +
            " switched on and all parameters fitted again." +
            (something_is_left(d.verdict) ? " That " + plant_words(d) + " does this is not certain." : "");
-  if (!d.apart.empty() && !(d.effects.empty() && d.laws.empty()))
+  if (!d.apart.empty() && !(d.effects.empty() && d.laws.empty() && substitutes.empty()))
     text += " In it " + listed(apart_clauses(d)) + ", and each has values of its own.";
   text += " `sinew run` and `sinew compare` accept it.";
   for (const plant::ParameterId p : d.flipped_signs)

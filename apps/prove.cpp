@@ -351,7 +351,10 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
                                                  : proof_cases(first, arguments.seeds, std::max(arguments.clean, least_clean),
                                                                arguments.training_s, arguments.held_out_s);
   // Beside the others, where they are asked for.
-  if (std::find(arguments.families.begin(), arguments.families.end(), "unlike") != arguments.families.end() && !series && !arguments.few)
+  const bool unlike =
+      std::find(arguments.families.begin(), arguments.families.end(), "unlike") != arguments.families.end() ||
+      std::any_of(arguments.kinds.begin(), arguments.kinds.end(), [](const auto& kind) { return kind.starts_with("unlike."); });
+  if (unlike && !series && !arguments.few)
     for (ProofCase& one : unlike_proof_cases(first, arguments.seeds, arguments.training_s, arguments.held_out_s))
       cases.push_back(std::move(one));
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {

@@ -387,13 +387,9 @@ class Diagnoser {
     for (FoundEffect& found : result_.effects) found.parameters = values_of(found.effect, result_.values);
     for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
+    drop_hardly_believed_names();
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
-    for (FoundEffect& found : result_.effects) {
-      found.support.faint = decades_weaker(found, system());
-      found.confidence = probability(found.support);
-    }
-    drop_hardly_believed_names();
     place(wandering);
     list_others();
     design();
@@ -712,12 +708,14 @@ class Diagnoser {
 
   // What a name does that is hardly believed stands in for something else.
   void drop_hardly_believed_names() {
-    if (result_.wandering) return;
+    for (FoundEffect& found : result_.effects) {
+      found.support.faint = decades_weaker(found, system());
+      found.confidence = probability(found.support);
+    }
     const std::size_t before = result_.effects.size();
     std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.confidence < settings_.least_share; });
-    if (result_.effects.size() == before || !result_.effects.empty()) return;
-    result_.ambiguous_with.clear();
-    if (result_.apart.empty()) result_.verdict = Verdict::unexplained;
+    if (result_.effects.size() == before) return;
+    result_.verdict = result_.effects.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
   }
 
   std::optional<Wandering> ask_what_wanders() {
@@ -735,6 +733,7 @@ class Diagnoser {
     if (!result_.by_paths) result_.wandering = wandering;
     if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
       result_.effects.push_back(found_wandering(*result_.wandering, system()));
+      result_.effects.back().confidence = probability(result_.effects.back().support);
       for (const auto& [rival, loss] : result_.effects.front().rivals)
         if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
     }

@@ -50,7 +50,7 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
 // where that predicts the fitted samples no better.
 Fitted polished(const Explanation& explanation, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
-// Samples over which each channel's error is correlated, in each recording: a coil that one recording drives and another does not is off
+// Samples over which each channel's error is correlated, in each recording: a part that one recording drives and another does not is off
 // for a pulse in one and all along in the other.
 std::vector<PerChannel> samples_alike_of(const Fitted& path, const std::vector<FitData>& data, const plant::NumericalSettings& numerics);
 

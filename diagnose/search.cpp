@@ -666,13 +666,18 @@ class Searcher {
     result = std::move(other);
   }
 
-  // Without an effect, and without what needs it.
-  Explanation reduced(const Explanation& from, plant::EffectId effect) const {
+  // The plant without an effect, and without what needs it.
+  static plant::Plant plant_without(const Explanation& from, plant::EffectId effect) {
     plant::Plant without = from.problem->centres();
     without.turn(effect, false);
     const auto& effects = from.system().effects();
     for (const plant::EffectId e : effects.ids())
       if (effects[e].needs == effect) without.turn(e, false);
+    return without;
+  }
+
+  Explanation reduced(const Explanation& from, plant::EffectId effect) const {
+    const plant::Plant without = plant_without(from, effect);
     Guess guess = from.as_guess();
     const ForcingSize usual = forcing_to_begin_with(system_);
     for (const plant::EntryGroupId g : usual.ids()) guess.forcing[g] = std::max(guess.forcing[g], 0.3 * usual[g]);
@@ -712,8 +717,7 @@ class Searcher {
     sim::in_parallel(others.size(), settings_.threads, [&](std::size_t i) {
       const plant::EffectId e = others[i].effect;
       if (e == effect) return;
-      plant::Plant instead = winner.problem->centres();
-      instead.turn(effect, false);
+      const plant::Plant instead = plant_without(winner, effect);
       Guess guess = winner.as_guess();
       const plant::ParameterId strength = system_.effects()[e].strength;
       const auto& declared = system_.parameters()[strength].declaration;

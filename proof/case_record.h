@@ -12,7 +12,7 @@
 namespace sinew::proof {
 
 // `removed`: an effect of the catalogue that was taken out of it beforehand, so that its name cannot be given.
-// `unlike`: coils that are not alike, alone or beside an effect of the catalogue.
+// `unlike`: parts that are not alike, alone or beside an effect of the catalogue.
 enum class CaseFamily { clean, catalogue, other_form, pair, triple, outside, removed, unlike };
 inline constexpr std::initializer_list<CaseFamily> case_families{CaseFamily::clean,   CaseFamily::catalogue, CaseFamily::other_form,
                                                                  CaseFamily::pair,    CaseFamily::triple,    CaseFamily::outside,
@@ -22,7 +22,7 @@ std::string_view text_of(CaseFamily family);  // as in answers.json
 struct TrueEffect {
   std::string name, place;                   // place: the equation that it enters
   std::map<std::string, double> parameters;  // units of files
-  std::string form = "";                     // of coils that are not alike: the first of the quantities in which they differ
+  std::string form = "";                     // of parts that are not alike: the first of the quantities in which they differ
 };
 
 struct Truth {

@@ -39,7 +39,7 @@ inline constexpr int clean_per_seed = 8;  // three plain, and one under each dis
 std::vector<ProofCase> proof_cases(FirstSeeds first, int seeds, int clean, double training_s, double held_out_s);
 // Those of the limb of two segments in series: nothing missing, and each effect that it can conceal, at the strengths of the others.
 std::vector<ProofCase> series_proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s);
-// Those of coils that are not alike, at strengths of 1 and 0.5 in turn.
+// Those of parts that are not alike, at strengths of 1 and 0.5 in turn.
 std::vector<ProofCase> unlike_proof_cases(FirstSeeds first, int seeds, double training_s, double held_out_s);
 // A dozen, for ./check.
 std::vector<ProofCase> few_proof_cases(double training_s, double held_out_s);

@@ -154,7 +154,9 @@ std::string miss_of(const Case& one) {
     case CaseFamily::unlike: {
       for (const std::string& quantity : unlike_in(one.truth))
         if (!contains(reported.apart, quantity)) return "not said that parts differ in " + quantity + ": " + first + sure;
-      if (has_wrong_name_with(one, confident)) return "confidently misnamed " + first + sure;
+      for (const ReportedEffect& effect : reported.effects)
+        if (effect.probability >= confident && !is_right_name(one, effect.name))
+          return "confidently misnamed " + effect.name + " (" + report::fixed(effect.probability, 2) + ")";
       const auto names = right_names(one.truth);
       return right_names_given(one) == static_cast<int>(names.size()) ? "" : "not named " + names.front();
     }

@@ -24,7 +24,7 @@ bool is_right_name(const Case& one, const std::string& name);
 // Of the names that were given, how many are right.
 int right_names_given(const Case& one);
 
-// In what coils are not alike; nothing where they are.
+// In what parts are not alike; nothing where they are.
 std::vector<std::string> unlike_in(const Truth& truth);
 
 // "(nothing)", "(unknown)", or the first name that was given.

@@ -65,7 +65,7 @@ struct Score {
   std::vector<Miss> misses;
   std::vector<Misplaced> misplaced;
   std::map<std::string, int> programs;  // that made the cases
-  // Coils that are not alike: of those that differ in a quantity, said so; of the cases in which all are alike, said otherwise.
+  // Parts that are not alike: of those that differ in a quantity, said so; of the cases in which all are alike, said otherwise.
   Share said_unlike, wrongly_said_unlike;
   Share place_said_first;                                      // of the equations
   int worse_for_all = 0;                                       // held-out error worse than before, and worse for an oracle, too

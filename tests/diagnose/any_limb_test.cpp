@@ -122,6 +122,23 @@ TEST_CASE("any limb: with a bend sensor alone it is diagnosed, and what was left
   CHECK(diagnosis.held_out.after[angle] < 1.2 * diagnosis.held_out.noise[angle]);
 }
 
+TEST_CASE("any limb: a name that is hardly believed is none, and what it does stands in for something else" * long_when_sanitized) {
+  const plant::Plant nominal = test::plant_of(bend_alone);
+  const plant::EffectId missing = nominal.system().effect("viscoelastic_creep");
+  plant::Plant truth = with_effect(nominal, missing);
+  truth.set(nominal.system().effects()[missing].strength, 0.01);
+  DiagnosisSettings settings;
+  settings.start = StartPolicy::at_rest;
+  for (const plant::EffectId e : nominal.system().effects().ids())
+    if (e != missing) settings.search.without.push_back(e);
+  settings.least_share = 1.0;  // more than any name has
+  const Diagnosis diagnosis = diagnose::diagnose(nominal, {testing::recorded(measured(120.0, truth))}, {}, settings);
+  CHECK(diagnosis.verdict == Verdict::unexplained);
+  CHECK(diagnosis.effects.empty());
+  CHECK(diagnosis.ambiguous_with.empty());
+  CHECK(diagnosis.repaired.is_on(missing));
+}
+
 TEST_CASE("any limb: with a bend sensor alone, a limb that lacks nothing is consistent") {
   const plant::Plant nominal = test::plant_of(bend_alone);
   DiagnosisSettings settings;

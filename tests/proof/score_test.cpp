@@ -90,7 +90,7 @@ TEST_CASE("score: coils that are not alike must be said to be so, and the name b
   unnamed.reported.apart = wrongly.reported.apart = {"heating_width_K"};
   CHECK(miss_of(said) == "");
   CHECK(miss_of(of_another) == "not said that parts differ in heating_width_K: lag (0.90)");
-  CHECK(miss_of(misnamed) == "confidently misnamed lag (0.90)");
+  CHECK(miss_of(misnamed) == "confidently misnamed creep (0.60)");
   CHECK(miss_of(unnamed) == "not named lag");
   const Score score = score_of({said, of_another, misnamed, unnamed, alike, wrongly});
   CHECK(score.said_unlike.good == 3);
