@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Links of every page, the site, and the blocks of every page that are marked as tests by a line <!-- test --> above them: those of a page
-run one after the other, in a folder with the repository's plants, scenarios and results, and `sinew` on the path.
+"""Links of every page, the site, and the commands of README.md and docs/: those of a page run one after the other in a folder of its own, with
+the repository's plants and scenarios, what of the repository they name, and `sinew` on the path. Which are shortened, and which are run by
+another test or by hand, and why, is below; a line there that no command needs is an error.
 
     python3 tests/docs/test_docs.py build/release/sinew
 """
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/cli"))
+from test_cli import LOGGER_HEADER, logger_row  # noqa: E402
+
 program = Path(sys.argv[1]).resolve()
 counts = {True: 0, False: 0}
 
@@ -55,22 +60,129 @@ for name, text in pages.items():
     check(f"{name}: no dead link", not dead, dead)
 check("there are links", links > 50, links)
 
-blocks = 0
+PROGRAMS = r"sinew|sinew-board|sudo|cmake|podman|debootstrap|tar|python3|/usr/bin/python3|(?:\./|build/|tools/)\S+"
+SHORTER = {  # what a command says, what is run in its place
+    "--runs 64": "--runs 2",
+    "--case 4 --predictor stateful": "--case 4 --predictor stateful --updates 20",
+}
+ELSEWHERE = {  # part of a command: the test that runs such a one, or why none does
+    "./demo": "Containerfile",
+    "./check": ".ci/run",
+    "prove --few": "tests/prove/few.py",
+    "prove --seeds 5": "by hand: two days",
+    "paper-table": "tests/cli/test_predict.py",
+    "hil-faults": "tests/cli/test_hil.py",
+    "--emulate": "tests/cli/test_hil.py",
+    "--port": "tests/cli/test_hil.py",
+    "sinew-board": "tests/cli/test_hil.py",
+    "investigate --plant": "tests/cli/test_investigate.py",
+    "--target package": "tests/package/test_package.py",
+    "sudo apt install": "tests/package/test_package.py",
+    "podman": "by hand: needs podman and a network",
+    "debootstrap": "by hand: needs a network",
+    "bare": "by hand: needs a network",
+    "avrdude": "by hand: needs a board",
+    "--target sinew_firmware": "check",
+    "calibrate r1.csv": "by hand: a quarter of an hour, and recordings that are not in the repository",
+}
+PAGES_ELSEWHERE = {
+    "docs/your_own_recording.md": "tests/cli/test_own_recording.py",
+    "docs/adding_an_effect.md": "by hand: it changes the program, and has no effect then",
+    "docs/adding_a_system.md": "tests/package/test_package.py",
+}
+
+
+def commands_of(text):
+    """Those of a page's blocks that begin with a program, fenced as `sh` or indented; a block of another language has none."""
+    blocks, language = [[]], None
+    for line in text.splitlines():
+        if line.startswith("```"):
+            language = line[3:] or "text" if language is None else None
+            blocks.append([])
+        elif language == "sh" or language is None and line.startswith("    "):
+            blocks[-1].append(line if language else line[4:])
+        else:
+            blocks.append([])
+    for block in blocks:
+        if block and re.match(rf"(?:{PROGRAMS}) ", block[0] + " "):
+            yield from re.sub(r"\\\n *", "", "\n".join(block)).splitlines()
+
+
+def one_key(table, command):
+    found = [key for key in table if key in command]
+    used.update(found)
+    return found[0] if found else None
+
+
+def make_files(folder):
+    """What commands speak of as the reader's own."""
+    scenario = (ROOT / "scenarios/babble_bidirectional.yaml").read_text()
+    for name, seed, seconds in (("a", 1, 60), ("b", 2, 60), ("c", 3, 660)):
+        (folder / "made").mkdir(exist_ok=True)
+        (folder / "made" / f"{name}.yaml").write_text(re.sub(r"duration_s: \S+", f"duration_s: {seconds}", scenario))
+        subprocess.run([program, "run", folder / "made" / f"{name}.yaml", "--seed", str(seed), "--out", folder / "made" / name], check=True,
+                       capture_output=True)
+        shutil.copy(folder / "made" / name / "recording.csv", folder / f"{name}.csv")
+    rows = [",".join(map(str, logger_row(k, 35_000_000 + 100 * k))) for k in range(60)]
+    (folder / "LOGGER.txt").write_text("\n".join(["CV Data Logger", "anything", LOGGER_HEADER, *rows, ""]))
+    for name in "LOGGER.csv", "robot.csv":
+        shutil.copy(ROOT / "tests/logs/ros.csv", folder / name)
+    log = re.search(r"`ros\.map\.yaml`:\n\n```yaml\n(.*?)^```", pages["docs/your_own_recording.md"], re.S | re.M)[1]
+    (folder / "MAP.yaml").write_text(log)
+
+
+def bring(folder, command):
+    """What of the repository's results a command reads and nothing before it made."""
+    for path in re.findall(r"(?<!--out )\bresults/[\w./]+", command):
+        here, there = folder / path, ROOT / path
+        if there.exists() and not here.exists():
+            here.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if there.is_dir() else shutil.copy)(there, here)
+
+
+used, ran_here, ran_elsewhere = set(), 0, 0
 for name, text in pages.items():
-    tests = re.findall(r"^<!-- test -->\n```sh\n(.*?)^```", text, re.S | re.M)
-    if not tests:
+    commands = list(commands_of(text)) if name == "README.md" or name.startswith("docs/") else []
+    if name in PAGES_ELSEWHERE:
+        check(f"{name}: has commands, that another test runs", commands)
+        used.add(name)
+        ran_elsewhere += len(commands)
         continue
-    with tempfile.TemporaryDirectory(prefix="sinew_docs_") as folder:
-        for shared in ("plant", "scenarios", "results", "docs"):
-            (Path(folder) / shared).symlink_to(ROOT / shared)
-        (Path(folder) / "bin").mkdir()
-        (Path(folder) / "bin/sinew").symlink_to(program)
-        for number, block in enumerate(tests, 1):
-            blocks += 1
-            ran = subprocess.run(["bash", "-e", "-u", "-c", block], cwd=folder, capture_output=True, text=True,
-                                 env={**os.environ, "PATH": f"{folder}/bin:{os.environ['PATH']}"})
-            check(f"{name}: test {number} runs", ran.returncode == 0, ran.stdout + ran.stderr)
-check("blocks were run", blocks >= 3, blocks)
+    if not commands:
+        continue
+    with tempfile.TemporaryDirectory(prefix="sinew_docs_") as outer:
+        folder = Path(outer) / "here"
+        (folder / "bin").mkdir(parents=True)
+        (folder / "bin/sinew").symlink_to(program)
+        for shared in ("plant", "scenarios"):
+            (folder / shared).symlink_to(ROOT / shared)
+        data = ROOT / "../shared"
+        if data.exists():
+            (Path(outer) / "shared").symlink_to(data.resolve())
+        make_files(folder)
+        for command in commands:
+            if one_key(ELSEWHERE, command):
+                ran_elsewhere += 1
+                continue
+            emps = data / "data/emps/DATA_EMPS.mat"
+            if "DATA_EMPS" in command and emps.exists():
+                shutil.copy(emps, folder)
+            needs_data = any(word in command for word in ("shared/data", "r1.csv", "DATA_EMPS"))
+            if needs_data and not data.exists():
+                print(f"SKIPPED: {name}: {command.split('#')[0].strip()}, without ../shared/data")
+                continue
+            shorter = one_key(SHORTER, command)
+            bring(folder, command)
+            ran = subprocess.run(["bash", "-e", "-u", "-c", command.replace(shorter, SHORTER[shorter]) if shorter else command], cwd=folder,
+                                 capture_output=True, text=True, env={**os.environ, "PATH": f"{folder}/bin:{os.environ['PATH']}"})
+            ran_here += 1
+            check(f"{name}: {command.split('#')[0].strip()}", ran.returncode == 0, ran.stdout + ran.stderr)
+unused = {*SHORTER, *ELSEWHERE, *PAGES_ELSEWHERE} - used
+check("no line of the tables above is for nothing", not unused, unused)
+owners = {*ELSEWHERE.values(), *PAGES_ELSEWHERE.values()}
+check("who runs what is not run here exists", all(who.startswith("by hand: ") or (ROOT / who).exists() for who in owners), owners)
+check("commands were run", ran_here >= 25, ran_here)
+print(f"commands of README.md and docs/: {ran_here} run here, {ran_elsewhere} by other tests or by hand")
 
 fitted = subprocess.run(["/usr/bin/python3", ROOT / "tools/fit_confidence"], capture_output=True, text=True)
 weights = re.search(r"^weights(\{.*\})$", fitted.stdout, re.M)
