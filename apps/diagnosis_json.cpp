@@ -125,7 +125,7 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 }  // namespace
 
 ordered_json support_json(const diagnose::Support& support) {
-  return {{"share", support.share}, {"gain", support.gain}, {"faint", support.faint}};
+  return {{"share", support.share}, {"gain", support.gain}, {"faint", support.faint}, {"law_beside", support.law_beside}};
 }
 
 ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance) {
@@ -174,6 +174,8 @@ ordered_json apart_json(const Diagnosis& d, const diagnose::FoundApart& found) {
                       {"interval", {one.lowest, one.highest}}});
   return {{"words", effects_of(d)[found.effect].words},
           {"effect", sharing.effect ? ordered_json(effects_of(d)[*sharing.effect].name) : ordered_json(nullptr)},
+          {"probability", found.confidence},
+          {"support", support_json(found.support)},
           {"log_odds", found.log_odds},
           {"values", values}};
 }

@@ -57,6 +57,13 @@ std::vector<std::string> apart_clauses(const Diagnosis& d) {
   for (const auto& found : d.apart) words.push_back(apart_clause(sharing_of(d, found)));
   return words;
 }
+// "..., likely (probability 0.90)"
+std::vector<std::string> apart_with_probabilities(const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const auto& found : d.apart)
+    words.push_back(apart_clause(sharing_of(d, found)) + ", " + probability_words(found.confidence));
+  return words;
+}
 
 std::string either_words(const std::vector<std::string>& parts) {
   std::string text;
@@ -119,7 +126,7 @@ std::vector<std::string> names_with_probabilities(const Diagnosis& d) {
 
 // Where nothing else was found.
 std::string only_apart_words(const Diagnosis& d) {
-  return capitalised(listed(apart_clauses(d))) + ", and the plant takes them to be alike. That takes away " + percent(d.explained_share) +
+  return capitalised(listed(apart_with_probabilities(d))) + ", and the plant takes them to be alike. That takes away " + percent(d.explained_share) +
          (d.by_paths ? " of the squared error beyond noise" : " of what " + left_open_words(d)) +
          (d.explained_share < diagnose::DiagnosisSettings{}.least_explained_share
               ? "; what else is missing matches no effect in the catalogue."
@@ -145,13 +152,13 @@ std::string verdict_words(const Diagnosis& d) {
                          (one || !told_apart ? "that " + listed(found_words(d)) : listed(names_with_probabilities(d)));
       if (const auto laws = law_clauses(d); !laws.empty()) text += "; and, without a name, " + listed(laws);
       text += told_apart ? (one ? ": " + probability_words(d.effects.front().confidence) : "") + "." : rivals_in_headline(d);
-      return text + (d.apart.empty() ? "" : " And " + listed(apart_clauses(d)) + ".");
+      return text + (d.apart.empty() ? "" : " And " + listed(apart_with_probabilities(d)) + ".");
     }
     case Verdict::named_in_part: {
       if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);
       return "More is missing than the catalogue explains, but part of it has a name: " + listed(names_with_probabilities(d)) +
              (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
-             (d.apart.empty() ? "" : "; and " + listed(apart_clauses(d))) + ". " +
+             (d.apart.empty() ? "" : "; and " + listed(apart_with_probabilities(d))) + ". " +
              (d.effects.size() + d.laws.size() + d.apart.size() > 1 ? "Together they take" : "It takes") + " away " +
              percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
     }
@@ -425,8 +432,8 @@ std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
 std::string apart_paragraph(const Diagnosis& d, const diagnose::FoundApart& found) {
   std::vector<std::string> quantities;
   for (const auto& [name, values] : apart_quantities(d, found)) quantities.push_back(name + " " + values);
-  return capitalised(apart_clause(sharing_of(d, found))) + ": " + listed(quantities) + ". The best plant in which all are alike is " +
-         odds_words(found.log_odds) +
+  return capitalised(apart_clause(sharing_of(d, found))) + ": " + listed(quantities) + ". " +
+         capitalised(probability_words(found.confidence)) + ". The best plant in which all are alike is " + odds_words(found.log_odds) +
          ". Parts are believed to be alike, to half of what is believed of such a quantity; of one that no recording drives, the others "
          "tell.";
 }
@@ -1000,8 +1007,9 @@ std::vector<plant::EffectId> stand_ins(const diagnose::Diagnosis& d) {
   std::vector<plant::EffectId> all = added_effects(d);
   if (d.wandering) return all;  // what varies is not what was added, even if by the same name
   std::erase_if(all, [&](plant::EffectId e) {
-    return !effects_of(d)[e].is_of_catalogue() ||
-           std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& found) { return found.effect == e; });
+    const auto is_it = [&](const auto& found) { return found.effect == e; };
+    return effects_of(d)[e].law || std::any_of(d.effects.begin(), d.effects.end(), is_it) ||
+           std::any_of(d.apart.begin(), d.apart.end(), is_it);
   });
   return all;
 }

@@ -9,12 +9,12 @@ namespace sinew::diagnose {
 namespace {
 
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
-constexpr std::array<double, support_terms> weights{-0.74, 1.32, -4.40};
+constexpr std::array<double, support_terms> weights{0.15, 1.09, -4.65, -1.91};
 
 }  // namespace
 
 std::array<double, support_terms> terms_of(const Support& support) {
-  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), std::min(support.faint, 2.0)};
+  return {1.0, std::log10(std::clamp(support.gain, 1.0, 1e4)), std::min(support.faint, 2.0), support.law_beside ? 1.0 : 0.0};
 }
 
 double probability(const Support& support) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <set>
 
 #include "diagnose/calibrate.h"
@@ -179,6 +181,21 @@ double decades_weaker(const FoundEffect& found, const plant::System& system) {
     if (typical > 0.0) most = std::max(most, std::log10(typical / std::max(std::abs(one.value - null), 1e-6 * typical)));
   }
   return most;
+}
+
+// Than it is believed of parts that are not alike, whose weights have a deviation of 1 (plant/apart.h).
+double decades_nearer(plant::EffectId apart, const plant::Plant& plant) {
+  std::map<plant::ParameterId, std::vector<double>> by_quantity;
+  for (const plant::ApartValue& one : plant::values_apart(plant, apart)) by_quantity[one.shared].push_back(plant.get(one.weight));
+  double widest = 1e-6;
+  for (const auto& [shared, of] : by_quantity) {
+    const auto count = static_cast<double>(of.size());
+    const double mean = std::accumulate(of.begin(), of.end(), 0.0) / count;
+    double sum = 0.0;
+    for (const double w : of) sum += (w - mean) * (w - mean);
+    widest = std::max(widest, std::sqrt(sum / (count - 1.0)));
+  }
+  return std::max(0.0, -std::log10(widest));
 }
 
 // An effect, and what fits in its place. What goes by the same name is no rival.
@@ -376,7 +393,7 @@ class Diagnoser {
     effects_ = added(result_.answer, given_);
     laws_ = laws_of(result_.answer, core());
     for (const plant::EffectId e : result_.answer.effects())
-      if (result_.answer.system().effects()[e].sharing) result_.apart.push_back({e, result_.search.apart_log_odds, {}});
+      if (result_.answer.system().effects()[e].sharing) result_.apart.push_back({.effect = e, .log_odds = result_.search.apart_log_odds});
     given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
     predict_all();
     judge();
@@ -387,7 +404,7 @@ class Diagnoser {
     for (FoundEffect& found : result_.effects) found.parameters = values_of(found.effect, result_.values);
     for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
-    drop_hardly_believed_names();
+    believe();
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
     place(wandering);
@@ -637,7 +654,7 @@ class Diagnoser {
     for (const plant::EffectId e : best.effects) {
       const plant::EffectInfo& effect = system().effects()[e];
       if (effect.sharing)
-        result_.apart.push_back({e, odds_without(e, proposals), {}});
+        result_.apart.push_back({.effect = e, .log_odds = odds_without(e, proposals)});
       else
         (effect.law ? laws : effects_).push_back(e);
     }
@@ -706,15 +723,26 @@ class Diagnoser {
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
 
-  // What a name does that is hardly believed stands in for something else.
-  void drop_hardly_believed_names() {
+  bool has_law_beside(const std::vector<plant::EffectId>& names) const {
+    return std::any_of(result_.laws.begin(), result_.laws.end(), [&](const FoundLaw& one) { return !is_own(system(), names, one.law); });
+  }
+
+  // How probable each find is. What is hardly believed stands in for something else, and is not said.
+  void believe() {
     for (FoundEffect& found : result_.effects) {
       found.support.faint = decades_weaker(found, system());
+      found.support.law_beside = has_law_beside({found.effect});
       found.confidence = probability(found.support);
     }
-    const std::size_t before = result_.effects.size();
-    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.confidence < settings_.least_share; });
-    if (result_.effects.size() == before) return;
+    for (FoundApart& found : result_.apart) {
+      found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
+                       .gain = 2.0 * found.log_odds,
+                       .faint = decades_nearer(found.effect, result_.values.model()),
+                       .law_beside = has_law_beside(names_of(result_.effects))};
+      found.confidence = probability(found.support);
+    }
+    const auto hardly = [&](const auto& found) { return found.confidence < settings_.least_share; };
+    if (std::erase_if(result_.effects, hardly) + std::erase_if(result_.apart, hardly) == 0) return;
     result_.verdict = result_.effects.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
   }
 

@@ -105,12 +105,14 @@ struct FoundLaw {
 struct FoundApart {
   plant::EffectId effect{};  // of the answer's System
   double log_odds = 0.0;     // of the answer against the best in which they are alike
+  Support support{};         // what speaks for it
+  double confidence = 0.0;   // probability(support)
   struct Value {
     plant::ParameterId parameter{};  // that parts otherwise share
     std::size_t part;                // of Sharing::parts
     double value, lowest, highest;   // in the units of files; 95 %
   };
-  std::vector<Value> values;  // as in Diagnosis::values
+  std::vector<Value> values{};  // as in Diagnosis::values
 };
 
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.

@@ -757,7 +757,7 @@ class Searcher {
       for (const plant::EffectId e : mine()) {
         const Explanation less = reduced(result.best, e);
         if (!less.usable) continue;
-        if (less.log_evidence > result.best.log_evidence) {
+        if (log_odds(less) > log_odds(result.best)) {
           result.best = less;
           continue;
         }

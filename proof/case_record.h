@@ -71,6 +71,12 @@ struct ReportedLaw {
   std::string place, entry;
 };
 
+// That parts are not alike, in what: by the first quantity.
+struct ReportedApart {
+  std::string quantity;
+  double probability = 0.0;  // none was given by earlier programs
+};
+
 struct Candidate {
   std::string name;
   double misfit;
@@ -83,7 +89,7 @@ struct Reported {
   std::vector<std::string> ambiguous_with;  // further names that cannot be told from those
   std::vector<std::string> cannot_be_seen;  // names of what this recording cannot show
   std::vector<ReportedLaw> laws;
-  std::vector<std::string> apart;         // in what parts are said not to be alike: each by the first quantity
+  std::vector<ReportedApart> apart;
   std::string place;                      // the equation in which something is missing
   std::vector<std::string> places_alike;  // others that cannot be told from it
   // Where an answer that nothing is missing says how probable that is.

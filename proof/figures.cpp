@@ -99,16 +99,16 @@ Figure right_entry_without_name(const Cases& cases) {
           share_of(cases, shown_of({outside, removed}), first_place_is_right), at_least(0.93)};
 }
 
-// In all families: some name is given with so much, and is wrong.
+// In all families: some name, or that parts are not alike, is given with so much, and is wrong.
 Figure wrong_with_half(const Cases& cases) {
-  const auto wrong = [](const Case& one) { return has_wrong_name_with(one, confident); };
+  const auto wrong = [](const Case& one) { return has_wrong_answer_with(one, confident); };
   return {"all cases: a wrong name with 0.5 or more",
           share_of(
               cases, [](const Case&) { return true; }, wrong),
           at_most(0.03)};
 }
 Figure wrong_nearly_certain(const Cases& cases) {
-  const auto wrong = [](const Case& one) { return has_wrong_name_with(one, nearly_certain); };
+  const auto wrong = [](const Case& one) { return has_wrong_answer_with(one, nearly_certain); };
   return {"all cases: a wrong name with 0.9 or more",
           share_of(
               cases, [](const Case&) { return true; }, wrong),

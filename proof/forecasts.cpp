@@ -74,6 +74,10 @@ std::vector<Forecast> forecasts_of(const std::vector<Case>& cases) {
   std::vector<Forecast> forecasts;
   for (const Case& one : cases) {
     add_names(forecasts, one, given_by_answer(one));
+    const std::vector<std::string> differ = unlike_in(one.truth);
+    for (const ReportedApart& apart : one.reported.apart)
+      if (apart.probability > 0.0)
+        forecasts.push_back({apart.probability, std::find(differ.begin(), differ.end(), apart.quantity) != differ.end()});
     if (one.reported.verdict == Verdict::consistent && one.reported.probability_of_nothing)
       forecasts.push_back({*one.reported.probability_of_nothing, is_nothing(one)});
   }

@@ -48,6 +48,17 @@ std::vector<std::string> why_without_name(const Reported& reported) {
   return reasons;
 }
 
+// What is wrong of what is given with so much; empty if nothing is.
+std::string wrong_answer_with(const Case& one, double least_probability) {
+  const auto with = [](const std::string& what, double probability) { return what + " (" + report::fixed(probability, 2) + ")"; };
+  for (const ReportedEffect& effect : one.reported.effects)
+    if (effect.probability >= least_probability && !is_right_name(one, effect.name)) return with(effect.name, effect.probability);
+  for (const ReportedApart& apart : one.reported.apart)
+    if (apart.probability >= least_probability && !contains(unlike_in(one.truth), apart.quantity))
+      return with("parts that differ in " + apart.quantity, apart.probability);
+  return "";
+}
+
 std::string probability_of_first(const Reported& reported) {
   return reported.effects.empty() ? "" : " (" + report::fixed(reported.effects.front().probability, 2) + ")";
 }
@@ -93,10 +104,12 @@ bool is_named_confidently(const Reported& reported) {
   return !reported.effects.empty() && reported.effects.front().probability >= confident;
 }
 
-bool has_wrong_name_with(const Case& one, double least_probability) {
-  return std::any_of(one.reported.effects.begin(), one.reported.effects.end(), [&](const ReportedEffect& effect) {
-    return effect.probability >= least_probability && !is_right_name(one, effect.name);
-  });
+bool is_said_unlike(const Reported& reported, const std::string& quantity) {
+  return std::any_of(reported.apart.begin(), reported.apart.end(), [&](const ReportedApart& apart) { return apart.quantity == quantity; });
+}
+
+bool has_wrong_answer_with(const Case& one, double least_probability) {
+  return !wrong_answer_with(one, least_probability).empty();
 }
 
 std::vector<std::string> answered_set(const Reported& reported) {
@@ -139,12 +152,14 @@ std::string miss_of(const Case& one) {
   const Reported& reported = one.reported;
   const std::string first = first_said(reported), sure = probability_of_first(reported);
   if (is_rightly_unseen(one)) return "";
+  const std::string wrong = wrong_answer_with(one, confident);
   switch (one.truth.family) {
     case CaseFamily::clean:
       return reported.verdict == Verdict::consistent ? "" : "false alarm";
     case CaseFamily::catalogue:
     case CaseFamily::other_form:
-      return first_is_right(one) ? "" : "named " + first + sure;
+      if (!first_is_right(one)) return "named " + first + sure;
+      return wrong.empty() ? "" : "confidently misnamed " + wrong;
     case CaseFamily::pair:
     case CaseFamily::triple: {
       const auto of = one.truth.effects.size();
@@ -153,16 +168,14 @@ std::string miss_of(const Case& one) {
     }
     case CaseFamily::unlike: {
       for (const std::string& quantity : unlike_in(one.truth))
-        if (!contains(reported.apart, quantity)) return "not said that parts differ in " + quantity + ": " + first + sure;
-      for (const ReportedEffect& effect : reported.effects)
-        if (effect.probability >= confident && !is_right_name(one, effect.name))
-          return "confidently misnamed " + effect.name + " (" + report::fixed(effect.probability, 2) + ")";
+        if (!is_said_unlike(reported, quantity)) return "not said that parts differ in " + quantity + ": " + first + sure;
+      if (!wrong.empty()) return "confidently misnamed " + wrong;
       const auto names = right_names(one.truth);
       return right_names_given(one) == static_cast<int>(names.size()) ? "" : "not named " + names.front();
     }
     case CaseFamily::outside:
     case CaseFamily::removed:
-      if (is_named_confidently(reported)) return "confidently misnamed " + first + sure;
+      if (!wrong.empty()) return "confidently misnamed " + wrong;
       if (reported.verdict == Verdict::unexplained || place_is_right(one)) return "";
       return "neither unknown nor in the right place: " + first + sure;
   }

@@ -30,8 +30,10 @@ std::vector<std::string> unlike_in(const Truth& truth);
 // "(nothing)", "(unknown)", or the first name that was given.
 std::string first_said(const Reported& reported);
 bool first_is_right(const Case& one);
-bool is_named_confidently(const Reported& reported);                  // the first name is given with a half or more
-bool has_wrong_name_with(const Case& one, double least_probability);  // any name
+bool is_named_confidently(const Reported& reported);  // the first name is given with a half or more
+bool is_said_unlike(const Reported& reported, const std::string& quantity);
+// Any name, or that parts are not alike.
+bool has_wrong_answer_with(const Case& one, double least_probability);
 // What was named, and what cannot be told from it.
 std::vector<std::string> answered_set(const Reported& reported);
 bool set_has_the_truth(const Case& one);

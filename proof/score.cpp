@@ -44,12 +44,14 @@ std::string stratum_of(double visibility) {
   return visibility_strata[at];
 }
 
-// Of what has no name: not confidently misnamed.
+// Of what has no name: not confidently misnamed. Of one effect: it comes first.
 std::map<std::string, std::map<std::string, Share>> strata(const Cases& cases) {
   std::map<std::string, std::map<std::string, Share>> families;
   for (const Case& one : cases) {
     if (one.truth.family == clean) continue;
-    const bool right = is_of(one, {outside, removed}) ? !is_named_confidently(one.reported) : is_right(one);
+    const bool right = is_of(one, {outside, removed})        ? !is_named_confidently(one.reported)
+                       : is_of(one, {catalogue, other_form}) ? first_is_right(one)
+                                                             : is_right(one);
     families[std::string(text_of(one.truth.family))][stratum_of(one.reported.visibility)].add(is_rightly_unseen(one) || right);
   }
   return families;
@@ -63,8 +65,8 @@ void add_answer(FamilyScore& score, const Case& one) {
     ++(reported.verdict == Verdict::consistent ? score.nothing : score.unknown);
   else
     ++(first_is_right(one) ? score.right_first : score.wrong_first);
-  score.wrong_confident += has_wrong_name_with(one, confident);
-  score.wrong_nearly_certain += has_wrong_name_with(one, nearly_certain);
+  score.wrong_confident += has_wrong_answer_with(one, confident);
+  score.wrong_nearly_certain += has_wrong_answer_with(one, nearly_certain);
 }
 
 std::map<CaseFamily, FamilyScore> by_family(const Cases& cases) {
@@ -172,7 +174,7 @@ void add_unlike(Score& score, const Case& one) {
   if (is_rightly_unseen(one)) return;
   const std::vector<std::string> differ = unlike_in(one.truth);
   for (const std::string& quantity : differ)
-    score.said_unlike.add(std::ranges::find(one.reported.apart, quantity) != one.reported.apart.end());
+    score.said_unlike.add(is_said_unlike(one.reported, quantity));
   if (differ.empty()) score.wrongly_said_unlike.add(!one.reported.apart.empty());
 }
 

@@ -66,8 +66,8 @@ class FoundLaw(types.SimpleNamespace):
 
 
 class FoundApart(types.SimpleNamespace):
-    """In what parts are not alike: `words`, `effect` (None: the core's), `log_odds`, and `values`, each with `parameter`, `part`, `value`
-    and `interval`."""
+    """In what parts are not alike: `words`, `effect` (None: the core's), `probability`, `log_odds`, and `values`, each with `parameter`,
+    `part`, `value` and `interval`."""
 
 
 class Answer(Result):

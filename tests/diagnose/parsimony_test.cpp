@@ -73,7 +73,7 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes == std::vector<plant::EffectId>{effect("input_delay")});
 }
 
-TEST_CASE("probability: a name is likelier the more it gains, and less so the fainter it is") {
+TEST_CASE("probability: a name is likelier the more it gains, and less so the fainter it is, or beside a law") {
   const auto of = [](double gain, double faint) { return probability({.share = 1.0, .gain = gain, .faint = faint}); };
   CHECK(of(300.0, 0.0) > of(30.0, 0.0));
   CHECK(of(300.0, 1.0) < of(300.0, 0.5));
@@ -81,6 +81,7 @@ TEST_CASE("probability: a name is likelier the more it gains, and less so the fa
   CHECK(of(1e5, 0.0) == of(1e4, 0.0));
   CHECK(of(300.0, 3.0) == of(300.0, 2.0));
   CHECK(probability({.share = 0.25, .gain = 300.0, .faint = 0.0}) == doctest::Approx(0.25 * of(300.0, 0.0)).epsilon(1e-14));
+  CHECK(probability({.share = 1.0, .gain = 300.0, .law_beside = true}) < of(300.0, 0.0));
 }
 
 }  // namespace diagnose_parsimony_test

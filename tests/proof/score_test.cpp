@@ -84,10 +84,10 @@ TEST_CASE("score: coils that are not alike must be said to be so, and the name b
   Case differ = concealing(CaseFamily::unlike, {"unlike", "lag"});
   differ.truth.effects[0].form = "heating_width_K";
   Case said = naming(differ, {{"lag", 0.9}}), of_another = said, misnamed = naming(differ, {{"lag", 0.9}, {"creep", 0.6}});
-  said.reported.apart = misnamed.reported.apart = {"heating_width_K"};
-  of_another.reported.apart = {"heating_midpoint_degC"};
+  said.reported.apart = misnamed.reported.apart = {{"heating_width_K", 0.9}};
+  of_another.reported.apart = {{"heating_midpoint_degC", 0.9}};
   Case unnamed = naming(differ, {}), alike = naming(concealing(CaseFamily::catalogue, {"lag"}), {{"lag", 0.9}}), wrongly = alike;
-  unnamed.reported.apart = wrongly.reported.apart = {"heating_width_K"};
+  unnamed.reported.apart = wrongly.reported.apart = {{"heating_width_K", 0.6}};
   CHECK(miss_of(said) == "");
   CHECK(miss_of(of_another) == "not said that parts differ in heating_width_K: lag (0.90)");
   CHECK(miss_of(misnamed) == "confidently misnamed creep (0.60)");
@@ -100,6 +100,10 @@ TEST_CASE("score: coils that are not alike must be said to be so, and the name b
   const std::string text = score_markdown(score, "x");
   CHECK(text.find("in which parts differ the answer said so in 3 of 4.") != std::string::npos);
   CHECK(text.find("Parts that are alike were said to differ in 1 of 2.") != std::string::npos);
+  // It has a probability as a name has, and counts as one.
+  CHECK(miss_of(wrongly) == "confidently misnamed parts that differ in heating_width_K (0.60)");
+  check_share(figure({said, wrongly}, "all cases: a wrong name with 0.5 or more"), 1, 2);
+  CHECK(score.reliability.front().forecasts == 11);
 }
 
 TEST_CASE("score: what shows nothing, and was answered so, is no case of the figures of names") {
