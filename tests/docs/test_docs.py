@@ -188,9 +188,9 @@ fitted = subprocess.run(["/usr/bin/python3", ROOT / "tools/fit_confidence"], cap
 weights = re.search(r"^weights(\{.*\})$", fitted.stdout, re.M)
 check("tools/fit_confidence prints the weights that the program has",
       weights and f"weights{weights[1]};" in (ROOT / "diagnose/confidence.cpp").read_text(), fitted.stdout + fitted.stderr)
-cases = re.match(r"(\d+) cases, (\d+) names, (\d+) right", fitted.stdout)
+cases = re.match(r"(\d+) cases, (\d+) finds, (\d+) right", fitted.stdout)
 check("and the cases that docs/diagnosis.md tells of",
-      cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+names, {cases[3]}\s+of\s+them\s+right", pages["docs/diagnosis.md"], re.S))
+      cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+finds, {cases[3]}\s+of\s+them\s+right", pages["docs/diagnosis.md"], re.S))
 # Figures of pages that a tool prints from what is in the repository.
 for tool, data, name in [("tools/gains_by_weighting", "results/proof_fresh", "results/proof/discussion.md")]:
     ran = subprocess.run([ROOT / tool, ROOT / data], capture_output=True, text=True)

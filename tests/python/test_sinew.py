@@ -227,9 +227,9 @@ def test_diagnose_gives_the_bytes_of_the_command(tmp_path):
     with pytest.raises(KeyError, match="no law was found at air"):
         answer.law("air")
     assert answer.apart == []
-    answer.json["apart"] = [{"words": "w", "effect": None, "log_odds": 9.0,
+    answer.json["apart"] = [{"words": "w", "effect": None, "probability": 0.9, "log_odds": 9.0,
                              "values": [{"parameter": "heating_width_K", "part": "A", "value": 7.0, "interval": [6.0, 8.0]}]}]
-    assert answer.apart[0].log_odds == 9.0 and answer.apart[0].values[0]["part"] == "A"
+    assert answer.apart[0].log_odds == 9.0 and answer.apart[0].probability == 0.9 and answer.apart[0].values[0]["part"] == "A"
 
 
 def test_a_rollout_is_what_the_command_writes(tmp_path):
