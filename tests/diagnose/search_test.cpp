@@ -146,4 +146,54 @@ TEST_CASE("search: what is taken out of the catalogue is not found, and what is 
   CHECK(without.best.process_noise > 1000.0);
 }
 
+// The temperatures of both coils are 7 K off, each to its own side.
+sim::Recording recorded_unlike() {
+  const plant::System& limb = testing::limb_system();
+  std::size_t temperatures = 0;
+  while (limb.sharings()[temperatures].words != "the transformation temperatures") ++temperatures;
+  plant::Plant plant(limb.with_own({temperatures}));
+  for (const auto& [key, by_K] : {std::pair("heating_midpoint_A_degC", -7.0),
+                                  {"cooling_midpoint_A_degC", -7.0},
+                                  {"heating_midpoint_B_degC", 7.0},
+                                  {"cooling_midpoint_B_degC", 7.0}}) {
+    const plant::ParameterId p = plant.system().parameter(key);
+    plant.set(p, plant.get(p) + by_K);
+  }
+  sim::Scenario scenario = testing::babbling(120.0, plant);
+  scenario.sensors = sim::usual_sensors(plant.system());
+  return testing::recorded(scenario);
+}
+
+// Few effects, so that it is quick.
+SearchSettings few_effects() {
+  SearchSettings settings;
+  settings.threads = 2;
+  for (const plant::EffectId e : testing::limb_system().effects().ids())
+    if (e != testing::effect("cubic_stiffening") && e != testing::effect("coil_slack")) settings.without.push_back(e);
+  return settings;
+}
+
+std::vector<std::string> apart_in(const Explanation& explanation) {
+  std::vector<std::string> words;
+  for (const plant::EffectId e : explanation.effects())
+    if (const auto sharing = explanation.system().effects()[e].sharing) words.emplace_back(explanation.system().sharings()[*sharing].words);
+  return words;
+}
+
+TEST_CASE("search: coils that are not alike are found to be so, beside no name, and not where a file knows their value" *
+          long_when_sanitized) {
+  const sim::Recording unlike = recorded_unlike();
+  const Search found = search(plant::default_plant(), data_of(unlike), few_effects());
+  CHECK(apart_in(found.best) == std::vector<std::string>{"the transformation temperatures"});
+  CHECK(found.best.effects().size() == 1);
+  CHECK(found.apart_log_odds > 100.0);
+  CHECK(found.best.process_noise < 40.0);
+
+  plant::Plant known = plant::default_plant();
+  known.set_own_deviation(testing::parameter("heating_midpoint_degC"), 0.0);
+  CHECK(apart_in(search(known, data_of(unlike), few_effects()).best) != std::vector<std::string>{"the transformation temperatures"});
+
+  CHECK(apart_in(search(plant::default_plant(), data_of(recorded_with("", 0.0)), few_effects()).best).empty());
+}
+
 }  // namespace diagnose_search_test
