@@ -668,8 +668,8 @@ void add_investigate(CLI::App& program, int& exit_code) {
   command->footer(
       "Given the same --out again, it goes on where it was stopped.\n"
       "Examples:\n"
-      "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --budget 30min --out results/mine\n"
-      "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --effect latent_heat --limb-seed 7 --out results/concealed\n"
+      "  sinew investigate --plant plant/limbs/paper_limb_on_board.yaml --emulate --budget 30min --out results/asked\n"
+      "  sinew investigate --plant plant/limbs/paper_limb_on_board.yaml --emulate --effect latent_heat --limb-seed 7 --out results/concealed\n"
       "  sinew investigate --plant mine.yaml --port /dev/serial/by-id/usb-1a86 --train first.csv --ask --out results/bench\n"
       "  sinew investigate --plant mine.yaml --port /dev/serial/by-id/usb-1a86 --page 8765 --out results/bench   # "
       "http://127.0.0.1:8765/\n"

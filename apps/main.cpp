@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
       "  sinew compare recording.csv --plant results/mine/plant.yaml\n"
       "  sinew train results/set --case 3 --out results/lstm3\n"
       "  sinew hil scenarios/babble_bidirectional.yaml --emulate\n"
-      "  sinew investigate --plant plant/limbs/paper_limb.yaml --emulate --budget 30min --out results/mine\n"
+      "  sinew investigate --plant plant/limbs/paper_limb_on_board.yaml --emulate --budget 30min --out results/asked\n"
       "  sinew effects");
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres says its failures in its summary
   int exit_code = 0;
