@@ -168,6 +168,16 @@ int main(int argc, char** argv) {
   for (const std::string method : {"published", "stateful"}) {
     const double times = json[method + "_times_real_time"];
     std::printf("| %s, 300 and 300 | %.0f | at least 5000 | %s |\n", method.c_str(), times, bench::verdict(times >= 5000.0));
+    model::Model one;
+    one.method = method;
+    one.scaling = model::scaling_of({data}, task());
+    one.weights = model::first_weights({5, 300, 300, method == "published"}, 1);
+    const std::vector<model::Series> sessions(model::at_once, data);
+    const double all_s = bench::fastest_in_turn_s(3, {[&] { (void)model::rollouts(one, sessions, 1); }}).front();
+    const double together = static_cast<double>(sessions.size() * static_cast<std::size_t>(data.samples() - 1)) * model::period_s / all_s;
+    std::printf("| %s, %zu side by side, together | %.0f | at least 5000 | %s |\n", method.c_str(), sessions.size(), together,
+                bench::verdict(together >= 5000.0));
+    json[method + "_side_by_side_times_real_time"] = together;
   }
   if (exports) {
     export_batches(argv[2]);

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/network_loop.h"
 
+#include <algorithm>
+#include <span>
+
+#include "sim/parallel.h"
+
 namespace sinew::model {
 
 NetworkLoop::NetworkLoop(const Model& model)
@@ -73,6 +78,57 @@ Vector<double> rollout(const Model& model, const Series& series) {
   predictor.begin(series.y(0), series.v.col(0));
   for (Index k = 1; k < series.samples(); ++k) y(k) = predictor.open_loop(series.v.col(k));
   return y;
+}
+
+namespace {
+
+constexpr Index stretch_steps = 50;
+
+// Of a group; of a series that has ended already the last features go on.
+std::vector<Vector<double>> side_by_side(const Model& model, std::span<const Series> group) {
+  const Scaling& scaling = model.scaling;
+  const Shape& shape = model.weights.shape;
+  const auto B = static_cast<Index>(group.size());
+  const Index K = scaling.v_offset.size();
+  std::vector<Vector<double>> y;
+  Index longest = 0;
+  State<float> state(shape, B);
+  for (Index s = 0; s < B; ++s) {
+    const Series& one = group[static_cast<std::size_t>(s)];
+    longest = std::max(longest, one.samples());
+    y.emplace_back(one.samples())(0) = one.y(0);
+    state.last_output(s) = static_cast<float>(scaling.scaled_y(one.y(0)));
+  }
+  const auto features = [&](const Series& one, Index k) {
+    return ((one.v.col(std::min(k, one.samples() - 1)) - scaling.v_offset).array() / scaling.v_span.array()).cast<float>();
+  };
+  Unrolled<float> network(shape, stretch_steps, B, model.memoryless());
+  Stretch<float> stretch{
+      Matrix<float>(2 * K, stretch_steps * B), Matrix<float>::Zero(B, stretch_steps), Matrix<float>::Ones(B, stretch_steps), {}, {}};
+  for (Index from = 1; from < longest; from += stretch_steps) {
+    for (Index t = 0; t < stretch_steps; ++t)
+      for (Index s = 0; s < B; ++s) {
+        const Series& one = group[static_cast<std::size_t>(s)];
+        stretch.exogenous.col(t * B + s) << features(one, from + t), features(one, from + t - 1);
+      }
+    network.forward(model.weights, stretch, state);
+    for (Index s = 0; s < B; ++s) {
+      Vector<double>& own = y[static_cast<std::size_t>(s)];
+      for (Index t = 0; t < std::min(stretch_steps, own.size() - from); ++t) own(from + t) = scaling.y(network.outputs()(s, t));
+    }
+  }
+  return y;
+}
+
+}  // namespace
+
+std::vector<Vector<double>> rollouts(const Model& model, const std::vector<Series>& series, int threads) {
+  std::vector<Vector<double>> all(series.size());
+  sim::in_parallel((series.size() + at_once - 1) / at_once, threads, [&](std::size_t g) {
+    const std::span<const Series> group = std::span(series).subspan(g * at_once, std::min(at_once, series.size() - g * at_once));
+    std::ranges::move(side_by_side(model, group), all.begin() + static_cast<std::ptrdiff_t>(g * at_once));
+  });
+  return all;
 }
 
 Vector<double> one_step_ahead(const Model& model, const Series& series) {

@@ -2,6 +2,8 @@
 // The network in a loop: one step at a time, for a rollout or beside a session with the plant. A step allocates nothing.
 #pragma once
 
+#include <vector>
+
 #include "model/series.h"
 
 namespace sinew::model {
@@ -32,5 +34,9 @@ class NetworkLoop {
 // y of a series as predicted [samples]; the first is the measured one. NaN nowhere.
 Vector<double> rollout(const Model& model, const Series& series);
 Vector<double> one_step_ahead(const Model& model, const Series& series);
+// Rollouts of several series side by side, in groups of `at_once`: the weights are read once for all of a group. As `rollout`, but for the
+// rounding of sums of 32-bit floats; the number of threads changes nothing.
+inline constexpr std::size_t at_once = 16;
+std::vector<Vector<double>> rollouts(const Model& model, const std::vector<Series>& series, int threads);
 
 }  // namespace sinew::model

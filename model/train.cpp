@@ -90,19 +90,22 @@ std::vector<Series> first_parts(const std::vector<Series>& recordings, double sh
 Index counted_of(const Series& one, Index lead_in) { return std::max(Index{0}, one.samples() - std::max(Index{1}, lead_in)); }
 
 // Over all samples of all series but the first ones of each, its lead-in and at least the one that is given.
-double root_mean_square(const std::vector<Series>& series, const std::vector<Index>& lead_in, int threads,
-                        const std::function<Vector<double>(const Series&)>& predict) {
-  std::vector<SquaredError> errors(series.size());
-  sim::in_parallel(series.size(), threads, [&](std::size_t i) {
-    const Index counted = counted_of(series[i], lead_in[i]);
-    errors[i] = squared_error(predict(series[i]), series[i], series[i].samples() - counted, counted);
-  });
+double root_mean_square(const std::vector<Series>& series, const std::vector<Index>& lead_in,
+                        const std::vector<Vector<double>>& predicted) {
   SquaredError all;
-  for (const SquaredError& one : errors) {
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const Index counted = counted_of(series[i], lead_in[i]);
+    const SquaredError one = squared_error(predicted[i], series[i], series[i].samples() - counted, counted);
     all.sum += one.sum;
     all.count += one.count;
   }
   return all.root_mean();
+}
+
+std::vector<Vector<double>> all_one_step_ahead(const Model& model, const std::vector<Series>& series, int threads) {
+  std::vector<Vector<double>> predicted(series.size());
+  sim::in_parallel(series.size(), threads, [&](std::size_t i) { predicted[i] = one_step_ahead(model, series[i]); });
+  return predicted;
 }
 
 // A permutation of 0 ... count - 1 (Fisher and Yates), the n-th of a stream.
@@ -176,9 +179,9 @@ Trained train_published(const std::vector<Series>& recordings, const PublishedSe
       sum += loss * static_cast<double>(batch);
       adam.update(weights.all, parts.front().gradient.all, rates);
     }
-    trained.curve.push_back({static_cast<Index>(adam.updates()), span * std::sqrt(sum / static_cast<double>(count)),
-                             root_mean_square(rest, std::vector<Index>(rest.size(), 1), run.threads,
-                                              [&](const Series& one) { return one_step_ahead(trained.model, one); })});
+    trained.curve.push_back(
+        {static_cast<Index>(adam.updates()), span * std::sqrt(sum / static_cast<double>(count)),
+         root_mean_square(rest, std::vector<Index>(rest.size(), 1), all_one_step_ahead(trained.model, rest, run.threads))});
     if (run.progress) run.progress(static_cast<double>(epoch + 1) / static_cast<double>(settings.epochs), trained.curve.back());
   }
   trained.best_update = static_cast<Index>(adam.updates());
@@ -290,7 +293,7 @@ Trained train_stateful(const std::vector<Series>& recordings, const StatefulSett
   Model tried = trained.model;
   const double span = trained.model.scaling.y_span;
   const auto error_of = [&](const Model& model) {
-    return root_mean_square(validation, lead_ins, run.threads, [&](const Series& one) { return rollout(model, one); });
+    return root_mean_square(validation, lead_ins, rollouts(model, validation, run.threads));
   };
   if (run.from) {  // weights that came from elsewhere stay where training does not make them better
     best = error_of(trained.model);

@@ -265,4 +265,25 @@ TEST_CASE("predictors: a file that was changed, or is of another kind, is refuse
   CHECK_THROWS_WITH(predictor_kind("oracle"), doctest::Contains("there is no predictor oracle; there are arx, "));
 }
 
+TEST_CASE("network loop: rollouts side by side are those of one after the other, of any lengths, with any number of threads") {
+  std::vector<Series> series;
+  for (const Index samples : {1, 2, 51, 52, 300, 120, 101, 60, 7, 90, 33, 150, 200, 240, 99, 41, 77, 180})  // more than one group
+    series.push_back(bending(static_cast<std::uint64_t>(samples), samples));
+  for (const Cell cell : {Cell::lstm, Cell::gru})
+    for (const bool memoryless : {false, true}) {
+      if (cell == Cell::gru && memoryless) continue;
+      CAPTURE(memoryless);
+      Model model{both_duties(), memoryless ? "published" : "stateful", scaling_of(series, both_duties()), {}, ""};
+      model.weights = first_weights({5, 12, 9, memoryless, cell}, 3);
+      const std::vector<Vector<double>> together = rollouts(model, series, 2);
+      REQUIRE(together.size() == series.size());
+      CHECK(together == rollouts(model, series, 1));
+      for (std::size_t i = 0; i < series.size(); ++i) {
+        const Vector<double> alone = rollout(model, series[i]);
+        REQUIRE(together[i].size() == alone.size());
+        CHECK((together[i] - alone).cwiseAbs().maxCoeff() < 1e-3);
+      }
+    }
+}
+
 }  // namespace model_predictor_test
