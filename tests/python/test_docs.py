@@ -23,7 +23,7 @@ def test_an_example_runs(example):
 
 
 def test_there_are_examples():
-    assert len(EXAMPLES) == 3
+    assert len(EXAMPLES) == 4
 
 
 def test_the_notebook_runs_and_finds_what_was_concealed():
