@@ -110,6 +110,18 @@ std::vector<std::string_view> places_alike(const plant::System& system, std::str
   return alike;
 }
 
+namespace {
+
+// Of the reading of a channel, not of what moves it.
+bool is_of_reading(const plant::System& system, std::string_view place) {
+  return std::any_of(system.entries().begin(), system.entries().end(), [&](const plant::Entry& entry) {
+    const auto& places = system.entry_groups()[entry.group].places;
+    return entry.channel && std::find(places.begin(), places.end(), place) != places.end();
+  });
+}
+
+}  // namespace
+
 std::vector<std::string> places_said(const plant::System& system, const PlaceEvidence& evidence) {
   constexpr double likely = 0.5, sure = 0.9;  // not chosen: what the words mean
   std::vector<std::string> said;
@@ -125,6 +137,14 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   say(evidence.name);
   for (const std::string& one : std::vector<std::string>(said))
     for (const std::string_view place : places_alike(system, one)) say(place);
+  // Whatever moves a channel looks like an error of its reading, too.
+  if (evidence.name_probability < likely && is_of_reading(system, said.front())) {
+    const std::string reading = said.front();
+    const std::vector<std::string_view> alike = places_alike(system, reading);
+    std::stable_partition(said.begin(), said.end(), [&](const std::string& one) {
+      return one != reading && std::find(alike.begin(), alike.end(), one) != alike.end();
+    });
+  }
   return said;
 }
 

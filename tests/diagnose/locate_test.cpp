@@ -47,6 +47,18 @@ TEST_CASE("where it enters: a name that is likely comes first, and beside it wha
   CHECK(sorted(places) == of_the_angle);
 }
 
+TEST_CASE("where it enters: a reading is said after what moves its channel, unless a name is likely that says it") {
+  CHECK(said({.laws = {"sensor.angle"}, .forcing = "thermal"}).back() == "sensor.angle");
+  CHECK(said({.laws = {"sensor.angle", "transformation"}, .forcing = "thermal"}) == Places{"transformation", "mechanics", "sensor.angle"});
+  const Places varies = said({.forcing = "sensor.angle", .varying = {"sensor.angle", "thermal"}});
+  CHECK(sorted({varies[0], varies[1], varies[2]}) == of_the_angle);
+  CHECK(varies[2] == "sensor.angle");
+  CHECK(varies[3] == "thermal");
+  CHECK(said({.name = "sensor.angle", .name_probability = 0.5, .forcing = "mechanics"}).front() == "sensor.angle");
+  // That of a thermocouple is alone.
+  CHECK(said({.laws = {"sensor.temperature"}, .forcing = "thermal"}) == Places{"sensor.temperature"});
+}
+
 TEST_CASE("where it enters: a law without a name does not tell the bend sensor from the beam, nor the current's heat from the air's") {
   CHECK(sorted(said({.laws = {"sensor.angle"}, .forcing = "thermal"})) == of_the_angle);
   CHECK(said({.laws = {"thermal"}, .forcing = "sensor.angle"}) == Places{"thermal", "actuation"});
@@ -58,7 +70,8 @@ TEST_CASE("where it enters: a law without a name does not tell the bend sensor f
 TEST_CASE(
     "where it enters: what forcings say comes before a name that is less likely than not, and is not forgotten where they were not asked") {
   const Places places = said({.name = "thermal", .name_probability = 0.3, .forcing = "sensor.angle"});
-  CHECK(places.front() == "sensor.angle");
+  CHECK(sorted({places[0], places[1], places[2]}) == of_the_angle);
+  CHECK(places[2] == "sensor.angle");
   CHECK(std::count(places.begin(), places.end(), "thermal") == 1);
   const Places by_paths = said({.name = "thermal", .name_probability = 0.7, .forcing = "sensor.angle", .forcing_speaks = true});
   CHECK(by_paths.front() == "thermal");
