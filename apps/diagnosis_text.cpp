@@ -60,8 +60,7 @@ std::vector<std::string> apart_clauses(const Diagnosis& d) {
 // "..., likely (probability 0.90)"
 std::vector<std::string> apart_with_probabilities(const Diagnosis& d) {
   std::vector<std::string> words;
-  for (const auto& found : d.apart)
-    words.push_back(apart_clause(sharing_of(d, found)) + ", " + probability_words(found.confidence));
+  for (const auto& found : d.apart) words.push_back(apart_clause(sharing_of(d, found)) + ", " + probability_words(found.confidence));
   return words;
 }
 
@@ -126,8 +125,8 @@ std::vector<std::string> names_with_probabilities(const Diagnosis& d) {
 
 // Where nothing else was found.
 std::string only_apart_words(const Diagnosis& d) {
-  return capitalised(listed(apart_with_probabilities(d))) + ", and the plant takes them to be alike. That takes away " + percent(d.explained_share) +
-         (d.by_paths ? " of the squared error beyond noise" : " of what " + left_open_words(d)) +
+  return capitalised(listed(apart_with_probabilities(d))) + ", and the plant takes them to be alike. That takes away " +
+         percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise" : " of what " + left_open_words(d)) +
          (d.explained_share < diagnose::DiagnosisSettings{}.least_explained_share
               ? "; what else is missing matches no effect in the catalogue."
               : ".");

@@ -17,9 +17,9 @@
 namespace sinew::diagnose {
 
 struct Support {
-  double share = 0.0;  // of the posterior, among what was tried in its place, times the share of the misfit that the answer explains
-  double gain = 0.0;   // 2 log posterior ratio
-  double faint = 0.0;  // decades by which it is weaker than is typical of it; 0 where it is not, or has no strength that is known
+  double share = 0.0;       // of the posterior, among what was tried in its place, times the share of the misfit that the answer explains
+  double gain = 0.0;        // 2 log posterior ratio
+  double faint = 0.0;       // decades by which it is weaker than is typical of it; 0 where it is not, or has no strength that is known
   bool law_beside = false;  // in the answer, that is no form of it
 };
 

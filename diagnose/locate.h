@@ -40,8 +40,9 @@ struct PlaceEvidence {
 };
 
 // The places in which it may enter, first the one that is said. A name says it that is more likely than not; else a law, else what varies,
-// else the forcing; but the reading of a channel only after the places that move it, whose doing an error of any course can imitate. If the name is sure (0.9), its place stands alone. Else all that speaks for another place is among them, and all that
-// moves the same channels: between a beam and the sensor that reads it, say, a curve or a push of any course decides nothing.
+// else the forcing; but the reading of a channel only after the places that move it, whose doing an error of any course can imitate. If the
+// name is sure (0.9), its place stands alone. Else all that speaks for another place is among them, and all that moves the same channels:
+// between a beam and the sensor that reads it, say, a curve or a push of any course decides nothing.
 std::vector<std::string> places_said(const plant::System& system, const PlaceEvidence& evidence);
 
 // A series against the plant's variable that accounts for most of it, in bins.

@@ -131,7 +131,7 @@ Reported read_reported(const Json& result) {
   reported.ambiguous_with = result.at("ambiguous_with").get<Names>();
   reported.cannot_be_seen = result.at("cannot_be_seen").get<Names>();
   for (const Json& law : result.value("laws", Json::array())) reported.laws.push_back({law.at("place"), law.at("law").at("entry")});
-  for (const Json& apart : result.value("apart", Json::array())) 
+  for (const Json& apart : result.value("apart", Json::array()))
     reported.apart.push_back({apart.at("values").at(0).at("parameter"), apart.value("probability", 0.0)});
   reported.place = result.at("located").at("place");
   reported.places_alike = result["located"].value("or", Names{});

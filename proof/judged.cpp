@@ -108,9 +108,7 @@ bool is_said_unlike(const Reported& reported, const std::string& quantity) {
   return std::any_of(reported.apart.begin(), reported.apart.end(), [&](const ReportedApart& apart) { return apart.quantity == quantity; });
 }
 
-bool has_wrong_answer_with(const Case& one, double least_probability) {
-  return !wrong_answer_with(one, least_probability).empty();
-}
+bool has_wrong_answer_with(const Case& one, double least_probability) { return !wrong_answer_with(one, least_probability).empty(); }
 
 std::vector<std::string> answered_set(const Reported& reported) {
   std::vector<std::string> set = names_given(reported);

@@ -173,8 +173,7 @@ void add_clean(Score& score, const Case& one) {
 void add_unlike(Score& score, const Case& one) {
   if (is_rightly_unseen(one)) return;
   const std::vector<std::string> differ = unlike_in(one.truth);
-  for (const std::string& quantity : differ)
-    score.said_unlike.add(is_said_unlike(one.reported, quantity));
+  for (const std::string& quantity : differ) score.said_unlike.add(is_said_unlike(one.reported, quantity));
   if (differ.empty()) score.wrongly_said_unlike.add(!one.reported.apart.empty());
 }
 
