@@ -734,6 +734,8 @@ class Diagnoser {
       found.support.law_beside = has_law_beside({found.effect});
       found.confidence = probability(found.support);
     }
+    const auto hardly = [&](const auto& found) { return found.confidence < settings_.least_share; };
+    std::size_t dropped = std::erase_if(result_.effects, hardly);
     for (FoundApart& found : result_.apart) {
       found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
                        .gain = 2.0 * found.log_odds,
@@ -741,8 +743,8 @@ class Diagnoser {
                        .law_beside = has_law_beside(names_of(result_.effects))};
       found.confidence = probability(found.support);
     }
-    const auto hardly = [&](const auto& found) { return found.confidence < settings_.least_share; };
-    if (std::erase_if(result_.effects, hardly) + std::erase_if(result_.apart, hardly) == 0) return;
+    dropped += std::erase_if(result_.apart, hardly);
+    if (dropped == 0) return;
     result_.verdict = result_.effects.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
   }
 

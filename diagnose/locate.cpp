@@ -138,7 +138,7 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   for (const std::string& one : std::vector<std::string>(said))
     for (const std::string_view place : places_alike(system, one)) say(place);
   // Whatever moves a channel looks like an error of its reading, too.
-  if (evidence.name_probability < likely && is_of_reading(system, said.front())) {
+  if (!said.empty() && evidence.name_probability < likely && is_of_reading(system, said.front())) {
     const std::string reading = said.front();
     const std::vector<std::string_view> alike = places_alike(system, reading);
     std::stable_partition(said.begin(), said.end(), [&](const std::string& one) {

@@ -482,7 +482,8 @@ input:
     result = sinew("diagnose", "--train", "apart/recording.csv", "--plant", PAPER_LIMB, "--at-rest", "--without", few, "--out", "diagnosis/apart")
     answer = json.loads(content("diagnosis/apart/diagnosis.json"))
     check("diagnose: coils that are not alike are said to be so", answer["verdict"] == "missing_physics" and answer["effects"] == []
-          and answer["laws"] == [] and result.stdout.startswith("The coils are not alike in the transformation temperatures, "), said(result))
+          and answer["laws"] == []
+          and result.stdout.startswith("The coils are not alike in the transformation temperatures, "), said(result))
     probability = answer["apart"][0]["probability"]
     check("diagnose: with a probability, that the text says", 0.9 < probability <= 1.0
           and f"(probability {probability:.2f})" in result.stdout, (probability, result.stdout[:300]))

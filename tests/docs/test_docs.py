@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Links of every page, the site, and the commands of README.md and docs/: those of a page run one after the other in a folder of its own, with
-the repository's plants and scenarios, what of the repository they name, and `sinew` on the path. Which are shortened, and which are run by
+"""Links of every page, the site, and the commands of README.md and docs/: those of a page run one after the other in a folder of its own,
+with the repository's plants and scenarios, what of the repository they name, and `sinew` on the path. Which are shortened, and which are run by
 another test or by hand, and why, is below; a line there that no command needs is an error.
 
     python3 tests/docs/test_docs.py build/release/sinew
@@ -69,7 +69,7 @@ ELSEWHERE = {  # part of a command: the test that runs such a one, or why none d
     "./demo": "Containerfile",
     "./check": ".ci/run",
     "prove --few": "tests/prove/few.py",
-    "prove --seeds 5": "by hand: two days",
+    "prove --seeds 5": "by hand: five hours",
     "paper-table": "tests/cli/test_predict.py",
     "hil-faults": "tests/cli/test_hil.py",
     "--emulate": "tests/cli/test_hil.py",
@@ -190,7 +190,8 @@ check("tools/fit_confidence prints the weights that the program has",
       weights and f"weights{weights[1]};" in (ROOT / "diagnose/confidence.cpp").read_text(), fitted.stdout + fitted.stderr)
 cases = re.match(r"(\d+) cases, (\d+) finds, (\d+) right", fitted.stdout)
 check("and the cases that docs/diagnosis.md tells of",
-      cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+finds, {cases[3]}\s+of\s+them\s+right", pages["docs/diagnosis.md"], re.S))
+      cases and re.search(rf"to {cases[1]} concealed cases.*?{cases[2]}\s+finds, {cases[3]}\s+of\s+them\s+right",
+                          pages["docs/diagnosis.md"], re.S))
 # Figures of pages that a tool prints from what is in the repository.
 for tool, data, name in [("tools/gains_by_weighting", "results/proof_fresh", "results/proof/discussion.md")]:
     ran = subprocess.run([ROOT / tool, ROOT / data], capture_output=True, text=True)

@@ -38,7 +38,8 @@ with tempfile.TemporaryDirectory(prefix="sinew_package_") as folder:
         size = package.stat().st_size
         print(f"{package.name}: {size / 1e6:.1f} MB")
         check("it has at most 10 MB", size <= 10e6, size)
-        check("docs/installing.md installs it by its name", f"./build/release/{package.name}\n" in (ROOT / "docs/installing.md").read_text())
+        check("docs/installing.md installs it by its name",
+              f"./build/release/{package.name}\n" in (ROOT / "docs/installing.md").read_text())
         fields = run("dpkg-deb", "--field", package).stdout
         check("it depends on the libraries that it links, and on what reports and Python need",
               all(re.search(rf"^Depends:.*\b{name}", fields, re.M) for name in ("libcholmod3", "libyaml-cpp", "libsundials-cvodes", "libjs-dygraphs", "python3-numpy")), fields)
