@@ -60,7 +60,7 @@ for name, text in pages.items():
     check(f"{name}: no dead link", not dead, dead)
 check("there are links", links > 50, links)
 
-PROGRAMS = r"sinew|sinew-board|sudo|cmake|podman|debootstrap|tar|python3|/usr/bin/python3|(?:\./|build/|tools/)\S+"
+PROGRAMS = r"sinew|sinew-board|avrdude|cp|PYTHONPATH=\S+|\$|sudo|cmake|podman|debootstrap|tar|python3|/usr/bin/python3|(?:\./|build/|tools/)\S+"
 SHORTER = {  # what a command says, what is run in its place
     "--runs 64": "--runs 2",
     "--case 4 --predictor stateful": "--case 4 --predictor stateful --updates 20",
@@ -82,6 +82,9 @@ ELSEWHERE = {  # part of a command: the test that runs such a one, or why none d
     "debootstrap": "by hand: needs a network",
     "bare": "by hand: needs a network",
     "avrdude": "by hand: needs a board",
+    "cp -r /usr/share": "tests/package/test_package.py",
+    "PYTHONPATH=": "tests/python/test_docs.py",
+    "$ sinew run": "tests/cli/test_cli.py",
     "--target sinew_firmware": "check",
     "calibrate r1.csv": "by hand: a quarter of an hour, and recordings that are not in the repository",
 }
@@ -104,7 +107,9 @@ def commands_of(text):
         else:
             blocks.append([])
     for block in blocks:
-        if block and re.match(rf"(?:{PROGRAMS}) ", block[0] + " "):
+        if block and block[0].startswith("$"):  # with what it prints
+            yield from (line for line in block if line.startswith("$"))
+        elif block and re.match(rf"(?:{PROGRAMS}) ", block[0] + " "):
             yield from re.sub(r"\\\n *", "", "\n".join(block)).splitlines()
 
 
