@@ -54,8 +54,8 @@ struct Kind {
 // alone, with a layer around it (a layer is never alone), and in other forms. "junction.outer_turns" has the place, and draws the numbers,
 // that it had when it was "outer_turns" of the catalogue. At last those of further_kinds.
 std::vector<Kind> kinds();
-// Those of them that come at the end: triples, further other forms, more that is outside, pairs that share a place, and the other forms
-// that came last. The cases of all others stand before theirs.
+// Those of them that come at the end: triples, further other forms, more that is outside, pairs that share a place, the other forms
+// that came last, and what has a name in the catalogue since. The cases of all others stand before theirs.
 std::vector<Kind> further_kinds();
 // Coils that are not alike; not among kinds().
 std::vector<Kind> unlike_kinds();
@@ -90,7 +90,7 @@ struct Settings {
   double training_s = 400.0;
   double heldout_s = 200.0;
   // Multiplies the strengths, of every effect: 1 plain, 0.5 moderate, 0.25 barely visible. Shapes (a time constant
-  // beside a stiffness, a threshold) stay. A gain's distance from 1 is multiplied; angle_saturation has its limit
+  // beside a stiffness, a threshold) stay. A gain's distance from 1 is multiplied; a bend sensor that saturates has its limit
   // divided by the square root. coil_slack has no strength: here it is how much too long the cold coils are. Of a junction, heat
   // capacity, loss and share of the current heat are multiplied, and how much lighter than believed the wire is; its conductance stays.
   double strength = 1.0;

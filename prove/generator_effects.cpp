@@ -327,8 +327,9 @@ std::vector<Effect> outside() {
        false,
        "loss grows with the square of speed",
        {{"moment_Nms2_rad2", 0.1, strength, &P::speed_loss_Nms2_rad2}}},
-      {"angle_saturation",
-       "",
+      // Of the catalogue since, and here in the place that it had when it was not.
+      {"angle_sensor_saturation",
+       "tanh",
        at_angle,
        false,
        "the bend sensor saturates: tanh(s theta) / s",
@@ -616,6 +617,18 @@ std::vector<Effect> forms_of_tension() {
 }
 
 // Coils that are not alike, each by the first of the quantities that differ.
+std::vector<Effect> named_since() {
+  using enum Role;
+  return {
+      {"angle_sensor_saturation",
+       "",
+       at_angle,
+       true,
+       "the bend sensor shows less and less of a large bend",
+       {{"saturation_1_rad2", 0.6, strength, &P::saturation_1_rad2}}},
+  };
+}
+
 std::vector<Effect> unlike() {
   using enum Role;
   return {
@@ -679,9 +692,10 @@ constexpr std::array<std::array<std::string_view, 3>, 8> triples{{
 }};
 
 // Names that came after the numbers had been drawn: their draws are still those of the old ones.
-constexpr std::array<std::array<std::string_view, 2>, 4> renamed{{
+constexpr std::array<std::array<std::string_view, 2>, 5> renamed{{
     {"body_heat_storage.between", "cross_heating.delayed"},
     {"junction.outer_turns", "outer_turns"},
+    {"angle_sensor_saturation.tanh", "angle_saturation"},
     {"relative_power", "power_share"},
     {"cooling_rate_1_s", "heat_loss_W_K"},
 }};
@@ -728,7 +742,8 @@ const std::vector<CoreNumber>& core_numbers() {
 const std::vector<Effect>& effects() {
   static const std::vector<Effect> all = [] {
     std::vector<Effect> list = catalogue();
-    for (const auto& more : {other_forms(), outside(), junctions(), further_forms(), further_outside(), forms_of_tension(), unlike()})
+    for (const auto& more :
+         {other_forms(), outside(), junctions(), further_forms(), further_outside(), forms_of_tension(), named_since(), unlike()})
       list.insert(list.end(), more.begin(), more.end());
     return list;
   }();
@@ -842,8 +857,8 @@ std::vector<Kind> kinds() {
   std::vector<Kind> all{{Family::clean, "core", {}}};
   const auto add = [&all](Family family, const std::vector<Effect>& list) {
     for (const Effect& effect : list) {
-      const bool has_left = family == Family::catalogue && !effect.in_catalogue;
-      all.push_back({has_left ? Family::other_form : family, key_of(effect), {key_of(effect)}});
+      const bool is_form_by_now = !effect.in_catalogue && !effect.form.empty();  // it left the catalogue, or came to have a name there
+      all.push_back({is_form_by_now ? Family::other_form : family, key_of(effect), {key_of(effect)}});
     }
   };
   add(Family::catalogue, catalogue());
@@ -871,6 +886,7 @@ std::vector<Kind> further_kinds() {
   for (const Effect& effect : further_outside()) all.push_back({Family::outside, key_of(effect), {key_of(effect)}});
   for (const auto& [one, other] : pairs_of_one_place) all.push_back(pair_of(one, other));
   for (const Effect& effect : forms_of_tension()) all.push_back({Family::other_form, key_of(effect), {key_of(effect)}});
+  for (const Effect& effect : named_since()) all.push_back({Family::catalogue, key_of(effect), {key_of(effect)}});
   return all;
 }
 

@@ -209,6 +209,7 @@ Shown Run::shown() const {
   if (p_.filter_pole_s > 0.0) theta = y_[angle_sensor + 1] / degree;
   if (p_.hysteresis_deg != 0.0) theta -= p_.hysteresis_deg * y_[hysteresis] / (p_.hysteresis_reversal_deg * degree);
   if (p_.root_drift_deg_rts != 0.0) theta += p_.root_drift_deg_rts * std::sqrt(positive(time_s_));
+  theta /= std::sqrt(1.0 + p_.saturation_1_rad2 * (theta * degree) * (theta * degree));
   theta += p_.angle_drift_deg_s * time_s_;
   theta += p_.settling_deg * (1.0 - std::exp(-positive(time_s_) / p_.settling_time_s));
   if (p_.saturation_1_deg > 0.0) theta = std::tanh(p_.saturation_1_deg * theta) / p_.saturation_1_deg;

@@ -150,6 +150,7 @@ struct Physics {
   double hysteresis_deg = 0.0, hysteresis_reversal_deg = 1.0;
   double settling_deg = 0.0, settling_time_s = 1.0;  // theta_m + d (1 - exp(-t / tau)), 0 before t = 0
   double saturation_1_deg = 0.0;                     // theta_m = tanh(s theta) / s
+  double saturation_1_rad2 = 0.0;                    // theta_m = theta / sqrt(1 + c theta^2), theta in radians
   double cross_sensitivity_deg_K = 0.0;              // theta_m + a ((T_A + T_B) / 2 - T_inf)
 
   double wire_J_K() const { return 0.5 * (heat_capacity_A_J_K + heat_capacity_B_J_K); }

@@ -9,6 +9,7 @@
 #include "plant/limb/effects/ambient_drift.h"
 #include "plant/limb/effects/angle_sensor_drift.h"
 #include "plant/limb/effects/angle_sensor_lag.h"
+#include "plant/limb/effects/angle_sensor_saturation.h"
 #include "plant/limb/effects/angle_sensor_second_order.h"
 #include "plant/limb/effects/body_heat_storage.h"
 #include "plant/limb/effects/coil_slack.h"
@@ -41,11 +42,11 @@
 namespace sinew::plant {
 
 template <class S>
-using Effects =
-    std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleTwoLags<S>, ThermocoupleHeatSink<S>, BodyHeatStorage<S>,
-               SheathHeatStorage<S>, CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>, ConvectionNonlinearity<S>, AirflowChange<S>,
-               DriverLag<S>, DutyDeadband<S>, ResistanceChange<S>, SupplySag<S>, InputDelay<S>, StressShift<S>, StressShiftCurved<S>,
-               StressShiftTwoSlopes<S>, Fatigue<S>, MinorLoops<S>, RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>,
-               GravityLoad<S>, CoilSlack<S>, HardStop<S>, AngleSensorLag<S>, AngleSensorSecondOrder<S>, AngleSensorDrift<S>>;
+using Effects = std::tuple<Junction<S>, JunctionLayer<S>, ThermocoupleLag<S>, ThermocoupleTwoLags<S>, ThermocoupleHeatSink<S>,
+                           BodyHeatStorage<S>, SheathHeatStorage<S>, CrossHeating<S>, LatentHeat<S>, AmbientDrift<S>,
+                           ConvectionNonlinearity<S>, AirflowChange<S>, DriverLag<S>, DutyDeadband<S>, ResistanceChange<S>, SupplySag<S>,
+                           InputDelay<S>, StressShift<S>, StressShiftCurved<S>, StressShiftTwoSlopes<S>, Fatigue<S>, MinorLoops<S>,
+                           RPhase<S>, ViscoelasticCreep<S>, DryFriction<S>, CubicStiffening<S>, GravityLoad<S>, CoilSlack<S>, HardStop<S>,
+                           AngleSensorLag<S>, AngleSensorSecondOrder<S>, AngleSensorSaturation<S>, AngleSensorDrift<S>>;
 
 }  // namespace sinew::plant

@@ -111,6 +111,7 @@ EFFECTS = {
     "hard_stop": {"stiffness_Nm_rad": 0.5, "angle_deg": 14.0},
     "angle_sensor_lag": {"time_constant_s": 0.4},
     "angle_sensor_second_order": {"time_s": 0.25, "damping": 0.6},
+    "angle_sensor_saturation": {"saturation_1_rad2": 2.0},
     "angle_sensor_drift": {"rate_deg_s": 0.05},
 }
 
@@ -258,6 +259,7 @@ class Plant:
         self.k_c = value("hard_stop", "stiffness_Nm_rad", 0.0)
         self.th_c = math.radians(value("hard_stop", "angle_deg", 0.0))
         self.tau_th = value("angle_sensor_lag", "time_constant_s", 0.0)
+        self.c_th = value("angle_sensor_saturation", "saturation_1_rad2", 0.0)
         self.d_th = math.radians(value("angle_sensor_drift", "rate_deg_s", 0.0))
         self.fade = fade
 
@@ -425,7 +427,8 @@ class Plant:
         body = (y[JA], y[JB]) if self.C_x != 0 else (y[TA], y[TB])
         bead = (y[MA], y[MB]) if self.tau_s != 0 else (y[GA], y[GB]) if self.tau_1 != 0 else body
         T = [T_inf + self.g * (x - T_inf) for x in bead]
-        theta = (y[TM] if self.tau_th != 0 else y[TF] if self.tau_f != 0 else y[TH]) + self.d_th * t
+        seen = y[TM] if self.tau_th != 0 else y[TF] if self.tau_f != 0 else y[TH]
+        theta = seen / math.sqrt(1 + self.c_th * seen**2) + self.d_th * t
         return T[0], T[1], math.degrees(theta) + self.p["angle_offset_deg"]
 
     def simulate(self, duty, times, rtol=RTOL):

@@ -45,8 +45,8 @@ TEST_CASE("cases: further kinds and recordings elsewhere come after all that the
   const auto cases = cases_of(5);
   const auto first = std::ranges::find_if(cases, is_further);
   REQUIRE(first != cases.end());
-  // Those before, counted by hand for each seed: 8 clean, 26 of the catalogue twice and a form in its midst, 15 more forms, 12 pairs and
-  // 12 outside; with a junction a named one three times, and four in pairs.
+  // Those before, counted by hand for each seed: 8 clean, 26 of the catalogue twice and a form in its midst, 15 more forms, 12 pairs, and
+  // 12 outside, one of which is a form of a name by now; with a junction a named one three times, and four in pairs.
   CHECK(first - cases.begin() == 5 * (8 + 25 * 2 + 2 + 16 + 12 + 12 + 3 + 4 * 2));
   CHECK(std::all_of(first, cases.end(), is_further));
   CHECK(cases.front().id() == "clean-core-plain-1-15001");
