@@ -22,14 +22,6 @@ bool contains(const std::vector<Id>& all, Id one) {
   return std::find(all.begin(), all.end(), one) != all.end();
 }
 
-// The same effect, or one that is another form of it.
-bool of_one_family(const plant::System& system, plant::EffectId one, plant::EffectId other) {
-  return plant::family_of(system.effects(), one) == plant::family_of(system.effects(), other);
-}
-bool has_family(const plant::System& system, const std::vector<plant::EffectId>& all, plant::EffectId one) {
-  return std::any_of(all.begin(), all.end(), [&](plant::EffectId e) { return of_one_family(system, e, one); });
-}
-
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
                        const plant::NumericalSettings& numerics) {
   Agreement result;
@@ -205,7 +197,7 @@ FoundEffect described(plant::EffectId effect, const Search& search) {
   result.effect = effect;
   result.bent = system.effects()[effect].form_of.has_value();
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
-  std::erase_if(result.rivals, [&](const auto& rival) { return of_one_family(system, rival.first, effect); });
+  std::erase_if(result.rivals, [&](const auto& rival) { return has_family(system, {effect}, rival.first); });
   return result;
 }
 

@@ -257,9 +257,10 @@ std::vector<double> responses(const Explanation& at, const Path& path, const std
 
 }  // namespace
 
-std::vector<LawCandidate> screen_laws(const Explanation& at, int threads) {
+std::vector<LawCandidate> screen_laws(const Explanation& at, int threads, const std::function<bool(const plant::Law&)>& wanted) {
   const std::vector<Eigen::VectorXd> variables = variables_of(at);
   std::vector<plant::Law> laws = cells_of(at, variables);
+  if (wanted) std::erase_if(laws, [&](const plant::Law& law) { return !wanted(law); });
   std::vector<LawCandidate> candidates(laws.size());
   if (laws.empty()) return candidates;
   const Projection rest(at);

@@ -24,9 +24,9 @@ struct LawCandidate {
   Eigen::VectorXd weights;
 };
 
-// Every cell, by falling gain. A law of time is none: it would not come again. Those that the plant has are left out. `threads` do not
-// change the result.
-std::vector<LawCandidate> screen_laws(const Explanation& at, int threads);
+// Every cell, or those that are wanted, by falling gain. A law of time is none: it would not come again. Those that the plant has are left
+// out. `threads` do not change the result.
+std::vector<LawCandidate> screen_laws(const Explanation& at, int threads, const std::function<bool(const plant::Law&)>& wanted = {});
 
 // A law that an explanation has, with its knots where the explanation says that the data are, and nearly the same curve: what was begun
 // from another path may have them elsewhere. No weights where it cannot be followed.

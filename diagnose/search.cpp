@@ -73,7 +73,10 @@ class Searcher {
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
-    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) weigh(result);
+    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) {
+      const std::vector<Instead> instead = weigh(result);
+      bend_rivals(result, instead);
+    }
     tell(1.0, "done");
     return result;
   }
@@ -388,6 +391,12 @@ class Searcher {
     result = std::move(with);
   }
 
+  // One of the answer's names exchanged, the others kept.
+  struct Instead {
+    plant::EffectId of, rival;
+    Explanation explanation;
+  };
+
   // What one round of laws tries: an explanation and a cell of the screening.
   struct Cell {
     const Explanation* parent;
@@ -434,24 +443,8 @@ class Searcher {
           tried.push_back({&parent, std::move(one)});
         }
       }
-      std::vector<Bent> bent(tried.size());
-      ExplanationSettings shortly = settings_.fit;
-      shortly.most_rounds = 2;
-      shortly.enough = 1.0;
-      std::atomic<std::size_t> done{0};
-      sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
-        bent[i] = {names_of(*tried[i].parent), with_law(*tried[i].parent, tried[i].law, shortly)};
-        bent[i].gain = log_prior(*tried[i].parent, cells) + tried[i].parent->log_evidence;
-        tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(tried.size()), "trying laws");
-      });
-      weigh(bent, cells);
-      const double highest = bent.empty() ? 0.0 : bent.front().log_odds;
-      std::size_t in_the_running = 0;
-      while (in_the_running < bent.size() && in_the_running < 4 && bent[in_the_running].log_odds > highest - 100.0) ++in_the_running;
-      sim::in_parallel(in_the_running, settings_.threads, [&](std::size_t i) { settle_law(bent[i].explanation); });
-      weigh(bent, cells);
+      const std::vector<Bent> bent = fitted(tried, cells);
       if (bent.empty()) return;
-      for (Bent& one : bent) one.gain = one.log_odds - one.gain;
       result.cells = static_cast<std::size_t>(cells);
       result.bent.insert(result.bent.begin(), bent.begin(), bent.end());
       by_odds(result.bent);
@@ -465,6 +458,63 @@ class Searcher {
       if (nothing_left(result, settings_)) return;
       parents = {result.best};
     }
+  }
+
+  // Each with its law, by falling odds: all for a short while, then those that are still in the running.
+  std::vector<Bent> fitted(const std::vector<Cell>& tried, double cells) const {
+    std::vector<Bent> bent(tried.size());
+    ExplanationSettings shortly = settings_.fit;
+    shortly.most_rounds = 2;
+    shortly.enough = 1.0;
+    std::atomic<std::size_t> done{0};
+    sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
+      bent[i] = {names_of(*tried[i].parent), with_law(*tried[i].parent, tried[i].law, shortly)};
+      bent[i].gain = log_prior(*tried[i].parent, cells) + tried[i].parent->log_evidence;
+      tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(tried.size()), "trying laws");
+    });
+    weigh(bent, cells);
+    const double highest = bent.empty() ? 0.0 : bent.front().log_odds;
+    std::size_t in_the_running = 0;
+    while (in_the_running < bent.size() && in_the_running < 4 && bent[in_the_running].log_odds > highest - 100.0) ++in_the_running;
+    sim::in_parallel(in_the_running, settings_.threads, [&](std::size_t i) { settle_law(bent[i].explanation); });
+    weigh(bent, cells);
+    for (Bent& one : bent) one.gain = one.log_odds - one.gain;
+    return bent;
+  }
+
+  // A rival that does nearly as well in the catalogue's form may do better in one of its own, the same quantity's in the same place: the
+  // probability of a name is that of all its forms.
+  void bend_rivals(Search& result, const std::vector<Instead>& instead) const {
+    if (has_laws(result.best) || is_apart(result.best)) return;
+    std::vector<Cell> tried;
+    for (const Instead& one : instead) {
+      const Explanation& rival = one.explanation;
+      if (!rival.usable || share_explained(result.core, rival) < settings_.least_explained_share) continue;
+      if (!contains_all(names_of(result.best), {one.of}) || has_family(system_, names_of(result.best), one.rival)) continue;
+      const auto own = [&](const plant::Law& law) { return is_own(rival.system(), {one.rival}, law); };
+      std::vector<LawCandidate> screened = screen_laws(rival, settings_.threads, own);
+      if (!screened.empty() && screened.front().gain > 0.0) tried.push_back({&rival, std::move(screened.front())});
+    }
+    std::vector<Bent> bent = fitted(tried, 1.0);
+    if (bent.empty()) return;
+    const double odds = log_odds(result.best);
+    for (const Bent& one : bent)
+      for (const Instead& rival : instead) {
+        if (!contains_all(one.names, {rival.rival}) || contains_all(one.names, {rival.of})) continue;
+        for (auto& [effect, loss] : result.rivals[rival.of])
+          if (effect == rival.rival) loss = std::min(loss, odds - one.log_odds);
+      }
+    sort(result.rivals);
+    const bool leads = bent.front().log_odds > odds;
+    bent.push_back({names_of(result.best), result.best, odds});
+    by_odds(bent);
+    result.bent = std::move(bent);
+    if (!leads || (settings_.is_borne_out && !settings_.is_borne_out(result.bent.front().explanation, result.best))) return;
+    take_names_out(result, 1.0);
+    const Bent winner = result.bent.front();
+    take(result, winner);
+    result.rivals.clear();
+    static_cast<void>(weigh(result));
   }
 
   // Without each of its names the best may do as well: begun where it ended, so that all are settled alike.
@@ -735,7 +785,8 @@ class Searcher {
 
   // What fits instead of each effect. Of one alone the first round knows; of several, or beside parts that are not alike, each is taken out
   // again, and the best of the others put in its place.
-  void weigh(Search& result) const {
+  std::vector<Instead> weigh(Search& result) const {
+    std::vector<Instead> instead;
     const double before = log_odds(result.best);
     const auto mine = [&] { return names_of(result.best); };
     if (has_laws(result.best)) {
@@ -751,8 +802,10 @@ class Searcher {
           }
     } else if (mine().size() == 1 && !is_apart(result.best)) {
       for (const Candidate& candidate : result.rounds.front().candidates)
-        if (candidate.effect != mine()[0] && candidate.explanation.usable)
+        if (candidate.effect != mine()[0] && candidate.explanation.usable) {
           result.rivals[mine()[0]].emplace_back(candidate.effect, result.best.log_evidence - candidate.explanation.log_evidence);
+          instead.push_back({mine()[0], candidate.effect, candidate.explanation});
+        }
     } else {
       for (const plant::EffectId e : mine()) {
         const Explanation less = reduced(result.best, e);
@@ -774,12 +827,20 @@ class Searcher {
           }
         }
         for (const Candidate& candidate : others)
-          if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable)
+          if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable) {
             result.rivals[kept].emplace_back(candidate.effect, log_odds(result.best) - log_odds(candidate.explanation));
+            instead.push_back({kept, candidate.effect, candidate.explanation});
+          }
       }
       if (is_apart(result.best)) result.apart_log_odds += log_odds(result.best) - before;
     }
-    for (auto& [effect, others] : result.rivals)
+    sort(result.rivals);
+    return instead;
+  }
+
+  using Rivals = decltype(Search::rivals);
+  static void sort(Rivals& rivals) {
+    for (auto& [effect, others] : rivals)
       std::stable_sort(others.begin(), others.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   }
 
@@ -816,6 +877,11 @@ std::string argument_of(const plant::System& system, const plant::Law& law) {
 }
 
 }  // namespace
+
+bool has_family(const plant::System& system, const std::vector<plant::EffectId>& all, plant::EffectId one) {
+  return std::any_of(all.begin(), all.end(),
+                     [&](plant::EffectId e) { return plant::family_of(system.effects(), e) == plant::family_of(system.effects(), one); });
+}
 
 bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law) {
   const auto& places = system.entry_groups()[law.entry].places;

@@ -83,6 +83,9 @@ struct Search {
 // Where a fit of one more effect begins: all else as it is, the effect as the score says.
 Guess guess_with(const Explanation& at, const Score& score);
 
+// Whether one of these is the effect, or another form of it.
+bool has_family(const plant::System& system, const std::vector<plant::EffectId>& all, plant::EffectId one);
+
 // Whether a law enters the equation, or the reading, of one of these names: that name in a form of its own.
 bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law);
 
