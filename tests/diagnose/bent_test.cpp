@@ -112,21 +112,6 @@ TEST_CASE("bent: physics without a name has a place and a curve" * long_when_san
   CHECK_FALSE(found.rounds.front().accepted);
 }
 
-TEST_CASE("bent: a name in a form of its own is weighed against another name whose form leaves nothing" * long_when_sanitized) {
-  // The body stiffens as the fourth power of the bend, each way: nearer to a bend sensor that saturates than to the catalogue's cube.
-  const sim::Recording recording =
-      recorded_with(law_at("moment", {variable("angle")}), -1.5, 1.5, [](double rad) { return -0.12 * rad * std::abs(rad * rad * rad); });
-  const Search found = searched(recording);
-  REQUIRE(found.bent.size() > 1);
-  CHECK(found.bent.front().names == std::vector<plant::EffectId>{testing::effect("cubic_stiffening")});
-  REQUIRE(found.best.system().laws().size() == 1);
-  CHECK(law_of(found).entry == group("moment"));
-  CHECK(nothing_left(found, {}));
-  // What it was weighed against is among what was tried, and its rival.
-  CHECK(std::any_of(found.bent.begin(), found.bent.end(),
-                    [](const Bent& one) { return one.names == std::vector<plant::EffectId>{testing::effect("angle_sensor_saturation")}; }));
-}
-
 TEST_CASE("bent: where the catalogue's own form does, no law is sought") {
   sim::Scenario scenario = testing::babbling(90.0);
   scenario.sensors = sim::usual_sensors(scenario.plant.system());
