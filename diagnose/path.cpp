@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <functional>
 
 #include "diagnose/padded.h"
 #include "sim/simulation.h"
@@ -140,15 +141,14 @@ struct Follower {
   plant::SensitivityRequest request;
 
   // visit(sample, reading, sensitivity of the readings [channels x columns]); points, where wanted, one a sample.
-  template <class Visit>
-  bool run(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
+  using Visit = std::function<void(std::size_t, const std::vector<double>&, const Eigen::MatrixXd&)>;
+  bool run(bool sensitivities, std::vector<PathPoint>* points, const Visit& visit) const {
     if (!sensitivities && !points) return run_plain(visit);
     return with_padded_size(with_.states().size(), [&](auto size) { return run_linearised<size.value>(sensitivities, points, visit); });
   }
 
  private:
-  template <class Visit>
-  bool run_plain(Visit&& visit) const {
+  bool run_plain(const Visit& visit) const {
     const auto& samples = data.recording->samples;
     const Eigen::MatrixXd nothing;
     plant::Integrator integrator(with_, start, numerics);
@@ -160,8 +160,8 @@ struct Follower {
     return true;
   }
 
-  template <int Size, class Visit>
-  bool run_linearised(bool sensitivities, std::vector<PathPoint>* points, Visit&& visit) const {
+  template <int Size>
+  bool run_linearised(bool sensitivities, std::vector<PathPoint>* points, const Visit& visit) const {
     const auto& samples = data.recording->samples;
     Eigen::MatrixXd shown;
     Differentiator differentiator(with_, sensitivities ? request.parameters : std::vector<plant::ParameterId>{});
