@@ -48,15 +48,19 @@ std::vector<std::string> why_without_name(const Reported& reported) {
   return reasons;
 }
 
-// What is wrong of what is given with so much; empty if nothing is.
+// The most probable of what is wrong and given with so much; empty if nothing is.
 std::string wrong_answer_with(const Case& one, double least_probability) {
-  const auto with = [](const std::string& what, double probability) { return what + " (" + report::fixed(probability, 2) + ")"; };
-  for (const ReportedEffect& effect : one.reported.effects)
-    if (effect.probability >= least_probability && !is_right_name(one, effect.name)) return with(effect.name, effect.probability);
+  std::string what;
+  double most = 0.0;
+  const auto ask = [&](const std::string& words, double probability, bool right) {
+    if (right || probability < least_probability || probability <= most) return;
+    what = words;
+    most = probability;
+  };
+  for (const ReportedEffect& effect : one.reported.effects) ask(effect.name, effect.probability, is_right_name(one, effect.name));
   for (const ReportedApart& apart : one.reported.apart)
-    if (apart.probability >= least_probability && !contains(unlike_in(one.truth), apart.quantity))
-      return with("parts that differ in " + apart.quantity, apart.probability);
-  return "";
+    ask("parts that differ in " + apart.quantity, apart.probability, contains(unlike_in(one.truth), apart.quantity));
+  return what.empty() ? "" : what + " (" + report::fixed(most, 2) + ")";
 }
 
 std::string probability_of_first(const Reported& reported) {
