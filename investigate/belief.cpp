@@ -13,9 +13,11 @@ using diagnose::Diagnosis;
 constexpr double imitated_share = 0.02;
 constexpr double seen_root = 5.0;  // Score::smallest_seen is the strength whose statistic is 25 on average
 
+// A further form of an effect goes by the effect's name.
 std::string key_of(const plant::System& system, const std::vector<plant::EffectId>& effects) {
   std::string key;
-  for (const plant::EffectId e : effects) key += (key.empty() ? "" : "+") + std::string(system.effects()[e].name);
+  for (const plant::EffectId e : effects)
+    key += (key.empty() ? "" : "+") + std::string(system.effects()[plant::family_of(system.effects(), e)].name);
   return key;
 }
 
@@ -35,10 +37,13 @@ void add_unseen(Belief& belief, const Diagnosis& diagnosis, const diagnose::Diag
     const diagnose::Score& score = scores.all[s];
     const double root = usual_root(system, score);
     const double found = score.two_sided ? std::abs(score.root) : score.root;
-    belief.all.push_back({Kind::unseen,
-                          {score.effect},
-                          key_of(system, {score.effect}),
-                          std::exp((root * std::min(found, root) - 0.5 * root * root) / divisor) / count});
+    const double probability = std::exp((root * std::min(found, root) - 0.5 * root * root) / divisor) / count;
+    const std::string key = key_of(system, {score.effect});
+    const auto there = std::find_if(belief.all.begin(), belief.all.end(), [&](const Hypothesis& one) { return one.key == key; });
+    if (there == belief.all.end())
+      belief.all.push_back({Kind::unseen, {score.effect}, key, probability});
+    else
+      there->probability += probability;  // another form of it
     if (root < seen_root) belief.unseen.push_back(score.effect);
     if (root < seen_root && score.smallest_seen > 0.0 && score.visible_share < imitated_share) belief.never.push_back(score.effect);
   }

@@ -96,6 +96,9 @@ def test_nothing_concealed():
     result = sinew(*arguments, timeout=600)
     answers = state("clean")["recordings"][0]["believed"]["answers"]
     check("a limb that is its plant: nothing is missing, most probably", result.returncode == 0 and answers[0]["key"] == "nothing", answers)
+    keys = [answer["key"] for answer in answers]
+    check("effects that are further forms of another go by its name, once", "thermocouple_lag" in keys and len(keys) == len(set(keys))
+          and not {"stress_shift_curved", "stress_shift_two_slopes", "driver_lag", "thermocouple_two_lags"} & set(keys), keys)
     arguments[arguments.index("--out") + 1] = "gain"
     arguments[arguments.index("--without") + 1] = ",".join(without("thermocouple_heat_sink"))
     result = sinew(*arguments, "--probability", "0.5", timeout=600)
