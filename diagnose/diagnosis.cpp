@@ -597,14 +597,21 @@ class Diagnoser {
     result_.apart.clear();
   }
 
-  // A law that is the form of an effect. Names that have the one form between them: whose it is, the data do not say.
-  void take_form(FoundEffect& found, const std::vector<plant::EffectId>& laws) const {
+  // A law that is the form of an effect. Whose it is, of all names that could have this form, the data do not say: what is fitted beside a
+  // free curve of the same quantity only helps it.
+  void take_form(FoundEffect& found, const std::vector<plant::EffectId>& laws) {
     for (const plant::EffectId l : laws) {
       const plant::Law& law = system().laws()[*system().effects()[l].law];
       if (!is_own(system(), {found.effect}, law)) continue;
       found.bent = true;
-      found.support.share /= static_cast<double>(
-          std::count_if(effects_.begin(), effects_.end(), [&](plant::EffectId other) { return is_own(system(), {other}, law); }));
+      std::vector<plant::EffectId> of{found.effect};
+      for (const plant::EffectId e : system().effects().ids()) {
+        const bool may = system().effects()[e].is_of_catalogue() && !contains(search_.without, e) && !given_.is_on(e);
+        if (may && is_own(system(), {e}, law) && !has_family(system(), of, e)) of.push_back(e);
+      }
+      found.support.share /= static_cast<double>(of.size());
+      for (const plant::EffectId e : of)
+        if (!has_family(system(), effects_, e)) add_rival(e);
     }
   }
 
