@@ -73,10 +73,7 @@ class Searcher {
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
-    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) {
-      const std::vector<Instead> instead = weigh(result);
-      bend_rivals(result, instead);
-    }
+    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) bend_rivals(result, weigh(result));
     tell(1.0, "done");
     return result;
   }
@@ -84,6 +81,14 @@ class Searcher {
  private:
   void tell(double share, const std::string& doing) const {
     if (settings_.progress) settings_.progress(share, doing);
+  }
+
+  // Enough to see which of many are in the running.
+  ExplanationSettings for_a_short_while() const {
+    ExplanationSettings settings = settings_.fit;
+    settings.most_rounds = 2;
+    settings.enough = 1.0;
+    return settings;
   }
 
   // Fits it once more from there; the likelier of the two stays.
@@ -162,9 +167,7 @@ class Searcher {
     std::stable_sort(alike.begin(), alike.end());
     alike.resize(std::min<std::size_t>(alike.size(), 3));
     std::vector<Candidate> again(alike.size());
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
-    shortly.enough = 1.0;
+    const ExplanationSettings shortly = for_a_short_while();
     sim::in_parallel(again.size(), settings_.threads, [&](std::size_t i) {
       const Score& score = scores.all[alike[i].second];
       again[i] = {score.effect, score, {}};
@@ -192,10 +195,8 @@ class Searcher {
       if (in_the_running || score.is_difference) candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
+    ExplanationSettings shortly = for_a_short_while();
     shortly.iterations_per_round = 4;
-    shortly.enough = 1.0;
     std::atomic<std::size_t> done{0};
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       candidates[i].explanation = with_added(at, candidates[i].score, guess_with(at, candidates[i].score), shortly);
@@ -260,9 +261,7 @@ class Searcher {
           std::find_if(first.scores.best.begin(), first.scores.best.end(), [&](std::size_t s) { return first.scores.all[s].effect == e; });
       if (scored != first.scores.best.end()) candidates.push_back({e, first.scores.all[*scored], {}});
     }
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
-    shortly.enough = 1.0;
+    const ExplanationSettings shortly = for_a_short_while();
     std::atomic<std::size_t> done{0};
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       const plant::ParameterId strength = system_.effects()[candidates[i].effect].strength;
@@ -367,9 +366,7 @@ class Searcher {
         if (!effect.needs || parent.problem->centres().is_on(*effect.needs)) tried.emplace_back(&parent, e);
       }
     // From where the parent ended, and from the plant as it was given: a parent that had to do without can have gone far.
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
-    shortly.enough = 1.0;
+    const ExplanationSettings shortly = for_a_short_while();
     std::vector<Explanation> apart(tried.size());
     sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
       const auto& [parent, e] = tried[i];
@@ -463,9 +460,7 @@ class Searcher {
   // Each with its law, by falling odds: all for a short while, then those that are still in the running.
   std::vector<Bent> fitted(const std::vector<Cell>& tried, double cells) const {
     std::vector<Bent> bent(tried.size());
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
-    shortly.enough = 1.0;
+    const ExplanationSettings shortly = for_a_short_while();
     std::atomic<std::size_t> done{0};
     sim::in_parallel(tried.size(), settings_.threads, [&](std::size_t i) {
       bent[i] = {names_of(*tried[i].parent), with_law(*tried[i].parent, tried[i].law, shortly)};
@@ -660,9 +655,7 @@ class Searcher {
     const Round& first = result.rounds.front();
     const std::vector<Pair> pairs = promising(first);
     std::vector<Explanation> tried(pairs.size());
-    ExplanationSettings shortly = settings_.fit;
-    shortly.most_rounds = 2;
-    shortly.enough = 1.0;
+    const ExplanationSettings shortly = for_a_short_while();
     std::atomic<std::size_t> done{0};
     sim::in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
       Guess guess = result.core.as_guess();

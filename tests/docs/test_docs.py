@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Links of every page, the site, and the commands of README.md and docs/: those of a page run one after the other in a folder of its own,
-with the repository's plants and scenarios, what of the repository they name, and `sinew` on the path. Which are shortened, and which are run by
-another test or by hand, and why, is below; a line there that no command needs is an error.
+with the repository's plants and scenarios, what of the repository they name, and `sinew` on the path. Which are shortened, and which are
+run by another test or by hand, and why, is below; a line there that no command needs is an error.
 
     python3 tests/docs/test_docs.py build/release/sinew
 """
@@ -60,7 +60,8 @@ for name, text in pages.items():
     check(f"{name}: no dead link", not dead, dead)
 check("there are links", links > 50, links)
 
-PROGRAMS = r"sinew|sinew-board|avrdude|cp|PYTHONPATH=\S+|\$|sudo|cmake|podman|debootstrap|tar|python3|/usr/bin/python3|(?:\./|build/|tools/)\S+"
+PROGRAMS = (r"sinew|sinew-board|avrdude|cp|PYTHONPATH=\S+|\$|sudo|cmake|podman|debootstrap|tar|python3|/usr/bin/python3|"
+            r"(?:\./|build/|tools/)\S+")
 SHORTER = {  # what a command says, what is run in its place
     "--runs 64": "--runs 2",
     "--case 4 --predictor stateful": "--case 4 --predictor stateful --updates 20",

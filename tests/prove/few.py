@@ -62,7 +62,8 @@ def instead():
     global passed
     folder = out / "instead"
     run = subprocess.run([program, "prove", "--first-seed", "111", "--seeds", "2", "--kinds", "thermocouple_lag+dry_friction",
-                          "--training", "300", "--held-out", "150", "--without-baselines", "--out", str(folder)], capture_output=True, text=True)
+                          "--training", "300", "--held-out", "150", "--without-baselines", "--out", str(folder)],
+                         capture_output=True, text=True)
     cases = [json.loads(file.read_text()) for file in folder.glob("cases/*.json")]
     if run.returncode == 0 and len(cases) == 2 and all(
             {e["name"] for e in c["effects"]} == {"thermocouple_lag", "dry_friction"} and c["verdict"] == "missing_physics"
@@ -93,13 +94,14 @@ def three():
 
 
 def bent():
-    """A body that stiffens as the fourth power of the bend: a bend sensor that saturates is nearer to it than the catalogue's cube is, and a
-    curve of the bend in the beam's moment is nearer still. Such a curve may be a stop's, too."""
+    """A body that stiffens as the fourth power of the bend: a bend sensor that saturates is nearer to it than the catalogue's cube is.
+
+    A curve of the bend in the beam's moment is nearer still, and may be a stop's, too."""
     global passed
     folder = out / "bent"
-    run = subprocess.run([program, "prove", "--first-seed", "33902", "--seeds", "1", "--families", "other_form", "--kinds",
-                          "cubic_stiffening.fourth_order", "--training", "200", "--held-out", "100", "--without-baselines", "--out", str(folder)],
-                         capture_output=True, text=True)
+    run = subprocess.run([program, "prove", "--first-seed", "33902", "--seeds", "1", "--families", "other_form",
+                          "--kinds", "cubic_stiffening.fourth_order", "--training", "200", "--held-out", "100", "--without-baselines",
+                          "--out", str(folder)], capture_output=True, text=True)
     cases = [json.loads(file.read_text()) for file in folder.glob("cases/*.json")]
     if run.returncode == 0 and len(cases) == 1 and cases[0]["effects"][0]["name"] == "cubic_stiffening" \
             and cases[0]["effects"][0]["confidence"] < 0.5 and "hard_stop" in cases[0]["ambiguous_with"]:
@@ -118,14 +120,15 @@ afresh = out / "afresh"
 run = subprocess.run([program, "prove", "--set", "development", "--seeds", "1", "--families", "catalogue", "--kinds", "sheath_heat_storage",
                       "--without-baselines", "--out", str(afresh)], capture_output=True, text=True)
 cases = [json.loads(file.read_text()) for file in afresh.glob("cases/*.json")]
-if run.returncode == 0 and [(c["verdict"], [e["name"] for e in c["effects"]]) for c in cases] == [("missing_physics", ["sheath_heat_storage"])]:
+said = [(c["verdict"], [e["name"] for e in c["effects"]]) for c in cases]
+if run.returncode == 0 and said == [("missing_physics", ["sheath_heat_storage"])]:
     passed += 1
 else:
     failed.append(f"from the plant as given: {run.stderr} {cases}")
 # Nothing is missing: outliers while the limb swings fast, and a start in mid-motion on a branch of the hysteresis.
 clean = out / "clean"
-run = subprocess.run([program, "prove", "--first-seed", "13017", "--seeds", "1", "--families", "clean", "--without-baselines", "--out", str(clean)],
-                     capture_output=True, text=True)
+run = subprocess.run([program, "prove", "--first-seed", "13017", "--seeds", "1", "--families", "clean", "--without-baselines",
+                      "--out", str(clean)], capture_output=True, text=True)
 verdicts = {file.stem: json.loads(file.read_text())["verdict"] for file in clean.glob("cases/*.json")}
 if run.returncode == 0 and len(verdicts) == 8 and set(verdicts.values()) == {"consistent"}:
     passed += 1
