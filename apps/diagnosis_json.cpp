@@ -43,7 +43,7 @@ ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found)
   ordered_json json{{"name", family_name(d, found.effect)},
                     {"place", info.place},
                     {"confidence", found.confidence},
-                    {"form", found.bent ? "bent" : "catalogue"}};
+                    {"form", text_of(found.form)}};
   if (info.form_of) json["by"] = info.name;  // as in plant.yaml
   json["parameters"] = ordered_json::object();
   for (const auto& parameter : found.parameters) {

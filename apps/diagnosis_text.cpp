@@ -23,7 +23,7 @@ constexpr double goes_with_share = 0.3;  // of what is left: a variable that acc
 // What was found, as clauses.
 std::string found_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
   const plant::EffectId name = plant::family_of(effects_of(d), found.effect);
-  return std::string(effects_of(d)[name].words) + (found.bent ? ", in a form of its own" : "");
+  return std::string(effects_of(d)[name].words) + (found.form == diagnose::Form::catalogue ? "" : ", in a form of its own");
 }
 std::vector<std::string> found_words(const Diagnosis& d) {
   std::vector<std::string> words;
@@ -31,20 +31,22 @@ std::vector<std::string> found_words(const Diagnosis& d) {
   return words;
 }
 
-// Whether a law is the form that a name has here.
-bool is_form_of_a_name(const Diagnosis& d, const diagnose::FoundLaw& law) {
-  return std::any_of(d.effects.begin(), d.effects.end(),
-                     [&](const auto& found) { return diagnose::is_own(system_of(d), {found.effect}, law.law); });
+// The name whose form a law is here, or may be.
+const diagnose::FoundEffect* name_of_law(const Diagnosis& d, const diagnose::FoundLaw& law) {
+  for (const auto& found : d.effects)
+    if (diagnose::is_own(system_of(d), {found.effect}, law.law)) return &found;
+  return nullptr;
 }
 
 // "the transformation temperatures", "the values of junction"
 std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "the values of " + sharing.words : sharing.words; }
 
-// Laws without a name, as clauses.
+// Laws without a name that is likely, as clauses.
 std::vector<std::string> law_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
   for (const auto& found : d.laws)
-    if (!is_form_of_a_name(d, found)) words.push_back(std::string(effects_of(d)[found.effect].words));
+    if (const auto* name = name_of_law(d, found); !name || name->confidence < doubtful_below)
+      words.push_back(std::string(effects_of(d)[found.effect].words));
   return words;
 }
 
@@ -170,6 +172,9 @@ std::string verdict_words(const Diagnosis& d) {
         return "Something is missing that matches no effect in the catalogue. It acts in " + located_words(d) + ": as if " + w.of.words +
                which + " were no constant but" + with + ".";
       }
+      if (!d.effects.empty() && !law_clauses(d).empty())
+        return "Something is missing that has a place and a curve: " + listed(law_clauses(d)) + ". Perhaps it is " +
+               listed(names_with_probabilities(d)) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
       if (!d.effects.empty()) {
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
                     ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
@@ -361,10 +366,14 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                      ". In the catalogue it is " +
                      (info.form_of ? effect_name(d, *info.form_of) + ", here in another form (" + effect_name(d, found.effect) + ")"
                                    : effect_name(d, found.effect)) +
-                     ", which acts in " + place_words(system_of(d), info.place) + "; " + probability_words(found.confidence) +
-                     ". The equation becomes " + std::string(info.equation);
-  const std::string sizes = parameters_words(d, found);
-  text += sizes.empty() ? ". " : ", with " + sizes + ". ";
+                     ", which acts in " + place_words(system_of(d), info.place) + "; " + probability_words(found.confidence) + ". ";
+  if (found.form == diagnose::Form::free) {
+    text +=
+        "The curve below acts where this effect does, and follows what it follows, so that it may be the form that the effect has here. ";
+  } else {
+    const std::string sizes = parameters_words(d, found);
+    text += "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". ";
+  }
   if (d.by_paths)
     text += found.support.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.support.gain) + ". " : "";
   else if (alone && d.laws.empty())
@@ -413,7 +422,11 @@ std::string curve_words(const Diagnosis& d, const diagnose::FoundLaw& found) {
 }
 
 std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
-  std::string text = is_form_of_a_name(d, found) ? "How its form differs from the catalogue's: " : "Left out, without a name: ";
+  const diagnose::FoundEffect* name = name_of_law(d, found);
+  std::string text = !name                                ? "Left out, without a name: "
+                     : name->form == diagnose::Form::free ? "The curve: "
+                                                          : "How its form differs from the catalogue's: ";
+
   text += std::string(effects_of(d)[found.effect].words) +
           (found.law.argument.size() > 1 ? ", the same curve in each part, of that part's own. It is " : ". It is ") +
           curve_words(d, found) + ". Of " + std::to_string(d.by_paths ? d.proposals.cells : d.search.cells) +

@@ -91,11 +91,12 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     Json effect{{"name", system.effects()[plant::family_of(system.effects(), found.effect)].name},
                 {"place", info.place},
                 {"confidence", found.confidence},
+                {"form", diagnose::text_of(found.form)},
                 {"gain", found.support.gain},
                 {"support", support_json(found.support)},
                 {"strength", strength.name},
                 {"null", strength.null_value.value_or(0.0)}};
-    effect["parameters"] = Json::object();  // none where the strength is no constant
+    effect["parameters"] = Json::object();  // none where the strength is no constant, or a law alone stands for it
     for (const auto& p : found.parameters)
       effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {{"value", p.value},
                                                                                               {"ci95", {p.lowest, p.highest}},

@@ -11,6 +11,8 @@ namespace {
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
 constexpr std::array<double, support_terms> weights{0.15, 1.09, -4.65, -1.91};
 
+constexpr double least_left = 1e-3;  // by the formula of a form of the same physics
+
 }  // namespace
 
 std::array<double, support_terms> terms_of(const Support& support) {
@@ -21,6 +23,18 @@ double probability(const Support& support) {
   const auto terms = terms_of(support);
   const double logit = std::inner_product(terms.begin(), terms.end(), weights.begin(), 0.0);
   return std::clamp(support.share, 0.0, 1.0) / (1.0 + std::exp(-logit));
+}
+
+std::vector<double> probabilities_of_forms(const std::vector<double>& left) {
+  std::vector<double> result;
+  double all = 1.0;  // physics without a name
+  for (const double share : left) {
+    const double density = 1.0 / (std::clamp(share, least_left, 1.0) * std::log(1.0 / least_left));
+    result.push_back(density / static_cast<double>(left.size()));
+    all += result.back();
+  }
+  for (double& p : result) p /= all;
+  return result;
 }
 
 }  // namespace sinew::diagnose

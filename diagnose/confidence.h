@@ -13,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 namespace sinew::diagnose {
 
@@ -27,5 +28,11 @@ inline constexpr std::size_t support_terms = 4;
 // 1, log10(gain), faint, law_beside; gain within 1 and 10,000, faint at most 2.
 std::array<double, support_terms> terms_of(const Support& support);
 double probability(const Support& support);
+
+// Of each of the names whose form a law could be, that it is; the rest is that it is physics without a name. As likely as not before
+// anything is known, and all names alike. `left`: of the misfit, the share that the formula of the catalogue leaves alone, at most 1. A
+// form of the same physics is near it, any order of magnitude alike, down to a thousandth; the formula of other physics leaves any share
+// alike.
+std::vector<double> probabilities_of_forms(const std::vector<double>& left);
 
 }  // namespace sinew::diagnose

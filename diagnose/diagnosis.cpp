@@ -195,7 +195,7 @@ FoundEffect described(plant::EffectId effect, const Search& search) {
   const plant::System& system = search.core.system();
   FoundEffect result;
   result.effect = effect;
-  result.bent = system.effects()[effect].form_of.has_value();
+  if (system.effects()[effect].form_of) result.form = Form::bent;
   if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
   std::erase_if(result.rivals, [&](const auto& rival) { return has_family(system, {effect}, rival.first); });
   return result;
@@ -214,60 +214,62 @@ FoundEffect found_by_evidence(plant::EffectId effect, const Diagnosis& diagnosis
   return result;
 }
 
-// A name with laws beside it, or with a law as its form: by its share of the posterior among all that were tried with laws, a law alone
-// among them.
-FoundEffect found_with_laws(plant::EffectId effect, const Diagnosis& diagnosis) {
-  FoundEffect result = described(effect, diagnosis.search);
-  const std::vector<Bent>& tried = diagnosis.search.bent;
-  double with = 0.0, all = 0.0, without = -1e300;
-  for (const Bent& one : tried) {
-    const double odds = std::exp(one.log_odds - tried.front().log_odds);
-    all += odds;
-    if (has_family(diagnosis.search.core.system(), one.names, effect))
-      with += odds;
-    else
-      without = std::max(without, one.log_odds);
-  }
-  result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
-  result.chance = 1.0 - with / all;
-  result.support.share = with / all * diagnosis.explained_share;
-  return result;
-}
-
 std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
   std::vector<plant::EffectId> names;
   for (const FoundEffect& one : found) names.push_back(one.effect);
   return names;
 }
 
-FoundEffect found_on_paths(plant::EffectId effect, const Proposals& proposals, double explained_share) {
-  FoundEffect result;
-  result.effect = effect;
-  result.bent = proposals.system->effects()[effect].form_of.has_value();
+// What was tried with laws, by falling log odds: names, and the laws beside them.
+struct Tried {
+  std::vector<plant::EffectId> names;
+  std::vector<plant::Law> laws;
+  double log_odds;
+};
+
+std::vector<Tried> tried_in(const Search& search) {
+  std::vector<Tried> result;
+  for (const Bent& one : search.bent) {
+    result.push_back({one.names, {}, one.log_odds});
+    const plant::System& system = one.explanation.system();
+    for (const plant::EffectId l : laws_of(one.explanation, search.core))
+      result.back().laws.push_back(system.laws()[*system.effects()[l].law]);
+  }
+  result.push_back({{}, {}, search.core.log_evidence});
+  return result;
+}
+
+std::vector<Tried> tried_in(const Proposals& proposals) {
+  std::vector<Tried> result;
+  const plant::System& system = *proposals.system;
+  for (const Proposal& one : proposals.all) {
+    result.push_back({{}, {}, one.log_odds});
+    for (const plant::EffectId e : one.effects)
+      if (const plant::EffectInfo& effect = system.effects()[e]; effect.law)
+        result.back().laws.push_back(system.laws()[*effect.law]);
+      else if (!effect.sharing)
+        result.back().names.push_back(e);
+  }
+  return result;
+}
+
+// What does in place of an effect, the others kept.
+std::vector<std::pair<plant::EffectId, double>> rivals_on_paths(plant::EffectId effect, const Proposals& proposals) {
+  std::vector<std::pair<plant::EffectId, double>> rivals;
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
     if (has_family(*proposals.system, one.effects, effect)) continue;
-    if (result.support.gain == 0.0) result.support.gain = 2.0 * (proposals.all.front().log_odds - one.log_odds);
-    // What does in its place, the others kept.
     const double loss = best.log_odds - one.log_odds;
+
     if (one.effects.size() != best.effects.size() ||
         std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
       continue;
     for (const plant::EffectId other : one.effects)
       if (!contains(best.effects, other) && one.fit.system().effects()[other].is_of_catalogue() &&
-          std::none_of(result.rivals.begin(), result.rivals.end(), [&](const auto& r) { return r.first == other; }))
-        result.rivals.emplace_back(other, loss);
+          std::none_of(rivals.begin(), rivals.end(), [&](const auto& r) { return r.first == other; }))
+        rivals.emplace_back(other, loss);
   }
-  result.support.share = proposals.probability_of(effect) * explained_share;
-  result.chance = 1.0 - proposals.probability_of(effect);
-  return result;
-}
-
-// Where a law enters. What depends on an input comes from the inputs' side.
-std::string place_of(const plant::Law& law, const plant::System& system) {
-  const auto& places = system.entry_groups()[law.entry].places;
-  const auto of_inputs = [&](const std::vector<plant::VariableId>& of) { return !of.empty() && system.variables()[of.front()].of_inputs; };
-  return std::string(places[places.size() > 1 && (of_inputs(law.argument) || of_inputs(law.factor)) ? 1 : 0]);
+  return rivals;
 }
 
 // Log odds of the answer against the best that has no such term.
@@ -282,7 +284,7 @@ FoundLaw found_law(plant::EffectId effect, const Explanation& fit, double log_od
   FoundLaw result;
   result.effect = effect;
   result.law = system.laws()[*system.effects()[effect].law];
-  result.place = place_of(result.law, system);
+  result.place = place_of(system, result.law);
   result.log_odds = log_odds;
   const Eigen::VectorXd values = plant::values_of(fit.model(), effect);
   result.values.assign(values.begin(), values.end());
@@ -324,6 +326,18 @@ std::string_view text_of(Verdict verdict) {
       return "named_in_part";
     case Verdict::unexplained:
       return "unexplained";
+  }
+  return "";
+}
+
+std::string_view text_of(Form form) {
+  switch (form) {
+    case Form::catalogue:
+      return "catalogue";
+    case Form::bent:
+      return "bent";
+    case Form::free:
+      return "free";
   }
   return "";
 }
@@ -393,7 +407,8 @@ class Diagnoser {
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     calibrate_as_given();
     result_.values = after_.of.problem == result_.answer.problem ? result_.answer : as_fitted(after_, data_, search_.fit);
-    for (FoundEffect& found : result_.effects) found.parameters = values_of(found.effect, result_.values);
+    for (FoundEffect& found : result_.effects)
+      if (found.form != Form::free) found.parameters = values_of(found.effect, result_.values);
     for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     believe();
@@ -565,18 +580,11 @@ class Diagnoser {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
       result_.objections.leaves_too_much = discrepancy_remains_;
-      bool all_named = true;  // whether each law is the form of a name
-      for (const plant::EffectId e : effects_) {
-        FoundEffect found = found_with_laws(e, result_);
-        take_form(found, laws_);
-        if (found.support.share >= settings_.least_share) result_.effects.push_back(std::move(found));
-      }
-      for (const plant::EffectId l : laws_)
-        all_named = all_named && is_own(system(), names_of(result_.effects), system().laws()[*system().effects()[l].law]);
-      result_.verdict = result_.effects.empty()              ? Verdict::unexplained
-                        : discrepancy_remains_ || !all_named ? Verdict::named_in_part
-                                                             : Verdict::missing_physics;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
+      name(tried_in(result_.search));
+      result_.verdict = names_said().empty()                                   ? Verdict::unexplained
+                        : discrepancy_remains_ || has_law_beside(names_said()) ? Verdict::named_in_part
+                                                                               : Verdict::missing_physics;
       return;
     }
     result_.objections = objections_to(result_.answer, effects_, result_, discrepancy_remains_, settings_, sensors());
@@ -597,22 +605,70 @@ class Diagnoser {
     result_.apart.clear();
   }
 
-  // A law that is the form of an effect. Whose it is, of all names that could have this form, the data do not say: what is fitted beside a
-  // free curve of the same quantity only helps it.
-  void take_form(FoundEffect& found, const std::vector<plant::EffectId>& laws) {
-    for (const plant::EffectId l : laws) {
-      const plant::Law& law = system().laws()[*system().effects()[l].law];
-      if (!is_own(system(), {found.effect}, law)) continue;
-      found.bent = true;
-      std::vector<plant::EffectId> of{found.effect};
-      for (const plant::EffectId e : system().effects().ids()) {
-        const bool may = system().effects()[e].is_of_catalogue() && !contains(search_.without, e) && !given_.is_on(e);
-        if (may && is_own(system(), {e}, law) && !has_family(system(), of, e)) of.push_back(e);
-      }
-      found.support.share /= static_cast<double>(of.size());
-      for (const plant::EffectId e : of)
-        if (!has_family(system(), effects_, e)) add_rival(e);
+  // Names whose form a law could be: one of each family.
+  std::vector<plant::EffectId> names_for(const plant::Law& law) const {
+    std::vector<plant::EffectId> names;
+    for (const plant::EffectId e : system().effects().ids()) {
+      const bool may = system().effects()[e].is_of_catalogue() && !is_left_out(system(), e, search_.without) && !given_.is_on(e);
+      if (may && is_own(system(), {e}, law) && !has_family(system(), names, e)) names.push_back(e);
     }
+    return names;
+  }
+
+  // The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit.
+  double left_by_formula(plant::EffectId name) const {
+    double least = 1.0;
+    for (const Round& round : result_.search.rounds)
+      for (const Candidate& candidate : round.candidates)
+        if (candidate.explanation.usable && has_family(system(), {name}, candidate.effect))
+          least = std::min(least, 1.0 - share_explained(round.before, candidate.explanation));
+    return least;
+  }
+
+  // How probable a name is where an explanation holds. A law in its place, of what it depends on, may be its form, whether or not the
+  // name is fitted beside it: beside a free curve it has nothing to do.
+  double given(const Tried& one, plant::EffectId name) const {
+    for (const plant::Law& law : one.laws) {
+      if (!is_own(system(), {name}, law)) continue;
+      const std::vector<plant::EffectId> names = names_for(law);
+      std::vector<double> left;
+      for (const plant::EffectId e : names) left.push_back(left_by_formula(e));
+      const auto mine = std::find_if(names.begin(), names.end(), [&](plant::EffectId e) { return has_family(system(), {name}, e); });
+      return probabilities_of_forms(left)[static_cast<std::size_t>(mine - names.begin())];
+    }
+    return has_family(system(), one.names, name) ? 1.0 : 0.0;
+  }
+
+  // A name among what was tried with laws: its part of the posterior.
+  FoundEffect found_among(const std::vector<Tried>& tried, plant::EffectId name) const {
+    FoundEffect result = described(name, result_.search);
+    double with = 0.0, all = 0.0, without = -1e300;
+    for (const Tried& one : tried) {
+      const double odds = std::exp(one.log_odds - tried.front().log_odds), part = given(one, name);
+      all += odds;
+      with += part * odds;
+      if (part == 0.0) without = std::max(without, one.log_odds);
+    }
+    result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
+    result.chance = 1.0 - with / all;
+    result.support.share = with / all * result_.explained_share;
+    if (has_law_as_form(name)) result.form = contains(effects_, name) ? Form::bent : Form::free;
+    return result;
+  }
+
+  // The names of the answer, and of those whose form a law of it could be, the likeliest.
+  void name(const std::vector<Tried>& tried) {
+    for (const plant::EffectId e : effects_)
+      if (!has_law_as_form(e)) result_.effects.push_back(found_among(tried, e));
+    for (const FoundLaw& law : result_.laws) {
+      std::optional<FoundEffect> likeliest;
+      for (const plant::EffectId e : names_for(law.law))
+        if (FoundEffect found = found_among(tried, e); !likeliest || found.support.share > likeliest->support.share)
+          likeliest = std::move(found);
+      if (likeliest && !has_family(system(), names_of(result_.effects), likeliest->effect))
+        result_.effects.push_back(std::move(*likeliest));
+    }
+    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.support.share < settings_.least_share; });
   }
 
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
@@ -661,14 +717,14 @@ class Diagnoser {
     score_held_out();
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
-    result_.verdict = effects_.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : effects_) {
-      result_.effects.push_back(found_on_paths(e, proposals, result_.explained_share));
-      take_form(result_.effects.back(), laws);
-    }
+
     for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(e, proposals)));
+    name(tried_in(proposals));
+    for (FoundEffect& found : result_.effects) found.rivals = rivals_on_paths(found.effect, proposals);
+    result_.verdict = names_said().empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
+
     result_.proposals = std::move(proposals);
   }
 
@@ -705,21 +761,41 @@ class Diagnoser {
   }
 
   void add_rival(plant::EffectId effect) {
-    if (!has_family(system(), result_.ambiguous_with, effect)) result_.ambiguous_with.push_back(effect);
+    for (const auto& said : {names_of(result_.effects), result_.ambiguous_with})
+      if (has_family(system(), said, effect)) return;
+    result_.ambiguous_with.push_back(effect);
+  }
+
+  // Not what a law of the answer may be the form of, but less likely than not.
+  std::vector<plant::EffectId> names_said() const {
+    std::vector<plant::EffectId> names;
+    for (const FoundEffect& found : result_.effects)
+      if (found.support.share >= 0.5 || !has_law_as_form(found.effect)) names.push_back(found.effect);
+    return names;
   }
 
   // What cannot be told from what was found, and whether it may be something else in another form.
   void doubt() {
     std::stable_sort(result_.effects.begin(), result_.effects.end(),
                      [](const FoundEffect& a, const FoundEffect& b) { return a.support.gain > b.support.gain; });
-    for (const FoundEffect& effect : result_.effects)
-      for (const auto& [rival, loss] : effect.rivals)
-        if (loss < settings_.ambiguous_loss && !has_family(system(), effects_, rival)) add_rival(rival);
     if (result_.effects.empty()) return;
+    for (const FoundEffect& effect : result_.effects) {
+      for (const auto& [rival, loss] : effect.rivals)
+        if (loss < settings_.ambiguous_loss) add_rival(rival);
+      for (const FoundLaw& law : result_.laws)
+        if (is_own(system(), {effect.effect}, law.law))
+          for (const plant::EffectId other : names_for(law.law)) add_rival(other);
+    }
+
+    if (names_said().empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
+  }
+
+  bool has_law_as_form(plant::EffectId name) const {
+    return std::any_of(result_.laws.begin(), result_.laws.end(), [&](const FoundLaw& one) { return is_own(system(), {name}, one.law); });
   }
 
   bool has_law_beside(const std::vector<plant::EffectId>& names) const {
@@ -729,7 +805,7 @@ class Diagnoser {
   // How probable each find is. What is hardly believed stands in for something else, and is not said.
   void believe() {
     for (FoundEffect& found : result_.effects) {
-      found.support.faint = decades_weaker(found, system());
+      if (!has_law_as_form(found.effect)) found.support.faint = decades_weaker(found, system());
       found.support.law_beside = has_law_beside({found.effect});
       found.confidence = probability(found.support);
     }
@@ -739,12 +815,12 @@ class Diagnoser {
       found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
                        .gain = 2.0 * found.log_odds,
                        .faint = decades_nearer(found.effect, result_.values.model()),
-                       .law_beside = has_law_beside(names_of(result_.effects))};
+                       .law_beside = has_law_beside(names_said())};
       found.confidence = probability(found.support);
     }
     dropped += std::erase_if(result_.apart, hardly);
     if (dropped == 0) return;
-    result_.verdict = result_.effects.empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
+    result_.verdict = names_said().empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
   }
 
   std::optional<Wandering> ask_what_wanders() {
@@ -822,8 +898,8 @@ class Diagnoser {
   }
 
   void design() {
-    // Of what was found by open-loop simulation no explanation by forcings is at hand to be told apart.
-    if (result_.ambiguous_with.empty() || result_.wandering || result_.by_paths) return;
+    // Of what was found by open-loop simulation, or with a law, no explanation is at hand that has a rival in its place.
+    if (result_.ambiguous_with.empty() || result_.wandering || result_.by_paths || !result_.laws.empty()) return;
     const plant::EffectId rival = result_.ambiguous_with.front();
     for (const Round& round : result_.search.rounds)
       for (const Candidate& candidate : round.candidates)

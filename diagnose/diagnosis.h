@@ -76,6 +76,11 @@ enum class Verdict {
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json
 inline bool something_is_left(Verdict verdict) { return verdict == Verdict::named_in_part || verdict == Verdict::unexplained; }
 
+// What stands for an effect in the answer: the catalogue's formula; that and a law in its own equation or reading, or a formula of another
+// form; or such a law alone, so that none of its parameters has a value.
+enum class Form { catalogue, bent, free };
+std::string_view text_of(Form form);  // as in diagnosis.json
+
 struct FoundEffect {
   plant::EffectId effect{};
   Support support;          // what speaks for it
@@ -88,7 +93,7 @@ struct FoundEffect {
   };
   std::vector<Parameter> parameters;                       // as in Diagnosis::values
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
-  bool bent = false;  // a law in its own equation or reading beside it: the same physics in a form of its own
+  Form form = Form::catalogue;
 };
 
 // Physics without a name that was found: a law of the answer's plant (plant/laws.h), and its curve. Internal units of its entry.

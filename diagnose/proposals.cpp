@@ -552,16 +552,6 @@ class Proposer {
 
 }  // namespace
 
-double Proposals::probability_of(plant::EffectId effect) const {
-  double sum = 0.0;
-  const auto& effects = system->effects();
-  for (const Proposal& one : all)
-    if (std::any_of(one.effects.begin(), one.effects.end(),
-                    [&](plant::EffectId e) { return plant::family_of(effects, e) == plant::family_of(effects, effect); }))
-      sum += one.probability;
-  return sum;
-}
-
 Proposals propose(const Fitted& core, const std::vector<FitData>& data, const ProposalSettings& settings, const ExplanationSettings& fit) {
   return Proposer(core, data, settings, fit).run();
 }

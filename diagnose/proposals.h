@@ -58,13 +58,12 @@ struct Proposal {
 };
 
 struct Proposals {
-  std::vector<Proposal> all;                            // most probable first; the plant as given is among them
-  std::size_t answer = 0;                               // of `all`
-  Explanation fit;                                      // of the answer, to every sample
-  std::shared_ptr<const void> kept_alive;               // the thinned recordings that the fits in `all` point to
-  std::shared_ptr<const plant::System> system;          // with every law that was tried: effects of `all` are ids of it
-  std::size_t cells = 0;                                // in which a law was sought
-  double probability_of(plant::EffectId effect) const;  // in any of its forms
+  std::vector<Proposal> all;                    // most probable first; the plant as given is among them
+  std::size_t answer = 0;                       // of `all`
+  Explanation fit;                              // of the answer, to every sample
+  std::shared_ptr<const void> kept_alive;       // the thinned recordings that the fits in `all` point to
+  std::shared_ptr<const plant::System> system;  // with every law that was tried: effects of `all` are ids of it
+  std::size_t cells = 0;                        // in which a law was sought
 };
 
 // `core`: the plant as given, fitted. `data`: deviations are the sensors' noise.

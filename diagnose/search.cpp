@@ -446,7 +446,6 @@ class Searcher {
       result.bent.insert(result.bent.begin(), bent.begin(), bent.end());
       by_odds(result.bent);
       take_names_out(result, cells);
-      name_what_has_one(result, cells);
       const Bent winner = result.bent.front();
       if (share_explained(result.core, winner.explanation) < settings_.least_explained_share) return;
       if (winner.log_odds < result.best.log_evidence + log_prior(result.best, cells)) return;
@@ -528,31 +527,6 @@ class Searcher {
       result.bent.insert(result.bent.begin(), less.begin(), less.end());
       by_odds(result.bent);
     }
-  }
-
-  // A law that stands alone may be the form that an effect of the catalogue has here: what that effect is a function of, where it acts.
-  // Each such effect is put beside it.
-  void name_what_has_one(Search& result, double cells) const {
-    const Bent alone = result.bent.front();
-    if (!alone.names.empty()) return;
-    const plant::System& system = alone.explanation.system();
-    const plant::Law& law = system.laws().back();
-    std::vector<Bent> named;
-    for (const plant::EffectId e : candidates_at(result.core)) {
-      if (!is_own(system, {e}, law)) continue;
-      Guess guess = alone.explanation.as_guess();
-      for (const Candidate& candidate : result.rounds.front().candidates)
-        if (candidate.effect == e && candidate.explanation.usable)
-          for (const plant::ParameterId p : system_.effects()[e].parameters) {
-            const std::string key = system_.parameters()[p].key();
-            if (const auto values = candidate.explanation.as_guess().values; values.contains(key)) guess.values[key] = values.at(key);
-          }
-      named.push_back({{e}, explain(with_effect(alone.explanation.problem->centres(), e), data_, guess, settings_.fit)});
-      named.back().gain = alone.gain;
-    }
-    weigh(named, cells);
-    result.bent.insert(result.bent.begin(), named.begin(), named.end());
-    by_odds(result.bent);
   }
 
   void weigh(std::vector<Bent>& bent, double cells) const {
@@ -876,11 +850,16 @@ bool has_family(const plant::System& system, const std::vector<plant::EffectId>&
                      [&](plant::EffectId e) { return plant::family_of(system.effects(), e) == plant::family_of(system.effects(), one); });
 }
 
-bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law) {
+std::string_view place_of(const plant::System& system, const plant::Law& law) {
   const auto& places = system.entry_groups()[law.entry].places;
+  const auto of_inputs = [&](const std::vector<plant::VariableId>& of) { return !of.empty() && system.variables()[of.front()].of_inputs; };
+  return places[places.size() > 1 && (of_inputs(law.argument) || of_inputs(law.factor)) ? 1 : 0];
+}
+
+bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law) {
   return std::any_of(names.begin(), names.end(), [&](plant::EffectId e) {
     const plant::EffectInfo& effect = system.effects()[e];
-    return std::find(places.begin(), places.end(), effect.place) != places.end() && effect.argument == argument_of(system, law);
+    return effect.place == place_of(system, law) && effect.argument == argument_of(system, law);
   });
 }
 

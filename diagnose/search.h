@@ -86,7 +86,10 @@ Guess guess_with(const Explanation& at, const Score& score);
 // Whether one of these is the effect, or another form of it.
 bool has_family(const plant::System& system, const std::vector<plant::EffectId>& all, plant::EffectId one);
 
-// Whether a law enters the equation, or the reading, of one of these names: that name in a form of its own.
+// Where a law enters. What depends on an input comes from the inputs' side.
+std::string_view place_of(const plant::System& system, const plant::Law& law);
+
+// Whether a law enters where one of these names does, and is of what that is a function of: that name in a form of its own.
 bool is_own(const plant::System& system, const std::vector<plant::EffectId>& names, const plant::Law& law);
 
 // The process noise below which an explanation leaves nothing, beside the core's.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <utility>
 
 #include "diagnose/confidence.h"
@@ -82,6 +83,25 @@ TEST_CASE("probability: a name is likelier the more it gains, and less so the fa
   CHECK(of(300.0, 3.0) == of(300.0, 2.0));
   CHECK(probability({.share = 0.25, .gain = 300.0, .faint = 0.0}) == doctest::Approx(0.25 * of(300.0, 0.0)).epsilon(1e-14));
   CHECK(probability({.share = 1.0, .gain = 300.0, .law_beside = true}) < of(300.0, 0.0));
+}
+
+TEST_CASE("probability: a law is likelier a name's form the less the name's own formula leaves") {
+  const auto one = [](double left) { return probabilities_of_forms({left}).front(); };
+  CHECK(one(0.02) == doctest::Approx(0.88).epsilon(0.005));  // as docs/diagnosis.md says
+  CHECK(one(1.0) == doctest::Approx(0.13).epsilon(0.04));
+  CHECK(one(0.01) > one(0.1));
+  // Where the two are as likely: of one density in log space over three decades, and one in linear space.
+  CHECK(one(1.0 / std::log(1000.0)) == doctest::Approx(0.5).epsilon(1e-14));
+  // Nearer than a thousandth says no more, nor can a formula leave more than there was.
+  CHECK(one(1e-6) == one(1e-3));
+  CHECK(one(1.4) == one(1.0));
+  // Two names share what one would have; what is left of it is no name.
+  const std::vector<double> two = probabilities_of_forms({0.02, 0.02}), unlike = probabilities_of_forms({0.02, 1.0});
+  CHECK(two[0] == two[1]);
+  CHECK(two[0] + two[1] == doctest::Approx(one(0.02)).epsilon(1e-14));
+  CHECK(unlike[0] == doctest::Approx(50.0 * unlike[1]).epsilon(1e-12));
+  CHECK(unlike[0] + unlike[1] < 1.0);
+  CHECK(probabilities_of_forms({}).empty());
 }
 
 }  // namespace diagnose_parsimony_test
