@@ -426,7 +426,6 @@ std::string law_paragraph(const Diagnosis& d, const diagnose::FoundLaw& found) {
   std::string text = !name                                ? "Left out, without a name: "
                      : name->form == diagnose::Form::free ? "The curve: "
                                                           : "How its form differs from the catalogue's: ";
-
   text += std::string(effects_of(d)[found.effect].words) +
           (found.law.argument.size() > 1 ? ", the same curve in each part, of that part's own. It is " : ". It is ") +
           curve_words(d, found) + ". Of " + std::to_string(d.by_paths ? d.proposals.cells : d.search.cells) +

@@ -260,7 +260,6 @@ std::vector<std::pair<plant::EffectId, double>> rivals_on_paths(plant::EffectId 
   for (const Proposal& one : proposals.all) {
     if (has_family(*proposals.system, one.effects, effect)) continue;
     const double loss = best.log_odds - one.log_odds;
-
     if (one.effects.size() != best.effects.size() ||
         std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
       continue;
@@ -719,12 +718,10 @@ class Diagnoser {
     result_.by_paths = true;
     result_.agreement_before = was;
     result_.agreement_after = is;
-
     for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(e, proposals)));
     name(tried_in(proposals));
     for (FoundEffect& found : result_.effects) found.rivals = rivals_on_paths(found.effect, proposals);
     result_.verdict = names_said().empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
-
     result_.proposals = std::move(proposals);
   }
 
@@ -786,7 +783,6 @@ class Diagnoser {
         if (is_own(system(), {effect.effect}, law.law))
           for (const plant::EffectId other : names_for(law.law)) add_rival(other);
     }
-
     if (names_said().empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);

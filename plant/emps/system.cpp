@@ -53,7 +53,7 @@ struct Now : AtAnInstant<Core<S>> {
 template <class S>
 struct DryFriction : WholePlant {
   static constexpr Text name = "dry_friction", place = "mechanics", equation = "force -> force - F_c tanh(v / v_s)",
-                        words = "the axis rubs on its rail (dry friction)";
+                        words = "the axis rubs on its rail (dry friction)", argument = "velocity";
   S force_N{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -78,7 +78,7 @@ template <class S>
 struct StribeckFriction : WholePlant {
   static constexpr Text name = "stribeck_friction", place = "mechanics",
                         equation = "force -> force - F_s tanh(v / v_s) exp(-(v / v_t)^2)",
-                        words = "friction is higher at low speed (Stribeck)";
+                        words = "friction is higher at low speed (Stribeck)", argument = "velocity";
   S force_N{0.0}, speed_m_s{0.01};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -95,7 +95,7 @@ struct StribeckFriction : WholePlant {
 template <class S>
 struct QuadraticFriction : WholePlant {
   static constexpr Text name = "quadratic_friction", place = "mechanics", equation = "force -> force - c_2 |v| v",
-                        words = "friction rises with the square of the speed";
+                        words = "friction rises with the square of the speed", argument = "velocity";
   S friction_Ns2_m2{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -110,7 +110,7 @@ struct QuadraticFriction : WholePlant {
 template <class S>
 struct CentringSpring : WholePlant {
   static constexpr Text name = "centring_spring", place = "mechanics", equation = "force -> force - k (x - x_0)",
-                        words = "a spring pulls the axis to one place (a cable)";
+                        words = "a spring pulls the axis to one place (a cable)", argument = "position";
   S stiffness_N_m{0.0}, centre_m{0.1};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {

@@ -55,7 +55,7 @@ struct Now : AtAnInstant<Core<S>> {
 template <class S>
 struct CubicStiffness : WholePlant {
   static constexpr Text name = "cubic_stiffness", place = "mechanics", equation = "force -> force - k_3 y^3",
-                        words = "the spring stiffens with displacement, to both sides alike";
+                        words = "the spring stiffens with displacement, to both sides alike", argument = "displacement";
   S stiffness_1_V2{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -69,7 +69,7 @@ struct CubicStiffness : WholePlant {
 template <class S>
 struct QuadraticStiffness : WholePlant {
   static constexpr Text name = "quadratic_stiffness", place = "mechanics", equation = "force -> force - k_2 y^2",
-                        words = "the spring stiffens to one side and softens to the other";
+                        words = "the spring stiffens to one side and softens to the other", argument = "displacement";
   S stiffness_1_V{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -81,7 +81,7 @@ struct QuadraticStiffness : WholePlant {
 template <class S>
 struct DryFriction : WholePlant {
   static constexpr Text name = "dry_friction", place = "mechanics", equation = "force -> force - F_c tanh(v / v_s)",
-                        words = "dry friction";
+                        words = "dry friction", argument = "velocity";
   S force_V{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -93,7 +93,7 @@ struct DryFriction : WholePlant {
 template <class S>
 struct QuadraticDamping : WholePlant {
   static constexpr Text name = "quadratic_damping", place = "mechanics", equation = "force -> force - d_2 |v| v",
-                        words = "damping rises with the square of the velocity";
+                        words = "damping rises with the square of the velocity", argument = "velocity";
   S damping_s2_V{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -107,7 +107,7 @@ struct QuadraticDamping : WholePlant {
 template <class S>
 struct HardStop : WholePlant {
   static constexpr Text name = "hard_stop", place = "mechanics", equation = "force -> force - k_c (|y| - y_c)_+ sgn y",
-                        words = "it runs against stops on both sides";
+                        words = "it runs against stops on both sides", argument = "displacement";
   S stiffness_V_V{0.0}, distance_V{0.1};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {

@@ -78,7 +78,7 @@ template <class S>
 struct UpperOverflow : WholePlant {
   static constexpr Text name = "upper_overflow", place = "flow",
                         equation = "dh_1/dt -> dh_1/dt - q,  dh_2/dt -> dh_2/dt + s q,  q = r (h_1 - h_o)_+",
-                        words = "the upper tank overflows, partly into the lower one";
+                        words = "the upper tank overflows, partly into the lower one", argument = "upper level";
   S rate_1_s{0.0}, height_V{10.0}, share_fraction{0.5};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -97,7 +97,7 @@ struct UpperOverflow : WholePlant {
 template <class S>
 struct LowerOverflow : WholePlant {
   static constexpr Text name = "lower_overflow", place = "flow", equation = "dh_2/dt -> dh_2/dt - r (h_2 - h_o)_+",
-                        words = "the lower tank overflows";
+                        words = "the lower tank overflows", argument = "lower level";
   S rate_1_s{0.0}, height_V{10.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -110,7 +110,7 @@ struct LowerOverflow : WholePlant {
 template <class S>
 struct SensorSaturation : WholePlant {
   static constexpr Text name = "sensor_saturation", place = "sensor", equation = "y -> y - s (y - y_max)_+",
-                        words = "the level sensor saturates";
+                        words = "the level sensor saturates", argument = "lower level";
   S share_fraction{0.0}, highest_V{10.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -124,7 +124,7 @@ struct SensorSaturation : WholePlant {
 template <class S>
 struct UpperLeak : WholePlant {
   static constexpr Text name = "upper_leak", place = "flow", equation = "dh_1/dt -> dh_1/dt - l h_1",
-                        words = "the upper tank leaks";
+                        words = "the upper tank leaks", argument = "upper level";
   S leak_1_s{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {
@@ -136,7 +136,7 @@ struct UpperLeak : WholePlant {
 template <class S>
 struct PumpDeadBand : WholePlant {
   static constexpr Text name = "pump_dead_band", place = "actuation", equation = "u -> (u - u_0)_+",
-                        words = "the pump does not turn at low voltage";
+                        words = "the pump does not turn at low voltage", argument = "pump voltage";
   S voltage_V{0.0};
   template <class Self, class Visitor>
   static void parameters(Self& self, Visitor&& visit) {

@@ -163,12 +163,14 @@ inline void check_lists(const Plant& plant, const std::string& name) {
   }
   CHECK(on_readings == system.channels().size());
   CHECK(system.entry_groups().size() == system.entries().size());
-  // Every effect enters somewhere.
+  // Every effect enters somewhere, and is a function of what there is.
   for (const EffectInfo& effect : system.effects()) {
     std::size_t found = 0;
     for (const EntryGroup& group : system.entry_groups())
       found += static_cast<std::size_t>(std::count(group.places.begin(), group.places.end(), effect.place));
     CHECK(found > 0);
+    const auto is_it = [&](const VariableInfo& variable) { return variable.name == effect.argument; };
+    CHECK((effect.argument.empty() || std::any_of(system.variables().begin(), system.variables().end(), is_it)));
   }
   for (const ParameterInfo& info : system.parameters()) {
     CAPTURE(info.key());
