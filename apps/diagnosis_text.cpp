@@ -41,6 +41,11 @@ const diagnose::FoundEffect* name_of_law(const Diagnosis& d, const diagnose::Fou
 // "the transformation temperatures", "the values of junction"
 std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "the values of " + sharing.words : sharing.words; }
 
+// Effects that were found and have values; a law alone stands for the others.
+std::ptrdiff_t fitted_effects(const Diagnosis& d) {
+  return std::count_if(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.form != diagnose::Form::free; });
+}
+
 // Laws without a name that is likely, as clauses.
 std::vector<std::string> law_clauses(const Diagnosis& d) {
   std::vector<std::string> words;
@@ -368,8 +373,12 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                                    : effect_name(d, found.effect)) +
                      ", which acts in " + place_words(system_of(d), info.place) + "; " + probability_words(found.confidence) + ". ";
   if (found.form == diagnose::Form::free) {
+    const diagnose::Candidate* own = candidate_of(d, found.effect);
     text +=
-        "The curve below acts where this effect does, and follows what it follows, so that it may be the form that the effect has here. ";
+        "The curve below acts where this effect does, and follows what it follows: it may be the form that the effect has here, the "
+        "likelier "
+        "the more the catalogue's formula explains by itself, " +
+        (own && own->explanation.usable ? percent(share_explained(d.search.core, own->explanation)) : "next to nothing") + ". ";
   } else {
     const std::string sizes = parameters_words(d, found);
     text += "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". ";
@@ -528,8 +537,11 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                      " than the answer by its fit, but predicts no better what was left out of it.");
   } else if (!d.laws.empty()) {
     text.push_back("The catalogue's own forms leave more than noise. With " + std::string(d.laws.size() == 1 ? "a curve" : "curves") +
-                   (d.effects.empty() ? ", and no name," : " beside what has a name,") + " the plant explains " +
-                   percent(d.explained_share) + " of what " + left_open_words(d) + ", and predicts held-out data no worse than without.");
+                   (fitted_effects(d) > 0 ? " beside what has a name,"
+                    : d.effects.empty()   ? ", and no name,"
+                                          : " in their place,") +
+                   " the plant explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
+                   ", and predicts held-out data no worse than without.");
   } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "
@@ -619,9 +631,9 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
            std::string(d.wandering ? " Nor is what would change: a plant does not know when it will." : "");
   else if (!d.laws.empty())
     text = "plant.yaml is the plant with " +
-           std::string(d.effects.empty()       ? ""
-                       : d.effects.size() == 1 ? "this effect and "
-                                               : "these effects and ") +
+           std::string(fitted_effects(d) == 0   ? ""
+                       : fitted_effects(d) == 1 ? "this effect and "
+                                                : "these effects and ") +
            (d.laws.size() == 1 ? "this law" : "these laws") + " (`laws:`) in it, and all parameters fitted again.";
   else if (d.effects.empty() && !d.apart.empty() && substitutes.empty())
     text =

@@ -604,16 +604,6 @@ class Diagnoser {
     result_.apart.clear();
   }
 
-  // Names whose form a law could be: one of each family.
-  std::vector<plant::EffectId> names_for(const plant::Law& law) const {
-    std::vector<plant::EffectId> names;
-    for (const plant::EffectId e : system().effects().ids()) {
-      const bool may = system().effects()[e].is_of_catalogue() && !is_left_out(system(), e, search_.without) && !given_.is_on(e);
-      if (may && is_own(system(), {e}, law) && !has_family(system(), names, e)) names.push_back(e);
-    }
-    return names;
-  }
-
   // The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit.
   double left_by_formula(plant::EffectId name) const {
     double least = 1.0;
@@ -624,17 +614,28 @@ class Diagnoser {
     return least;
   }
 
+  // Whose form a law could be, one of each family, and how probable that is.
+  std::vector<std::pair<plant::EffectId, double>> names_for(const plant::Law& law) const {
+    std::vector<std::pair<plant::EffectId, double>> names;
+    std::vector<plant::EffectId> families;
+    std::vector<double> left;
+    for (const plant::EffectId e : system().effects().ids()) {
+      const bool may = system().effects()[e].is_of_catalogue() && !is_left_out(system(), e, search_.without) && !given_.is_on(e);
+      if (!may || !is_own(system(), {e}, law) || has_family(system(), families, e)) continue;
+      families.push_back(e);
+      left.push_back(left_by_formula(e));
+    }
+    const std::vector<double> probabilities = probabilities_of_forms(left);
+    for (std::size_t i = 0; i < families.size(); ++i) names.emplace_back(families[i], probabilities[i]);
+    return names;
+  }
+
   // How probable a name is where an explanation holds. A law in its place, of what it depends on, may be its form, whether or not the
   // name is fitted beside it: beside a free curve it has nothing to do.
   double given(const Tried& one, plant::EffectId name) const {
-    for (const plant::Law& law : one.laws) {
-      if (!is_own(system(), {name}, law)) continue;
-      const std::vector<plant::EffectId> names = names_for(law);
-      std::vector<double> left;
-      for (const plant::EffectId e : names) left.push_back(left_by_formula(e));
-      const auto mine = std::find_if(names.begin(), names.end(), [&](plant::EffectId e) { return has_family(system(), {name}, e); });
-      return probabilities_of_forms(left)[static_cast<std::size_t>(mine - names.begin())];
-    }
+    for (const plant::Law& law : one.laws)
+      for (const auto& [e, probability] : names_for(law))
+        if (has_family(system(), {name}, e)) return probability;
     return has_family(system(), one.names, name) ? 1.0 : 0.0;
   }
 
@@ -661,7 +662,7 @@ class Diagnoser {
       if (!has_law_as_form(e)) result_.effects.push_back(found_among(tried, e));
     for (const FoundLaw& law : result_.laws) {
       std::optional<FoundEffect> likeliest;
-      for (const plant::EffectId e : names_for(law.law))
+      for (const auto& [e, probability] : names_for(law.law))
         if (FoundEffect found = found_among(tried, e); !likeliest || found.support.share > likeliest->support.share)
           likeliest = std::move(found);
       if (likeliest && !has_family(system(), names_of(result_.effects), likeliest->effect))
@@ -779,9 +780,13 @@ class Diagnoser {
     for (const FoundEffect& effect : result_.effects) {
       for (const auto& [rival, loss] : effect.rivals)
         if (loss < settings_.ambiguous_loss) add_rival(rival);
-      for (const FoundLaw& law : result_.laws)
-        if (is_own(system(), {effect.effect}, law.law))
-          for (const plant::EffectId other : names_for(law.law)) add_rival(other);
+      for (const FoundLaw& law : result_.laws) {
+        const auto names = names_for(law.law);
+        for (const auto& [mine, probability] : names)
+          for (const auto& [other, of_other] : names)
+            if (has_family(system(), {effect.effect}, mine) && of_other > probability * std::exp(-settings_.ambiguous_loss))
+              add_rival(other);
+      }
     }
     if (names_said().empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
