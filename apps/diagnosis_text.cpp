@@ -178,8 +178,9 @@ std::string verdict_words(const Diagnosis& d) {
                which + " were no constant but" + with + ".";
       }
       if (!d.effects.empty() && !law_clauses(d).empty())
-        return "Something is missing that has a place and a curve: " + listed(law_clauses(d)) + ". Perhaps it is " +
-               listed(names_with_probabilities(d)) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
+        return "Something is missing that has a place and a curve: " + listed(law_clauses(d)) + ". It may be " +
+               listed(names_with_probabilities(d)) +
+               (d.ambiguous_with.empty() ? "; if not, it matches no effect in the catalogue." : rivals_in_headline(d));
       if (!d.effects.empty()) {
         return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
                     ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
