@@ -13,9 +13,9 @@ namespace sinew::apps {
 namespace {
 
 using diagnose::Diagnosis;
+using diagnose::doubtful_below;
 using diagnose::Verdict;
 
-constexpr double doubtful_below = 0.5;   // probability under which a name is not stated as a fact
 constexpr double faint_from = 0.5;       // decades below the typical strength from which on it is said
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
@@ -376,9 +376,8 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
   if (found.form == diagnose::Form::free) {
     const diagnose::Candidate* own = candidate_of(d, found.effect);
     text +=
-        "The curve below acts where this effect does, and follows what it follows: it may be the form that the effect has here, the "
-        "likelier "
-        "the more the catalogue's formula explains by itself, " +
+        "The curve below acts where this effect does, and follows what it follows: it may be the form that the effect has here. That is "
+        "likelier the more the catalogue's formula explains by itself: " +
         (own && own->explanation.usable ? percent(share_explained(d.search.core, own->explanation)) : "next to nothing") + ". ";
   } else {
     const std::string sizes = parameters_words(d, found);

@@ -28,6 +28,7 @@ inline constexpr std::size_t support_terms = 4;
 // 1, log10(gain), faint, law_beside; gain within 1 and 10,000, faint at most 2.
 std::array<double, support_terms> terms_of(const Support& support);
 double probability(const Support& support);
+inline constexpr double doubtful_below = 0.5;  // a name is not stated as a fact
 
 // Of each of the names whose form a law could be, that it is; the rest is that it is physics without a name. As likely as not before
 // anything is known, and all names alike. `left`: of the misfit, the share that the formula of the catalogue leaves alone, at most 1. A

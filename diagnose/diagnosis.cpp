@@ -652,7 +652,11 @@ class Diagnoser {
     result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
     result.chance = 1.0 - with / all;
     result.support.share = with / all * result_.explained_share;
-    if (has_law_as_form(name)) result.form = contains(effects_, name) ? Form::bent : Form::free;
+    if (has_law_as_form(name)) {
+      result.form = contains(effects_, name) ? Form::bent : Form::free;
+      result.support.law_beside = has_law_beside({name});
+      result.confidence = probability(result.support);
+    }
     return result;
   }
 
@@ -768,7 +772,7 @@ class Diagnoser {
   std::vector<plant::EffectId> names_said() const {
     std::vector<plant::EffectId> names;
     for (const FoundEffect& found : result_.effects)
-      if (found.support.share >= 0.5 || !has_law_as_form(found.effect)) names.push_back(found.effect);
+      if (found.confidence >= doubtful_below || !has_law_as_form(found.effect)) names.push_back(found.effect);
     return names;
   }
 
