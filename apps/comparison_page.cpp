@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "apps/diagnosis_text.h"
 #include "diagnose/columns.h"
 #include "diagnose/suitability.h"
 #include "report/number.h"
@@ -103,15 +104,6 @@ report::ScatterSeries points(std::string name, std::vector<double> x, std::vecto
   return series;
 }
 
-std::string windows_text(const diagnose::WorstTime& worst) {
-  std::string text;
-  for (std::size_t i = 0; i < worst.windows_s.size() && i < 4; ++i)
-    text += (i ? ", " : "") + report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0);
-  text += " s";
-  if (worst.windows_s.size() > 4) text += " and " + std::to_string(worst.windows_s.size() - 4) + " more such times";
-  return text;
-}
-
 }  // namespace
 
 report::Table error_table(const diagnose::Comparison& comparison) {
@@ -172,7 +164,7 @@ std::vector<std::string> findings(const diagnose::Comparison& comparison) {
     const auto& worst = comparison.worst[c];
     if (error.more_than_noise > 0.2)
       text += "; " + report::fixed(100.0 * worst.share_of_error, 0) + " % of the squared error happens in " +
-              report::fixed(100.0 * worst.share_of_time, 0) + " % of the time: " + windows_text(worst);
+              report::fixed(100.0 * worst.share_of_time, 0) + " % of the time: " + windows_words(worst);
     else
       text += ", little or nothing more than noise";
     lines.push_back(text + ".");

@@ -42,8 +42,9 @@ const diagnose::FoundEffect* name_of_law(const Diagnosis& d, const diagnose::Fou
 std::string sharing_words(const plant::Sharing& sharing) { return sharing.effect ? "the values of " + sharing.words : sharing.words; }
 
 // Effects that were found and have values; a law alone stands for the others.
-std::ptrdiff_t fitted_effects(const Diagnosis& d) {
-  return std::count_if(d.effects.begin(), d.effects.end(), [](const auto& found) { return found.form != diagnose::Form::free; });
+std::size_t fitted_effects(const Diagnosis& d) {
+  const auto is_fitted = [](const auto& found) { return found.form != diagnose::Form::free; };
+  return static_cast<std::size_t>(std::count_if(d.effects.begin(), d.effects.end(), is_fitted));
 }
 
 // Laws without a name that is likely, as clauses.
@@ -979,7 +980,10 @@ std::string windows_words(const diagnose::WorstTime& worst, std::size_t most) {
   std::vector<std::string> windows;
   for (std::size_t i = 0; i < worst.windows_s.size() && i < most; ++i)
     windows.push_back(report::fixed(worst.windows_s[i].first, 0) + "–" + report::fixed(worst.windows_s[i].second, 0) + " s");
-  if (worst.windows_s.size() > most) windows.push_back(std::to_string(worst.windows_s.size() - most) + " more such times");
+  if (worst.windows_s.size() > most) {
+    const std::size_t more = worst.windows_s.size() - most;
+    windows.push_back(std::to_string(more) + (more == 1 ? " more such time" : " more such times"));
+  }
   return listed(windows);
 }
 
@@ -1109,7 +1113,7 @@ std::string summary_sentence(const Diagnosis& d) {
       worse.push_back(channel_words(channels_of(d)[other]));
   return "With " +
          std::string(!d.laws.empty() || (d.effects.empty() && !d.apart.empty())
-                         ? (d.effects.size() + d.laws.size() + d.apart.size() == 1 ? "it" : "them")
+                         ? (fitted_effects(d) + d.laws.size() + d.apart.size() == 1 ? "it" : "them")
                      : d.effects.empty() || d.wandering ? "a stand-in"
                      : d.effects.size() == 1            ? "it"
                                                         : "them") +
