@@ -633,9 +633,15 @@ class Diagnoser {
   // How probable a name is where an explanation holds. A law in its place, of what it depends on, may be its form, whether or not the
   // name is fitted beside it: beside a free curve it has nothing to do.
   double given(const Tried& one, plant::EffectId name) const {
-    for (const plant::Law& law : one.laws)
-      for (const auto& [e, probability] : names_for(law))
-        if (has_family(system(), {name}, e)) return probability;
+    for (const plant::Law& law : one.laws) {
+      const auto names = names_for(law);
+      for (const auto& [e, probability] : names) {
+        if (!has_family(system(), {name}, e)) continue;
+        // What a formula leaves is known of forcings; in open-loop simulation a name that is there has paid for itself.
+        const bool has_paid = result_.by_paths && has_family(system(), one.names, name);
+        return has_paid ? 1.0 / static_cast<double>(names.size()) : probability;
+      }
+    }
     return has_family(system(), one.names, name) ? 1.0 : 0.0;
   }
 
