@@ -125,6 +125,11 @@ class Proposer {
   bool is_form_of(const Effects& names, plant::EffectId law) const {
     return is_own(given_.system(), names, given_.system().laws()[*given_.system().effects()[law].law]);
   }
+  // Whether a law that is the form of a name is without one here.
+  bool takes_a_name_away(const Effects& all, const Effects& rest) const {
+    return std::any_of(rest.begin(), rest.end(),
+                       [&](plant::EffectId e) { return given_.system().effects()[e].law && is_form_of(all, e) && !is_form_of(rest, e); });
+  }
   double log_odds(const Effects& effects, const Explanation& fit) const {
     return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;
   }
@@ -438,6 +443,14 @@ class Proposer {
           linear.values[given_.system().parameters()[parameters[static_cast<std::size_t>(j) + 1]].key()] = cell.weights(j);
         begun.push_back({joined(parent, law), linear, {}});
         begun.push_back({joined(parent, law), all_.at(parent).as_guess(), {}});
+        // With each effect whose form it would be.
+        if (is_form_of(parent, law)) continue;
+        for (const plant::EffectId e : addable(with(parent), settings_.without)) {
+          if (!is_form_of({e}, law)) continue;
+          Guess typical = linear;
+          put_typical(typical, e);
+          begun.push_back({joined(joined(parent, law), e), typical, {}});
+        }
       }
       halve(begun);
       for (const Begun& one : begun) keep(one);
@@ -462,7 +475,7 @@ class Proposer {
 
   // Without what does not pay: the effect that is missed least is taken out until it is missed. A law is missed where what is left out of
   // the fit is predicted worse without it, beyond chance; an effect of the catalogue also where the fit speaks for it and those
-  // predictions do not speak against it.
+  // predictions do not speak against it. The name of a law is no term of its own: the odds decide.
   Effects what_pays(Effects effects) {
     std::map<Effects, FoldErrors, ByCatalogue> known;
     const auto errors_of = [&](const Effects& of) {
@@ -477,7 +490,7 @@ class Proposer {
       for (const Effects& rest : less_one(effects)) {
         if (!all_.contains(rest) || !all_.at(rest).usable) continue;
         const double without = log_odds(rest, all_.at(rest));
-        if (without <= most) continue;
+        if (without <= most || (without <= odds && takes_a_name_away(effects, rest))) continue;
         most = without;
         least = rest;
       }
