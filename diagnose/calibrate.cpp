@@ -26,9 +26,18 @@ class AllRows : public ceres::CostFunction {
     set_num_residuals(static_cast<int>(problem.residual_count()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(problem.unknowns().size()));
   }
+  // A step is asked for twice: along the bounds, and once it is chosen. What its residuals were is kept.
   bool Evaluate(double const* const* z, double* residuals, double** jacobians) const override {
     double* jacobian = jacobians ? jacobians[0] : nullptr;
-    return along_the_path_ ? along_the_path(z[0], residuals, jacobian) : problem_.evaluate(z[0], residuals, jacobian);
+    if (!jacobian && std::equal(last_z_.begin(), last_z_.end(), z[0], z[0] + problem_.unknowns().size())) {
+      std::copy(last_residuals_.begin(), last_residuals_.end(), residuals);
+      return true;
+    }
+    last_z_.clear();
+    if (!(along_the_path_ ? along_the_path(z[0], residuals, jacobian) : problem_.evaluate(z[0], residuals, jacobian))) return false;
+    last_z_.assign(z[0], z[0] + problem_.unknowns().size());
+    last_residuals_.assign(residuals, residuals + num_residuals());
+    return true;
   }
 
  private:
@@ -51,6 +60,7 @@ class AllRows : public ceres::CostFunction {
 
   const FitProblem& problem_;
   bool along_the_path_;
+  mutable std::vector<double> last_z_, last_residuals_;  // of the last point that could be integrated
 };
 
 class Watch : public ceres::IterationCallback {
@@ -162,6 +172,8 @@ void one_pass(Solved& solved, const CalibrationSettings& settings, const std::fu
   solver.max_num_iterations = settings.iterations_per_pass;
   solver.function_tolerance = 1e-4;
   solver.parameter_tolerance = 1e-6;
+  // A step along the bounds is judged by its cost alone; the default asks for derivatives there, too, and again once it is taken.
+  solver.line_search_interpolation_type = ceres::QUADRATIC;
   solver.logging_type = ceres::SILENT;
   solver.num_threads = 1;
   solver.callbacks.push_back(&watch);

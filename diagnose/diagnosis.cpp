@@ -6,9 +6,11 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "diagnose/calibrate.h"
 #include "plant/apart.h"
+#include "sim/parallel.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -380,10 +382,11 @@ class Diagnoser {
     given_ = with_signs_of(nominal, data_, settings.start, search_.fit.numerics, result_.flipped_signs);
     search_.is_borne_out = [this](const Explanation& with, const Explanation& without) {
       std::vector<Prediction> predictions = measured_predictions();
-      const std::vector<Series> before = predicted_by(path_of(without)), after = predicted_by(path_of(with));
+      const auto [before, after] = paths_of(without, with);
+      const std::vector<Series> predicted = predicted_by(before);
       for (std::size_t p = 0; p < predictions.size(); ++p)
-        predictions[p].nominal = predictions[p].fitted = predictions[p].before = before[p];
-      set_after(predictions, after);
+        predictions[p].nominal = predictions[p].fitted = predictions[p].before = predicted[p];
+      set_after(predictions, predicted_by(after));
       return judged(std::move(predictions)).highest_total_gain >= 0.0;
     };
   }
@@ -393,8 +396,10 @@ class Diagnoser {
     result_.visibility = std::sqrt(std::max(0.0, core().misfit));
     result_.answer = chosen(result_.search, settings_);
     result_.explained_share = share_explained(core(), result_.answer);
-    before_ = path_of(core());
-    after_ = result_.answer.effects() == core().effects() ? before_ : path_of(result_.answer);
+    if (result_.answer.effects() == core().effects())
+      before_ = after_ = path_of(core());
+    else
+      std::tie(before_, after_) = paths_of(core(), result_.answer);
     effects_ = added(result_.answer, given_);
     laws_ = laws_of(result_.answer, core());
     for (const plant::EffectId e : result_.answer.effects())
@@ -459,6 +464,12 @@ class Diagnoser {
   // Where an explanation leaves something its forcings carry it, and its path must be fitted by itself.
   Fitted path_of(const Explanation& explanation) const {
     return explanation.process_noise < search_.visible_process_noise ? fitted(explanation) : polished(explanation, data_, search_.fit);
+  }
+
+  std::pair<Fitted, Fitted> paths_of(const Explanation& one, const Explanation& other) const {
+    std::pair<Fitted, Fitted> paths;
+    sim::in_parallel(2, search_.threads, [&](std::size_t i) { (i == 0 ? paths.first : paths.second) = path_of(i == 0 ? one : other); });
+    return paths;
   }
 
   plant::Start start_there(const plant::Plant& plant, std::size_t held_out) const {

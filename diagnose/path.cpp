@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "diagnose/path.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <functional>
 
-#include "diagnose/padded.h"
+#include "plant/padded.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
@@ -13,6 +12,8 @@ namespace {
 
 constexpr std::size_t width = plant::jet_width;
 using plant::Jet;
+using plant::product;
+using plant::with_padded_size;
 
 // Derivatives with respect to all states, the surroundings and any parameters, as many Jets as that takes.
 class Differentiator {
@@ -108,7 +109,8 @@ SINEW_FLATTEN void exponential(const Square<Size>& x, Square<Size>& exp_x, Squar
   const Square<Size> one = Square<Size>::Identity(x.rows(), x.cols()), scaled = x / 8.0;
   Square<Size> square = product<Size>(scaled, scaled);
   square /= 12.0;
-  phi_1 = Square<Size>(one - 0.5 * scaled + square).partialPivLu().inverse();
+  phi_1 = one - 0.5 * scaled + square;
+  plant::invert<Size>(phi_1);
   exp_x = product<Size>(phi_1, Square<Size>(one + 0.5 * scaled + square));
   Square<Size> twice;
   for (int i = 0; i < 3; ++i) {
@@ -178,6 +180,7 @@ struct Follower {
     // Derivatives of the rates at the beginning, in the middle and at the end of a step; of the readings at its end.
     Eigen::MatrixXd at_start(n, static_cast<Eigen::Index>(differentiator.columns())), in_middle(at_start), at_end(at_start);
     Eigen::MatrixXd seen(static_cast<Eigen::Index>(differentiator.channels()), at_start.cols());
+    Eigen::Matrix<double, Eigen::Dynamic, Size, Eigen::RowMajor> seen_states = Eigen::MatrixXd::Zero(seen.rows(), rows);
     std::vector<double> y_start, y(static_cast<std::size_t>(n)), rate_start(y), rate_end(y);
     differentiator.at(integrator.situation(), integrator.state(), &at_end, &seen, &rate_end);
     if (points) points->resize(data.sample_count);
@@ -207,7 +210,8 @@ struct Follower {
       if (integrator.advance_to(time_s)) return false;
       plant::Situation given = integrator.situation();
       if (sensitivities) {
-        shown = seen.leftCols(n).lazyProduct(state_sensitivity.topRows(n));
+        seen_states.leftCols(n) = seen.leftCols(n);
+        shown = product<Size>(seen_states, state_sensitivity);
         shown.leftCols(parameters) += seen.rightCols(parameters);
       }
       visit(k, integrator.readings(), shown);

@@ -59,7 +59,7 @@ class Searcher {
     Search result;
     tell(0.02, "calibrating the core");
     result.core = explain(nominal_, data_, settings_.guess, settings_.fit);
-    if (result.core.usable) settle(result.core);
+    if (result.core.usable) settle(result.core, settings_.threads);
     if (!result.core.usable) throw std::runtime_error("the plant cannot be integrated over the recordings; is it near this one?");
     result.best = result.core;
     Round first = one_round(result.core, 0, 0.0);
@@ -99,9 +99,8 @@ class Searcher {
 
   // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
   // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
-  // with small ones, from other first values, from the effects alone, from the whole path's least
-  // squares.
-  void settle(Explanation& explanation) const {
+  // with small ones, from other first values, from the effects alone, and from the whole path's least squares; the likeliest stays.
+  void settle(Explanation& explanation, int threads) const {
     if (explanation.process_noise <= settings_.settled_process_noise) return;
     const ForcingSize small = small_forcing(system_);
     Guess same = explanation.as_guess(), effects;
@@ -109,18 +108,20 @@ class Searcher {
     for (const Unknown& unknown : explanation.problem->unknowns())
       if (unknown.parameter && explanation.system().parameters()[*unknown.parameter].effect)
         effects.values[unknown.name] = same.values[unknown.name];
-    try_from(same, explanation);
-    if (explanation.process_noise <= settings_.settled_process_noise) return;
-    for (Guess& begun : with_other_starts(explanation)) {
-      begun.forcing = small;
-      try_from(begun, explanation);
+    const bool has_effects = !effects.values.empty();
+    std::vector<Guess> guesses{same};
+    for (Guess& other : with_other_starts(explanation)) {
+      other.forcing = small;
+      guesses.push_back(std::move(other));
     }
-    if (effects.values.empty() || explanation.process_noise <= settings_.settled_process_noise) return;
-    try_from(effects, explanation);
-    if (explanation.process_noise <= settings_.settled_process_noise) return;
-    Guess path = polished(explanation, data_, settings_.fit).of.as_guess();
-    path.forcing = small;
-    try_from(path, explanation);
+    if (has_effects) guesses.insert(guesses.begin(), {same, effects});  // the first will be the path's
+    std::vector<Explanation> again(guesses.size());
+    sim::in_parallel(guesses.size(), threads, [&](std::size_t i) {
+      if (has_effects && i == 0) guesses[i].values = polished(explanation, data_, settings_.fit).of.as_guess().values;
+      again[i] = explain(explanation.problem->centres(), data_, guesses[i], settings_.fit);
+    });
+    for (Explanation& one : again)
+      if (one.usable && one.log_posterior > explanation.log_posterior) explanation = std::move(one);
   }
 
   // Of a round that accepted an effect: all that stand as near to the first as a fit that stuck may be.
@@ -130,8 +131,9 @@ class Searcher {
     const auto end = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
       return !candidate.explanation.usable || candidate.explanation.log_evidence < near;
     });
-    sim::in_parallel(static_cast<std::size_t>(end - candidates.begin()), settings_.threads,
-                     [&](std::size_t i) { settle(candidates[i].explanation); });
+    const auto near_ones = static_cast<std::size_t>(end - candidates.begin());
+    const int each = near_ones > 1 ? 1 : settings_.threads;
+    sim::in_parallel(near_ones, settings_.threads, [&](std::size_t i) { settle(candidates[i].explanation, each); });
     std::stable_sort(candidates.begin(), candidates.end(), better);
     round.gain = 2.0 * (candidates.front().explanation.log_posterior - round.before.log_posterior);
     round.chance = family_wise_probability(round.scores, round.gain, settings_.seed);
@@ -185,6 +187,9 @@ class Searcher {
     std::stable_sort(candidates.begin(), candidates.end(), better);
   }
 
+  // How far below the best, in log evidence, a fit that has not settled may be and still be in the running.
+  static double margin_below(double best, double base) { return std::max(15.0, 0.1 * (best - base)); }
+
   std::vector<Candidate> fitted(const Explanation& at, const Scores& scores, std::size_t most, double from, double to,
                                 const std::string& doing) const {
     std::vector<Candidate> candidates;
@@ -204,7 +209,7 @@ class Searcher {
     });
     std::stable_sort(candidates.begin(), candidates.end(), better);
     const double best = candidates.empty() ? 0.0 : candidates.front().explanation.log_evidence;
-    const double margin = std::max(15.0, 0.1 * (best - at.log_evidence));
+    const double margin = margin_below(best, at.log_evidence);
     sim::in_parallel(candidates.size(), settings_.threads, [&](std::size_t i) {
       Explanation& explanation = candidates[i].explanation;
       if (!explanation.usable || explanation.log_evidence < best - margin) return;
@@ -284,7 +289,7 @@ class Searcher {
     if (candidates.empty() || !candidates.front().explanation.usable ||
         candidates.front().explanation.log_evidence < result.best.log_evidence + 0.5 * settings_.least_gain)
       return;
-    settle(candidates.front().explanation);
+    settle(candidates.front().explanation, settings_.threads);
     Search other;
     other.core = result.core;
     Round round;
@@ -379,7 +384,8 @@ class Searcher {
     std::stable_sort(apart.begin(), apart.end(), [&](const Explanation& a, const Explanation& b) { return log_odds(a) > log_odds(b); });
     if (apart.empty()) return;
     try_from(apart.front().as_guess(), apart.front());
-    settle(apart.front());
+    if (apart.front().log_evidence < result.best.log_evidence - margin_below(result.best.log_evidence, result.core.log_evidence)) return;
+    settle(apart.front(), settings_.threads);
     if (log_odds(apart.front()) <= log_odds(result.best)) return;
     Search with = result;
     with.apart_log_odds = log_odds(apart.front()) - log_odds(result.best);

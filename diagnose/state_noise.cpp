@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnose/padded.h"
+#include "plant/padded.h"
 
 namespace sinew::diagnose {
 namespace {
@@ -110,7 +110,7 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
   const plant::Plant plant = problem.plant_at(z);
   const std::vector<plant::Entry>& entries = system_.entries();
   states_ = plant.states().size();
-  padded_states_ = padded(states_);
+    padded_states_ = plant::padded(states_);
   for (std::size_t e = 0; e < entries.size(); ++e)
     if (groups.empty() || groups[entries[e].group]) used_.push_back(e);
   const std::size_t forcings = this->forcings();

@@ -13,13 +13,15 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
+
+#include "plant/padded.h"
 
 namespace sinew::plant {
 namespace {
@@ -187,7 +189,8 @@ class Problem {
   }
 
   // Column-major [states x states].
-  void jacobian(double time_s, const double* y, double* columns) {
+  // columns: [states x states], one state's after another's; rates: [states], where wanted.
+  void jacobian(double time_s, const double* y, double* columns, double* rates = nullptr) {
     ++jacobian_evaluations;
     const std::size_t n = states();
     if (!jacobian_equations) jacobian_equations = plant.equations_with_derivatives({});
@@ -197,6 +200,8 @@ class Problem {
         if (i >= begin && i < begin + width) jet_state_[i].v[static_cast<Eigen::Index>(i - begin)] = 1.0;
       }
       jacobian_equations->rates(at(time_s), jet_state_.data(), jet_rate_.data());
+      if (rates)
+        for (std::size_t i = 0; i < n; ++i) rates[i] = jet_rate_[i].a;
       for (std::size_t j = begin; j < std::min(n, begin + width); ++j)
         for (std::size_t i = 0; i < n; ++i) columns[j * n + i] = jet_rate_[i].v[static_cast<Eigen::Index>(j - begin)];
     }
@@ -531,18 +536,21 @@ class ArkodeSolver : public Solver {
 //
 // Source: Sandu, Verwer, Blom, Spee, Carmichael, Potra 1997, Atmospheric Environment 31:3459, appendix; in the form of Hairer, Wanner 1996,
 // Solving Ordinary Differential Equations II, 2nd edition, equation (IV.7.25).
+template <int Size>
 class RosenbrockSolver : public Solver {
  public:
   RosenbrockSolver(Problem& problem, const NumericalSettings& settings)
-      : problem_(problem), settings_(settings), n_(static_cast<Eigen::Index>(problem.states())), y_(n_), matrix_(n_, n_), lu_(n_) {
+      : problem_(problem), settings_(settings), n_(static_cast<Eigen::Index>(problem.states())), jacobian_(n_, n_) {
+    const Eigen::Index rows = padded(problem.states());
     for (const StateInfo& state : problem.states_info) scales_.push_back(state.scale);
-    for (Eigen::VectorXd* v : {&rate_, &later_rate_, &trial_, &time_slope_, &error_}) v->setZero(n_);
-    for (Eigen::VectorXd& stage : stages_) stage.setZero(n_);
-    jacobian_.setZero(n_, n_);
+    for (Column* v : {&y_, &rate_, &later_rate_, &trial_, &time_slope_, &right_}) v->setZero(rows);
+    for (Column& stage : stages_) stage.setZero(rows);
+
+    inverse_.setIdentity(rows, rows);
   }
 
   void restart(double time_s, const std::vector<double>& y, const std::vector<double>&, double first_step_s) override {
-    y_ = Eigen::Map<const Eigen::VectorXd>(y.data(), n_);
+    y_.head(n_) = Eigen::Map<const Eigen::VectorXd>(y.data(), n_);
     time_s_ = time_s;
     steps_ = failures_ = 0;
     if (first_step_s > 0.0) step_s_ = first_step_s;
@@ -551,8 +559,8 @@ class RosenbrockSolver : public Solver {
   int advance(double time_s, std::vector<double>& y, std::vector<double>&) override {
     int steps = 0;
     while (time_s_ < time_s) {
-      if (!problem_.rates(time_s_, y_.data(), rate_.data())) return gave_up("a rate is not a number");
-      problem_.jacobian(time_s_, y_.data(), jacobian_.data());
+      problem_.jacobian(time_s_, y_.data(), jacobian_.data(), rate_.data());
+      if (!rate_.allFinite()) return gave_up("a rate is not a number");
       const double nudge_s = 1e-6 * std::max(1.0, time_s_);  // rates hardly depend on time itself, and are smooth in it between events
       if (!problem_.rates(time_s_ + nudge_s, y_.data(), time_slope_.data())) return gave_up("a rate is not a number");
       time_slope_ = (time_slope_ - rate_) / nudge_s;
@@ -589,10 +597,12 @@ class RosenbrockSolver : public Solver {
   std::string worst_states(const States& states) override {
     std::vector<double> weights;
     for (Eigen::Index i = 0; i < n_; ++i) weights.push_back(1.0 / tolerance(i));
-    return worst_of(states, error_.data(), weights.data());
+    return worst_of(states, stages_.back().data(), weights.data());
   }
 
  private:
+  using Column = Eigen::Vector<double, Size>;
+
   int gave_up(const char* words) {
     message = words;
     return -1;
@@ -603,32 +613,37 @@ class RosenbrockSolver : public Solver {
   double tried(double h) {
     constexpr double gamma = 0.5;
     constexpr double infinite = std::numeric_limits<double>::infinity();
-    matrix_ = -jacobian_;
-    matrix_.diagonal().array() += 1.0 / (gamma * h);
-    lu_.compute(matrix_);
+    inverse_.setIdentity();
+    inverse_.topLeftCorner(n_, n_) = -jacobian_;
+    inverse_.diagonal().head(n_).array() += 1.0 / (gamma * h);
+    invert<Size>(inverse_);
+
     auto& [k1, k2, k3, k4] = stages_;
-    k1 = lu_.solve(rate_ + (0.5 * h) * time_slope_);
-    k2 = lu_.solve(rate_ + (4.0 / h) * k1 + (1.5 * h) * time_slope_);
+    right_ = rate_ + (0.5 * h) * time_slope_;
+    k1 = product<Size>(inverse_, right_);
+    right_ = rate_ + (4.0 / h) * k1 + (1.5 * h) * time_slope_;
+    k2 = product<Size>(inverse_, right_);
     trial_ = y_ + 2.0 * k1;
     if (!problem_.rates(time_s_ + h, trial_.data(), later_rate_.data())) return infinite;
-    k3 = lu_.solve(later_rate_ + (k1 - k2) / h);
+    right_ = later_rate_ + (k1 - k2) / h;
+    k3 = product<Size>(inverse_, right_);
     trial_ += k3;
     if (!problem_.rates(time_s_ + h, trial_.data(), later_rate_.data())) return infinite;
-    k4 = lu_.solve(later_rate_ + (k1 - k2 - (8.0 / 3.0) * k3) / h);
+    right_ = later_rate_ + (k1 - k2 - (8.0 / 3.0) * k3) / h;
+    k4 = product<Size>(inverse_, right_);  // the error, too
     trial_ += k4;
-    error_ = k4;
     double sum = 0.0;
-    for (Eigen::Index i = 0; i < n_; ++i) sum += std::pow(error_(i) / tolerance(i), 2);
+    for (Eigen::Index i = 0; i < n_; ++i) sum += std::pow(k4(i) / tolerance(i), 2);
     return std::isfinite(sum) ? std::sqrt(sum / static_cast<double>(n_)) : infinite;
   }
 
   Problem& problem_;
   NumericalSettings settings_;
   Eigen::Index n_;
-  Eigen::VectorXd y_, rate_, later_rate_, trial_, time_slope_, error_;
-  std::array<Eigen::VectorXd, 4> stages_;
-  Eigen::MatrixXd jacobian_, matrix_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  Eigen::MatrixXd jacobian_;
+  Column y_, rate_, later_rate_, trial_, time_slope_, right_;  // padded
+  std::array<Column, 4> stages_;
+  Eigen::Matrix<double, Size, Size> inverse_;
   std::vector<double> scales_;
   double time_s_ = 0.0, step_s_ = 0.0;
   std::int64_t steps_ = 0, failures_ = 0;  // since the last restart
@@ -648,7 +663,10 @@ Method chosen_method(Problem& problem, Method wanted, const std::vector<double>&
 
 std::unique_ptr<Solver> make_solver(Problem& problem, const NumericalSettings& settings) {
   if (settings.method == Method::cvode) return std::make_unique<CvodeSolver>(problem, settings);
-  if (settings.method == Method::rosenbrock) return std::make_unique<RosenbrockSolver>(problem, settings);
+  if (settings.method == Method::rosenbrock)
+    return with_padded_size(problem.states(), [&](auto size) -> std::unique_ptr<Solver> {
+      return std::make_unique<RosenbrockSolver<size.value>>(problem, settings);
+    });
   return std::make_unique<ArkodeSolver>(problem, settings);
 }
 

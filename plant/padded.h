@@ -4,12 +4,14 @@
 // size, and the library's products.
 #pragma once
 
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 
-namespace sinew::diagnose {
+namespace sinew::plant {
 
 // work(size) with the least size, as a std::integral_constant, that holds so many states; Eigen::Dynamic where none does.
 template <class Work>
@@ -36,4 +38,34 @@ auto product(const A& a, const B& b) {
     return a.lazyProduct(b);
 }
 
-}  // namespace sinew::diagnose
+// matrix = its inverse, by Gauss-Jordan elimination with partial pivoting where the size is known: whole columns at a time, in the
+// matrix's own place. A singular one becomes infinite or not a number.
+template <int Size>
+void invert(Eigen::Matrix<double, Size, Size>& matrix) {
+  if constexpr (Size == Eigen::Dynamic) {
+    matrix = matrix.partialPivLu().inverse().eval();
+  } else {
+    Eigen::Vector<Eigen::Index, Size> exchanged;
+    for (Eigen::Index k = 0; k < Size; ++k) {
+      Eigen::Index pivot = k;
+      for (Eigen::Index i = k + 1; i < Size; ++i)
+        if (std::abs(matrix(i, k)) > std::abs(matrix(pivot, k))) pivot = i;
+      exchanged(k) = pivot;
+      if (pivot != k) matrix.row(k).swap(matrix.row(pivot));
+      const double reciprocal = 1.0 / matrix(k, k);
+      Eigen::Vector<double, Size> eliminated = matrix.col(k);
+      eliminated(k) = 0.0;
+      matrix.col(k).setZero();
+      matrix(k, k) = 1.0;
+      for (Eigen::Index j = 0; j < Size; ++j) {
+        const double share = matrix(k, j) * reciprocal;
+        matrix.col(j) -= eliminated * share;
+        matrix(k, j) = share;
+      }
+    }
+    for (Eigen::Index k = Size; k-- > 0;)
+      if (exchanged(k) != k) matrix.col(k).swap(matrix.col(exchanged(k)));
+  }
+}
+
+}  // namespace sinew::plant
