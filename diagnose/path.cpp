@@ -121,11 +121,13 @@ SINEW_FLATTEN void exponential(const Square<Size>& x, Square<Size>& exp_x, Squar
   }
 }
 
-// Whether the derivatives of the rates change so much within a step that it must hold a corner.
+// How many parts a step is crossed in, each with the derivatives of the rates in its middle: several where they change so much that
+// it must hold a corner, none where they hardly change, so that the mean of both ends does.
 constexpr int corner_parts = 6;
-bool has_corner(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
+int parts_of(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
   const auto change = (to - from).array().abs();
-  return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any();
+  if (change.maxCoeff() * step_s < 1e-2) return 0;
+    return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any() ? corner_parts : 1;
 }
 
 // The sensitivities at the start are the integrator's own.
@@ -250,7 +252,9 @@ struct Follower {
           first = false;
         }
       };
-      bool jumped = true;  // the rates have, since `at_end`
+            // Whether the rates have, since `at_end`.
+      const plant::Situation& now = integrator.situation();
+      bool jumped = now.segment_start_s != given.segment_start_s || !now.slopes_1_s.empty();
       while (time_s < end_s) {
         auto event = events.end();
         for (auto e = events.begin(); e != events.end(); ++e)
@@ -272,7 +276,11 @@ struct Follower {
           differentiator.at(given, y_end, &at_end, &seen, &rate_end);
           jumped = false;
           // In between the states follow the cubic through both ends and their rates.
-          const int parts = has_corner(at_start.leftCols(n), at_end.leftCols(n), step_s) ? corner_parts : 1;
+                    const int parts = parts_of(at_start.leftCols(n), at_end.leftCols(n), step_s);
+          if (parts == 0) {
+            in_middle = 0.5 * (at_start + at_end);
+            cross(in_middle, step_s);
+          }
           for (int part = 0; part < parts; ++part) {
             const double x = (part + 0.5) / parts;
             for (std::size_t i = 0; i < y.size(); ++i)
