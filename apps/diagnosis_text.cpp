@@ -16,7 +16,7 @@ using diagnose::Diagnosis;
 using diagnose::doubtful_below;
 using diagnose::Verdict;
 
-constexpr double faint_from = 0.5;       // decades below the typical strength from which on it is said
+constexpr double faint_from = 0.3;       // decades below the typical strength from which on it is said
 constexpr double alike_below = 3.0;      // of log evidence
 constexpr double goes_with_share = 0.3;  // of what is left: a variable that accounts for less is not worth a sentence
 
@@ -367,6 +367,18 @@ std::string rivals_words(const Diagnosis& d, const diagnose::FoundEffect& found)
   return text;
 }
 
+// Why a find may be improbable though nothing that was compared comes near it.
+std::string what_lowers_words(const diagnose::Support& support) {
+  std::vector<std::string> reasons;
+  if (support.faint > faint_from)
+    reasons.push_back(report::significant(std::pow(10.0, support.faint), 2) + " times weaker than is typical of it");
+  if (support.law_beside) reasons.push_back("beside a law without a name");
+  if (reasons.empty()) return "";
+  return "It is " + listed(reasons) +
+         ", as is mostly what stands in for other physics: in trials whose answer was known such finds were right less often, and this "
+         "lowers its probability. ";
+}
+
 std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& found, bool alone) {
   const auto& info = effects_of(d)[found.effect];
   std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") + std::string(info.words) +
@@ -391,9 +403,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
             chance_words(found.chance) + ". ";
   else if (d.laws.empty())
     text += "Chance would bring such a gain " + chance_words(found.chance) + ". ";
-  if (found.support.faint > faint_from)
-    text += "It is " + report::fixed(std::pow(10.0, found.support.faint), 0) +
-            " times weaker than is typical of it, as is mostly what stands in for other physics: this lowers its probability. ";
+  text += what_lowers_words(found.support);
   text += rivals_words(d, found);
   return text;
 }
