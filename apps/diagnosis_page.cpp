@@ -138,6 +138,11 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
 // --- What
 // --------------------------------------------------------------------------------------------------------------
 
+const diagnose::FoundEffect* found_of(const Diagnosis& d, plant::EffectId effect) {
+  const auto found = std::find_if(d.effects.begin(), d.effects.end(), [&](const auto& one) { return one.effect == effect; });
+  return found == d.effects.end() ? nullptr : &*found;
+}
+
 report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, std::size_t number) {
   report::Table table;
   table.title = number == 0 ? "Effects that were put into the plant, one at a time" : "Effects that were put in as well, one at a time";
@@ -151,18 +156,17 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     }
   for (const auto& candidate : round.candidates) {
     const bool usable = candidate.explanation.usable;
-    const bool found =  // as a constant
-        !d.wandering && std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == candidate.effect; });
+    const diagnose::FoundEffect* found = d.wandering ? nullptr : found_of(d, candidate.effect);  // as a constant
     report::Row row;
     row.cells = {effect_name(d, candidate.effect), effect_words(d, candidate.effect),
                  usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
                  !usable                                      ? "–"
                  : candidate.explanation.log_evidence == best ? "the best"
                                                               : odds_words(best - candidate.explanation.log_evidence),
-                 !found                              ? "no"
-                 : d.verdict == Verdict::unexplained ? "perhaps"
-                                                     : "yes"};
-    row.emphasis = found;
+                 !found                                         ? "no"
+                 : found->confidence < diagnose::doubtful_below ? "perhaps"
+                                                                : "yes"};
+    row.emphasis = found != nullptr;
     table.rows.push_back(row);
   }
   table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left, report::Align::left};
@@ -654,8 +658,8 @@ report::Table effect_table(const Diagnosis& d) {
     report::Row row;
     std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
-    if (std::any_of(d.effects.begin(), d.effects.end(), [&](const auto& f) { return f.effect == e; })) {
-      answer = d.wandering ? "perhaps, but not constant" : d.verdict == Verdict::unexplained ? "perhaps" : "found";
+    if (const diagnose::FoundEffect* found = found_of(d, e)) {
+      answer = d.wandering ? "perhaps, but not constant" : found->confidence < diagnose::doubtful_below ? "perhaps" : "found";
       row.emphasis = true;
     } else if (among(substitutes, e)) {
       answer = "stands in for what is missing";

@@ -131,13 +131,13 @@ std::vector<std::string> names_with_probabilities(const Diagnosis& d) {
   return named;
 }
 
+bool nearly_explains(const Diagnosis& d) { return d.explained_share >= diagnose::Thresholds{}.least_explained_share; }
+
 // Where nothing else was found.
 std::string only_apart_words(const Diagnosis& d) {
   return capitalised(listed(apart_with_probabilities(d))) + ", and the plant takes them to be alike. That takes away " +
          percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise" : " of what " + left_open_words(d)) +
-         (d.explained_share < diagnose::DiagnosisSettings{}.least_explained_share
-              ? "; what else is missing matches no effect in the catalogue."
-              : ".");
+         (nearly_explains(d) ? "." : "; what else is missing matches no effect in the catalogue.");
 }
 
 std::string verdict_words(const Diagnosis& d) {
@@ -163,9 +163,12 @@ std::string verdict_words(const Diagnosis& d) {
     }
     case Verdict::named_in_part: {
       if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);
-      return "More is missing than the catalogue explains, but part of it has a name: " + listed(names_with_probabilities(d)) +
-             (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
-             (d.apart.empty() ? "" : "; and " + listed(apart_with_probabilities(d))) + ". " +
+      const bool nearly = !d.by_paths && d.laws.empty() && d.apart.empty() && nearly_explains(d);
+      return (nearly ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
+                     : "More is missing than the catalogue explains, but part of it has a name: ") +
+             listed(names_with_probabilities(d)) + (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
+             (d.apart.empty() ? "" : "; and " + listed(apart_with_probabilities(d))) +
+             (d.by_paths || d.ambiguous_with.empty() ? "." : rivals_in_headline(d)) + " " +
              (d.effects.size() + d.laws.size() + d.apart.size() > 1 ? "Together they take" : "It takes") + " away " +
              percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
     }
@@ -182,12 +185,6 @@ std::string verdict_words(const Diagnosis& d) {
         return "Something is missing that has a place and a curve: " + listed(law_clauses(d)) + ". It may be " +
                listed(names_with_probabilities(d)) +
                (d.ambiguous_with.empty() ? "; if not, it matches no effect in the catalogue." : rivals_in_headline(d));
-      if (!d.effects.empty()) {
-        return (d.explained_share >= diagnose::DiagnosisSettings{}.least_explained_share
-                    ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
-                    : "More is missing than the catalogue explains, but part of it has a name: ") +
-               listed(names_with_probabilities(d)) + (d.ambiguous_with.empty() ? "." : rivals_in_headline(d));
-      }
       if (!d.laws.empty())
         return "Something is missing that matches no effect in the catalogue, but it has a place and a curve: " + listed(law_clauses(d)) +
                ". With " + (d.laws.size() == 1 ? "it " : "them ") + percent(d.explained_share) + " of " +
@@ -411,7 +408,7 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
 // Why what was found is not given as the answer.
 std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings& settings) {
   const std::vector<std::string> reasons = objection_words(system_of(d), d.objections);
-  const std::string rule = "A name is given only to what explains " + percent(settings.named_share) + " and could not be chance";
+  const std::string rule = "A name is given only to what explains " + percent(settings.thresholds.named_share) + " and could not be chance";
   if (reasons.empty()) return rule + ", so none is given.";
   return rule + ", in every channel and with believable parameters; the best that was found " + listed(reasons) + ", so none is given.";
 }
@@ -553,7 +550,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                                           : " in their place,") +
                    " the plant explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ", and predicts held-out data no worse than without.");
-  } else if (d.verdict == Verdict::unexplained && !d.effects.empty() && !d.wandering) {
+  } else if (d.verdict == Verdict::named_in_part && !d.effects.empty()) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "

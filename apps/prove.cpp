@@ -188,7 +188,7 @@ double refit_with_truth(const plant::Plant& nominal, const prove::Concealed& con
   }
   settings.search.without = all_effects(system);
   settings.search.most_laws = 0;
-  settings.certain_process_noise = 0.0;  // only the fit is wanted
+  settings.thresholds.certain_process_noise = 0.0;  // only the fit is wanted
   settings.search.guess = guess;
   const diagnose::Diagnosis known = diagnose::diagnose(with_truth, training, held_out, settings);
   return normalised(known.held_out.after, known.held_out.noise);
@@ -285,7 +285,7 @@ Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
   core_alone.search.most_laws = 0;
-  core_alone.certain_process_noise = 0.0;  // only the fit is wanted
+  core_alone.thresholds.certain_process_noise = 0.0;  // only the fit is wanted
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, core_alone);
   if (lacks_baselines(one, kept)) kept["baselines"] = baselines(diagnosis, given.settings);
   if (lacks_oracle(one, kept)) kept["oracle"] = oracle_json(one, given, diagnosis);

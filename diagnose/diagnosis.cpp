@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <set>
 #include <tuple>
 
 #include "diagnose/calibrate.h"
@@ -51,76 +50,11 @@ std::vector<plant::EffectId> laws_of(const Explanation& explanation, const Expla
   return laws;
 }
 
-// A shape that ends at the bound of what is allowed is no value that a plant has. A bound that stands for nothing (no
-// heat loss, friction without smoothing) is one.
-bool sensible(plant::EffectId effect, const Explanation& by) {
-  for (std::size_t u = 0; u < by.problem->parameters().size(); ++u) {
-    const plant::ParameterId p = by.problem->parameters()[u];
-    if (by.system().parameters()[p].effect != effect || p == by.system().effects()[effect].strength) continue;
-    const Unknown& unknown = by.problem->unknowns()[u];
-    const double margin = 1e-6 * (unknown.highest - unknown.lowest);
-    const bool lowest_is_nothing = std::abs(unknown.lowest) < 0.02 * std::abs(unknown.centre);
-    if ((by.value(u) <= unknown.lowest + margin && !lowest_is_nothing) || by.value(u) >= unknown.highest - margin) return false;
-  }
-  return true;
-}
-
-// Which of the explanations that the search passed is the answer. All effects that were accepted, if together they
-// leave nothing; without the last where that has a value that no plant has, and the others explain nearly all. Otherwise
-// what is left has a name for none of it but, perhaps, the first: further ones only bend the fit.
-Explanation chosen(const Search& search, const DiagnosisSettings& settings) {
-  if (!laws_of(search.best, search.core).empty()) return search.best;
-  if (nothing_left(search, settings.search)) {
-    const Round* last = nullptr;
-    for (const Round& round : search.rounds)
-      if (round.accepted) last = &round;
-    const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= settings.least_explained_share; };
-    const bool keep = !last || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
-    return keep ? search.best : last->before;
-  }
-  for (const Round& round : search.rounds)
-    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= settings.least_explained_share)
-      return round.candidates.front().explanation;
-  return search.best;
-}
-
-// Whether a channel's path is further off than its sensor's noise and moving air account for.
-bool far_off(const plant::System& system, double rmse, plant::ChannelId channel, const PerChannel& noise) {
-  return rmse > std::hypot(2.0 * noise[channel], system.channels()[channel].ordinary_disturbance);
-}
-
-// Of the squared error beyond noise that there was, the share that is left.
-double share_left(double was, double is, double noise) { return (is * is - noise * noise) / (was * was - noise * noise); }
-
-Objections objections_to(const Explanation& answer, const std::vector<plant::EffectId>& effects, const Diagnosis& diagnosis,
-                         bool discrepancy_remains, const DiagnosisSettings& settings, const PerChannel& noise) {
-  Objections result;
-  const Agreement &before = diagnosis.agreement_before, &after = diagnosis.agreement_after;
-  result.leaves_too_much = discrepancy_remains;
-  for (const plant::ChannelId c : noise.ids())
-    if (far_off(answer.system(), after.rmse[c], c, noise) &&
-        share_left(before.rmse[c], after.rmse[c], noise[c]) > settings.most_left_of_channel)
-      result.channels.push_back(c);
-  result.pushes_parameters = after.pull > before.pull + settings.most_rise_of_pull;
-  result.patchwork = effects.size() > 2 && answer.process_noise >= settings.search.visible_process_noise;
-  result.at_a_bound = std::any_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return !sensible(e, answer); });
-  return result;
-}
-
 // Names that it adds; not its laws.
 std::vector<plant::EffectId> added(const Explanation& explanation, const plant::Plant& nominal) {
   std::vector<plant::EffectId> effects;
   for (const plant::EffectId e : explanation.effects())
     if (explanation.system().effects()[e].is_of_catalogue() && !nominal.is_on(e)) effects.push_back(e);
-  return effects;
-}
-
-// Explanations by one effect alone, as the first round fitted them, that take away at least `share` of the core's
-// misfit.
-std::vector<plant::EffectId> enough_alone(const Search& search, double share) {
-  std::vector<plant::EffectId> effects;
-  for (const Candidate& candidate : search.rounds.front().candidates)
-    if (candidate.explanation.usable && share_explained(search.core, candidate.explanation) >= share) effects.push_back(candidate.effect);
   return effects;
 }
 
@@ -317,20 +251,6 @@ FoundEffect found_wandering(const Wandering& wandering, const plant::System& sys
 
 }  // namespace
 
-std::string_view text_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::consistent:
-      return "consistent";
-    case Verdict::missing_physics:
-      return "missing_physics";
-    case Verdict::named_in_part:
-      return "named_in_part";
-    case Verdict::unexplained:
-      return "unexplained";
-  }
-  return "";
-}
-
 std::string_view text_of(Form form) {
   switch (form) {
     case Form::catalogue:
@@ -341,32 +261,6 @@ std::string_view text_of(Form form) {
       return "free";
   }
   return "";
-}
-
-Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool discrepancy_remains,
-                       const DiagnosisSettings& settings) {
-  Parsimony result;
-  const auto others = [&](double share) {
-    std::vector<plant::EffectId> alone = enough_alone(search, share);
-    std::erase_if(alone, [&](plant::EffectId e) { return has_family(search.core.system(), effects, e); });
-    return alone;
-  };
-  if (discrepancy_remains) result.as_good = others(settings.least_explained_share);
-  // Both kinds of sensor off at once is a coincidence, unless something before both is; also where the second was accepted
-  // on the way but did not make it into the answer.
-  std::vector<plant::EffectId> accepted = effects;
-  for (const Round& round : search.rounds)
-    if (round.accepted) accepted.push_back(round.candidates.front().effect);
-  const auto& catalogue = search.core.system().effects();
-  const auto is_sensor = [&](plant::EffectId e) { return catalogue[e].place.starts_with("sensor."); };
-  std::set<std::string_view> sensors;
-  for (const plant::EffectId e : accepted)
-    if (is_sensor(e)) sensors.insert(catalogue[e].place);
-  if (std::all_of(effects.begin(), effects.end(), is_sensor) && sensors.size() > 1) {
-    result.common_causes = others(settings.named_share);
-    std::erase_if(result.common_causes, is_sensor);
-  }
-  return result;
 }
 
 namespace {
@@ -394,7 +288,7 @@ class Diagnoser {
   Diagnosis run() {
     result_.search = search(given_, data_, search_);
     result_.visibility = std::sqrt(std::max(0.0, core().misfit));
-    result_.answer = chosen(result_.search, settings_);
+    result_.answer = chosen(result_.search, search_, settings_.thresholds);
     result_.explained_share = share_explained(core(), result_.answer);
     if (result_.answer.effects() == core().effects())
       before_ = after_ = path_of(core());
@@ -407,6 +301,7 @@ class Diagnoser {
     given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
     predict_all();
     judge();
+    result_.verdict = decide(evidence());
     if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty() && result_.apart.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     calibrate_as_given();
@@ -416,6 +311,7 @@ class Diagnoser {
     for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     believe();
+    result_.verdict = decide(evidence());
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
     place(wandering);
@@ -561,7 +457,7 @@ class Diagnoser {
   // Whether an explanation leaves more than there is where nothing is missing.
   bool leaves_something(const Explanation& explanation, double limit) {
     if (explanation.process_noise < limit) return false;
-    if (explanation.process_noise >= settings_.certain_process_noise) return true;
+    if (explanation.process_noise >= settings_.thresholds.certain_process_noise) return true;
     tell(0.98, "asking how much is left by chance");
     result_.process_noise_after_refit = process_noise_after_refit(explanation, data_, search_.fit);
     if (*result_.process_noise_after_refit < limit) return false;
@@ -581,31 +477,27 @@ class Diagnoser {
       result_.objections.worse_on_held_out = true;
     }
     if (nothing_found()) {
-      result_.verdict = leaves_something(core(), search_.visible_process_noise) ? Verdict::unexplained : Verdict::consistent;
+      leaves_something_ = leaves_something(core(), search_.visible_process_noise);
       return;
     }
-    const bool explains = result_.explained_share >= settings_.least_explained_share;
-    discrepancy_remains_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_process_noise);
+    const bool explains = result_.explained_share >= settings_.thresholds.least_explained_share;
+    leaves_something_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_process_noise);
     if (!laws_.empty()) {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
-      result_.objections.leaves_too_much = discrepancy_remains_;
+      result_.objections.leaves_too_much = leaves_something_;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
       name(tried_in(result_.search));
-      result_.verdict = names_said().empty()                                   ? Verdict::unexplained
-                        : discrepancy_remains_ || has_law_beside(names_said()) ? Verdict::named_in_part
-                                                                               : Verdict::missing_physics;
       return;
     }
-    result_.objections = objections_to(result_.answer, effects_, result_, discrepancy_remains_, settings_, sensors());
-    result_.verdict = result_.objections.none() ? Verdict::missing_physics : Verdict::unexplained;
+    result_.objections = objections_to({result_.answer, effects_, result_.agreement_before, result_.agreement_after}, leaves_something_,
+                                       sensors(), search_.visible_process_noise, settings_.thresholds);
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result_.objections;
-    rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.named_share;
+    rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.thresholds.named_share;
     const auto& highest = by.gain_highest;
     if (rest.none()) {
       for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
-      if (result_.verdict == Verdict::unexplained && !result_.apart.empty()) result_.verdict = Verdict::named_in_part;
       return;
     }
     // Names that predict better even so, and no channel worse, stay as a stand-in, without a name.
@@ -613,6 +505,14 @@ class Diagnoser {
         std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();
     result_.apart.clear();
+    leaves_something_ = true;
+  }
+
+  Evidence evidence() const {
+    const std::vector<plant::EffectId> names = names_said();
+    return {.is_named = !names.empty() || !result_.apart.empty(),
+            .has_more = !nothing_added(),
+            .leaves_something = leaves_something_ || dropped_ || has_law_beside(names)};
   }
 
   // The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit.
@@ -689,7 +589,7 @@ class Diagnoser {
       if (likeliest && !has_family(system(), names_of(result_.effects), likeliest->effect))
         result_.effects.push_back(std::move(*likeliest));
     }
-    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.support.share < settings_.least_share; });
+    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.support.share < settings_.thresholds.least_share; });
   }
 
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
@@ -743,7 +643,6 @@ class Diagnoser {
     for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(e, proposals)));
     name(tried_in(proposals));
     for (FoundEffect& found : result_.effects) found.rivals = rivals_on_paths(found.effect, proposals);
-    result_.verdict = names_said().empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
     result_.proposals = std::move(proposals);
   }
 
@@ -800,18 +699,18 @@ class Diagnoser {
     if (result_.effects.empty()) return;
     for (const FoundEffect& effect : result_.effects) {
       for (const auto& [rival, loss] : effect.rivals)
-        if (loss < settings_.ambiguous_loss) add_rival(rival);
+        if (loss < settings_.thresholds.ambiguous_loss) add_rival(rival);
       for (const FoundLaw& law : result_.laws) {
         const auto names = names_for(law.law);
         for (const auto& [mine, probability] : names)
           for (const auto& [other, of_other] : names)
-            if (has_family(system(), {effect.effect}, mine) && of_other > probability * std::exp(-settings_.ambiguous_loss))
+            if (has_family(system(), {effect.effect}, mine) && of_other > probability * std::exp(-settings_.thresholds.ambiguous_loss))
               add_rival(other);
       }
     }
     if (names_said().empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
-    result_.parsimony = parsimony_of(effects_, result_.search, discrepancy_remains_ && !result_.by_paths, settings_);
+    result_.parsimony = parsimony_of(effects_, result_.search, leaves_something_ && !result_.by_paths, settings_.thresholds);
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
@@ -831,8 +730,8 @@ class Diagnoser {
       found.support.law_beside = has_law_beside({found.effect});
       found.confidence = probability(found.support);
     }
-    const auto hardly = [&](const auto& found) { return found.confidence < settings_.least_share; };
-    std::size_t dropped = std::erase_if(result_.effects, hardly);
+    const auto hardly = [&](const auto& found) { return found.confidence < settings_.thresholds.least_share; };
+    dropped_ = std::erase_if(result_.effects, hardly) > 0;
     for (FoundApart& found : result_.apart) {
       found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
                        .gain = 2.0 * found.log_odds,
@@ -840,9 +739,7 @@ class Diagnoser {
                        .law_beside = has_law_beside(names_said())};
       found.confidence = probability(found.support);
     }
-    dropped += std::erase_if(result_.apart, hardly);
-    if (dropped == 0) return;
-    result_.verdict = names_said().empty() && result_.apart.empty() ? Verdict::unexplained : Verdict::named_in_part;
+    if (std::erase_if(result_.apart, hardly) > 0) dropped_ = true;
   }
 
   std::optional<Wandering> ask_what_wanders() {
@@ -858,11 +755,11 @@ class Diagnoser {
                                                           far_off(system(), result_.agreement_before.rmse[c], c, sensors()));
     std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
     if (!result_.by_paths) result_.wandering = wandering;
-    if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.named_share) {
+    if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.thresholds.named_share) {
       result_.effects.push_back(found_wandering(*result_.wandering, system()));
       result_.effects.back().confidence = probability(result_.effects.back().support);
       for (const auto& [rival, loss] : result_.effects.front().rivals)
-        if (loss < settings_.ambiguous_loss) result_.ambiguous_with.push_back(rival);
+        if (loss < settings_.thresholds.ambiguous_loss) result_.ambiguous_with.push_back(rival);
     }
     return wandering;
   }
@@ -888,7 +785,7 @@ class Diagnoser {
       for (const FoundApart& apart : result_.apart) evidence.laws.emplace_back(system().effects()[apart.effect].place);
     if (result_.wandering)
       for (const auto& [other, loss] : result_.wandering->others)
-        if (loss < settings_.other_place_loss) evidence.varying.emplace_back(other.place);
+        if (loss < settings_.thresholds.other_place_loss) evidence.varying.emplace_back(other.place);
     if (wandering) evidence.varying.emplace(evidence.varying.begin(), wandering->of.place);
     const std::vector<std::string> said = places_said(system(), evidence);
     result_.located.place = said.front();
@@ -942,7 +839,8 @@ class Diagnoser {
   Fitted before_, after_;
   std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them
-  bool discrepancy_remains_ = true;       // by what was found
+  bool leaves_something_ = true;          // `result_.answer` does
+  bool dropped_ = false;                  // something of it is hardly believed
   Diagnosis result_;
 };
 

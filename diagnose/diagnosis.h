@@ -7,6 +7,7 @@
 
 #include "diagnose/chance.h"
 #include "diagnose/confidence.h"
+#include "diagnose/decide.h"
 #include "diagnose/experiment.h"
 #include "diagnose/free_laws.h"
 #include "diagnose/gate.h"
@@ -24,57 +25,9 @@ struct DiagnosisSettings {
   std::optional<PerChannel> noise;  // of each sensor, in the units of files; else estimated
   double fit_until_s = 1e300;       // of each training recording; what comes later is held out
   StartPolicy start = StartPolicy::estimated;
-  // Thresholds of the verdict, chosen on seeds of development (docs/diagnosis.md).
-  double least_explained_share = 0.9;  // of the misfit: with less, the limit for process noise is that of the core
-  double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
-  // Process noise between search.visible_process_noise and this is compared with simulated recordings in which nothing is missing
-  // (chance.h).
-  double certain_process_noise = 2500.0;
-  // Of what a channel's path was off before, squared, at most this may be left after, unless that is no more than ordinary surroundings do
-  // (ChannelInfo::ordinary_disturbance), beside twice the sensor's noise.
-  double most_left_of_channel = 0.3;
-  // A right effect lets the core's parameters come back to what is believed of them. One that pushes them away, by more than
-  // this in the sum of their squared distances, is bought with them.
-  double most_rise_of_pull = 6.0;
-  // What explains so much, in every channel, without a rise of pull is named even where something is left.
-  double named_share = 0.75;
-  WanderSettings wander;            // thresholds
-  double other_place_loss = 200.0;  // of log evidence: a place whose best candidate loses less may be the one
-  double least_share = 0.05;        // a name of which less is believed is none
+  Thresholds thresholds;
+  WanderSettings wander;  // thresholds
 };
-
-// Why an explanation that was found is not the answer. Empty where it is.
-struct Objections {
-  bool leaves_too_much = false;            // more than noise and moving air bring
-  std::vector<plant::ChannelId> channels;  // whose path it leaves nearly as far off as before
-  bool pushes_parameters = false;          // away from what is believed
-  bool at_a_bound = false;                 // a shape of an effect
-  bool worse_on_held_out = false;          // beyond chance
-  bool patchwork = false;                  // more than two effects that leave something: one that is not known is likelier
-  bool none() const {
-    return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_held_out && !patchwork;
-  }
-};
-
-// Why what was found may be something else, in another form than the catalogue's.
-struct Parsimony {
-  std::vector<plant::EffectId> as_good;        // something is left, and these alone explain nearly all, too
-  std::vector<plant::EffectId> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
-  bool none() const { return as_good.empty() && common_causes.empty(); }
-};
-
-// An effect in another form than the catalogue's is fitted by its look-alikes; that one of them fits better says little then.
-Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool discrepancy_remains,
-                       const DiagnosisSettings& settings);
-
-enum class Verdict {
-  consistent,
-  missing_physics,  // names, or parts that differ, and nothing is left
-  named_in_part,    // names, or parts that differ, and something is left
-  unexplained,
-};
-std::string_view text_of(Verdict verdict);  // as in diagnosis.json
-inline bool something_is_left(Verdict verdict) { return verdict == Verdict::named_in_part || verdict == Verdict::unexplained; }
 
 // What stands for an effect in the answer: the catalogue's formula; that and a law in its own equation or reading, or a formula of another
 // form; or such a law alone, so that none of its parameters has a value.
@@ -127,12 +80,6 @@ struct Visibility {
   double smallest_seen;  // |strength - null| in the units of files
   double statistic;
   bool can_be_seen;  // a typical strength would be
-};
-
-// How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
-struct Agreement {
-  PerChannel rmse;    // over what was fitted, units of files
-  double pull = 0.0;  // sum of squares of the core's parameters' distances from their priors, in deviations
 };
 
 struct Diagnosis {

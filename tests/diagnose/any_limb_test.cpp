@@ -131,7 +131,7 @@ TEST_CASE("any limb: a name that is hardly believed is none, and what it does st
   settings.start = StartPolicy::at_rest;
   for (const plant::EffectId e : nominal.system().effects().ids())
     if (e != missing) settings.search.without.push_back(e);
-  settings.least_share = 1.0;  // more than any name has
+  settings.thresholds.least_share = 1.0;  // more than any name has
   const Diagnosis diagnosis = diagnose::diagnose(nominal, {testing::recorded(measured(120.0, truth))}, {}, settings);
   CHECK(diagnosis.verdict == Verdict::unexplained);
   CHECK(diagnosis.effects.empty());
