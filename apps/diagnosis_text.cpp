@@ -163,12 +163,13 @@ std::string verdict_words(const Diagnosis& d) {
     }
     case Verdict::named_in_part: {
       if (d.effects.empty() && d.laws.empty()) return only_apart_words(d);
-      const bool nearly = !d.by_paths && d.laws.empty() && d.apart.empty() && nearly_explains(d);
+      const bool names_alone = d.laws.empty() && d.apart.empty() && !d.by_paths;
+      const bool nearly = names_alone && d.objections.leaves_too_much && nearly_explains(d);
       return (nearly ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
                      : "More is missing than the catalogue explains, but part of it has a name: ") +
              listed(names_with_probabilities(d)) + (law_clauses(d).empty() ? "" : "; and without a name, " + listed(law_clauses(d))) +
              (d.apart.empty() ? "" : "; and " + listed(apart_with_probabilities(d))) +
-             (d.by_paths || d.ambiguous_with.empty() ? "." : rivals_in_headline(d)) + " " +
+             (!names_alone || d.ambiguous_with.empty() ? "." : rivals_in_headline(d)) + " " +
              (d.effects.size() + d.laws.size() + d.apart.size() > 1 ? "Together they take" : "It takes") + " away " +
              percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
     }
@@ -550,7 +551,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
                                           : " in their place,") +
                    " the plant explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ", and predicts held-out data no worse than without.");
-  } else if (d.verdict == Verdict::named_in_part && !d.effects.empty()) {
+  } else if (d.verdict == Verdict::named_in_part && d.objections.leaves_too_much && !d.effects.empty()) {
     text.push_back("What can be named explains " + percent(d.explained_share) + " of what " + left_open_words(d) +
                    ". What is left is more than "
                    "noise: the effect acts in another form than the catalogue's, is not alone, or is a look-alike of one that "

@@ -60,7 +60,7 @@ class AllRows : public ceres::CostFunction {
 
   const FitProblem& problem_;
   bool along_the_path_;
-  mutable std::vector<double> last_z_, last_residuals_;  // of the last point that could be integrated
+  mutable std::vector<double> last_z_, last_residuals_;  // of the last point; none where it could not be integrated
 };
 
 class Watch : public ceres::IterationCallback {

@@ -47,9 +47,9 @@ std::string_view text_of(Verdict verdict) {
   return "";
 }
 
-Verdict decide(const Evidence& evidence) {
-  if (evidence.is_named) return evidence.leaves_something ? Verdict::named_in_part : Verdict::missing_physics;
-  return evidence.has_more || evidence.leaves_something ? Verdict::unexplained : Verdict::consistent;
+Verdict decide(const Answer& answer) {
+  if (answer.is_named) return answer.leaves_something ? Verdict::named_in_part : Verdict::missing_physics;
+  return answer.has_more || answer.leaves_something ? Verdict::unexplained : Verdict::consistent;
 }
 
 bool far_off(const plant::System& system, double rmse, plant::ChannelId channel, const PerChannel& noise) {
@@ -58,17 +58,17 @@ bool far_off(const plant::System& system, double rmse, plant::ChannelId channel,
 
 double share_left(double was, double is, double noise) { return (is * is - noise * noise) / (was * was - noise * noise); }
 
-Objections objections_to(const Named& named, bool leaves_too_much, const PerChannel& noise, double visible_process_noise,
+Objections objections_to(const WithNames& found, bool leaves_too_much, const PerChannel& noise, double visible_process_noise,
                          const Thresholds& thresholds) {
   Objections result;
   result.leaves_too_much = leaves_too_much;
   for (const plant::ChannelId c : noise.ids())
-    if (far_off(named.answer.system(), named.after.rmse[c], c, noise) &&
-        share_left(named.before.rmse[c], named.after.rmse[c], noise[c]) > thresholds.most_left_of_channel)
+    if (far_off(found.answer.system(), found.after.rmse[c], c, noise) &&
+        share_left(found.before.rmse[c], found.after.rmse[c], noise[c]) > thresholds.most_left_of_channel)
       result.channels.push_back(c);
-  result.pushes_parameters = named.after.pull > named.before.pull + thresholds.most_rise_of_pull;
-  result.patchwork = named.names.size() > 2 && named.answer.process_noise >= visible_process_noise;
-  result.at_a_bound = std::any_of(named.names.begin(), named.names.end(), [&](plant::EffectId e) { return !sensible(e, named.answer); });
+  result.pushes_parameters = found.after.pull > found.before.pull + thresholds.most_rise_of_pull;
+  result.patchwork = found.names.size() > 2 && found.answer.process_noise >= visible_process_noise;
+  result.at_a_bound = std::any_of(found.names.begin(), found.names.end(), [&](plant::EffectId e) { return !sensible(e, found.answer); });
   return result;
 }
 

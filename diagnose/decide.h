@@ -9,7 +9,7 @@
 
 namespace sinew::diagnose {
 
-// On which the verdict hangs, chosen on seeds of development (docs/diagnosis.md); those of the search are in SearchSettings.
+// On which the verdict hangs; where each is from: docs/thresholds.md. Those of the search are in SearchSettings.
 struct Thresholds {
   double least_explained_share = 0.9;  // of the misfit: with less, the limit for process noise is that of the core
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
@@ -37,13 +37,13 @@ enum class Verdict {
 std::string_view text_of(Verdict verdict);  // as in diagnosis.json
 inline bool something_is_left(Verdict verdict) { return verdict == Verdict::named_in_part || verdict == Verdict::unexplained; }
 
-// Of the plant that is the answer.
-struct Evidence {
+// The plant that is the answer.
+struct Answer {
   bool is_named = false;          // it has names that are likely enough to be said, or parts that differ
   bool has_more = false;          // than the plant as given: names, laws, parts that differ
   bool leaves_something = false;  // more than there is where nothing is missing
 };
-Verdict decide(const Evidence& evidence);
+Verdict decide(const Answer& answer);
 
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
@@ -68,13 +68,14 @@ struct Objections {
     return !leaves_too_much && channels.empty() && !pushes_parameters && !at_a_bound && !worse_on_held_out && !patchwork;
   }
 };
-// `before`: of the core, `after`: of the answer, which adds these names; noise: of each sensor, units of files.
-struct Named {
+struct WithNames {
   const Explanation& answer;
-  const std::vector<plant::EffectId>& names;
-  const Agreement &before, &after;
+  const std::vector<plant::EffectId>& names;  // that it adds
+  const Agreement& before;                    // of the core
+  const Agreement& after;                     // of the answer
 };
-Objections objections_to(const Named& named, bool leaves_too_much, const PerChannel& noise, double visible_process_noise,
+// noise: of each sensor, units of files.
+Objections objections_to(const WithNames& found, bool leaves_too_much, const PerChannel& noise, double visible_process_noise,
                          const Thresholds& thresholds);
 
 // Which of the explanations that the search passed is the answer: all effects that were accepted, if together they leave nothing; without

@@ -15,7 +15,7 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double two_sided_95 = 1.959964;
-constexpr std::size_t most_samples_at_once = 50'000;  // each start of a calibration keeps a path of its own: memory
+constexpr std::size_t most_samples_at_once = 50'000;  // each fit of a whole path keeps one: memory
 constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
 
 template <class Id>
@@ -40,14 +40,6 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
     result.pull += z * z;
   }
   return result;
-}
-
-// Laws that an explanation has and the core has not.
-std::vector<plant::EffectId> laws_of(const Explanation& explanation, const Explanation& core) {
-  std::vector<plant::EffectId> laws;
-  for (std::size_t e = core.system().effects().size(); e < explanation.system().effects().size(); ++e)
-    if (explanation.system().effects()[plant::EffectId{e}].law) laws.push_back(plant::EffectId{e});
-  return laws;
 }
 
 // Names that it adds; not its laws.
@@ -126,145 +118,6 @@ double decades_nearer(plant::EffectId apart, const plant::Plant& plant) {
   return std::max(0.0, -std::log10(widest));
 }
 
-// An effect, and what fits in its place. What goes by the same name is no rival.
-FoundEffect described(plant::EffectId effect, const Search& search) {
-  const plant::System& system = search.core.system();
-  FoundEffect result;
-  result.effect = effect;
-  if (system.effects()[effect].form_of) result.form = Form::bent;
-  if (const auto rivals = search.rivals.find(effect); rivals != search.rivals.end()) result.rivals = rivals->second;
-  std::erase_if(result.rivals, [&](const auto& rival) { return has_family(system, {effect}, rival.first); });
-  return result;
-}
-
-FoundEffect found_by_evidence(plant::EffectId effect, const Diagnosis& diagnosis) {
-  FoundEffect result = described(effect, diagnosis.search);
-  for (const Round& round : diagnosis.search.rounds)
-    if (round.accepted && round.candidates.front().effect == effect) {
-      result.support.gain = round.gain;
-      result.chance = round.chance;
-    }
-  double others = 1.0;
-  for (const auto& [rival, loss] : result.rivals) others += std::exp(-std::clamp(loss, -50.0, 700.0));
-  result.support.share = (1.0 - result.chance) / others * diagnosis.explained_share;
-  return result;
-}
-
-std::vector<plant::EffectId> names_of(const std::vector<FoundEffect>& found) {
-  std::vector<plant::EffectId> names;
-  for (const FoundEffect& one : found) names.push_back(one.effect);
-  return names;
-}
-
-// What was tried with laws, by falling log odds: names, and the laws beside them.
-struct Tried {
-  std::vector<plant::EffectId> names;
-  std::vector<plant::Law> laws;
-  double log_odds;
-};
-
-std::vector<Tried> tried_in(const Search& search) {
-  std::vector<Tried> result;
-  for (const Bent& one : search.bent) {
-    result.push_back({one.names, {}, one.log_odds});
-    const plant::System& system = one.explanation.system();
-    for (const plant::EffectId l : laws_of(one.explanation, search.core))
-      result.back().laws.push_back(system.laws()[*system.effects()[l].law]);
-  }
-  result.push_back({{}, {}, search.core.log_evidence});
-  return result;
-}
-
-std::vector<Tried> tried_in(const Proposals& proposals) {
-  std::vector<Tried> result;
-  const plant::System& system = *proposals.system;
-  for (const Proposal& one : proposals.all) {
-    result.push_back({{}, {}, one.log_odds});
-    for (const plant::EffectId e : one.effects)
-      if (const plant::EffectInfo& effect = system.effects()[e]; effect.law)
-        result.back().laws.push_back(system.laws()[*effect.law]);
-      else if (!effect.sharing)
-        result.back().names.push_back(e);
-  }
-  return result;
-}
-
-// What does in place of an effect, the others kept.
-std::vector<std::pair<plant::EffectId, double>> rivals_on_paths(plant::EffectId effect, const Proposals& proposals) {
-  std::vector<std::pair<plant::EffectId, double>> rivals;
-  const Proposal& best = proposals.all[proposals.answer];
-  for (const Proposal& one : proposals.all) {
-    if (has_family(*proposals.system, one.effects, effect)) continue;
-    const double loss = best.log_odds - one.log_odds;
-    if (one.effects.size() != best.effects.size() ||
-        std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
-      continue;
-    for (const plant::EffectId other : one.effects)
-      if (!contains(best.effects, other) && one.fit.system().effects()[other].is_of_catalogue() &&
-          std::none_of(rivals.begin(), rivals.end(), [&](const auto& r) { return r.first == other; }))
-        rivals.emplace_back(other, loss);
-  }
-  return rivals;
-}
-
-// Log odds of the answer against the best that has no such term.
-double odds_without(plant::EffectId law, const Proposals& proposals) {
-  for (const Proposal& one : proposals.all)
-    if (!contains(one.effects, law)) return proposals.all[proposals.answer].log_odds - one.log_odds;
-  return 0.0;
-}
-
-FoundLaw found_law(plant::EffectId effect, const Explanation& fit, double log_odds) {
-  const plant::System& system = fit.system();
-  FoundLaw result;
-  result.effect = effect;
-  result.law = system.laws()[*system.effects()[effect].law];
-  result.place = place_of(system, result.law);
-  result.log_odds = log_odds;
-  const Eigen::VectorXd values = plant::values_of(fit.model(), effect);
-  result.values.assign(values.begin(), values.end());
-  // The weights are unknowns of one deviation each.
-  const auto& parameters = fit.problem->parameters();
-  const auto first = std::find(parameters.begin(), parameters.end(), system.effects()[effect].parameters[1]) - parameters.begin();
-  const Eigen::Index n = result.law.curve.cols();
-  const Eigen::MatrixXd covariance = result.law.curve * fit.covariance.block(first, first, n, n) * result.law.curve.transpose();
-  for (Eigen::Index k = 0; k < covariance.rows(); ++k) result.deviation.push_back(std::sqrt(covariance(k, k)));
-  result.forms = forms_within(result.law.knots, result.values, result.deviation);
-  return result;
-}
-
-// An effect whose strength is no constant, so that no parameter of it has a value. A free course in one place can do what physics does in
-// any that moves the same channels, so it has its share of these alone.
-FoundEffect found_wandering(const Wandering& wandering, const plant::System& system) {
-  FoundEffect result;
-  result.effect = *wandering.of.effect;
-  result.support.gain = 2.0 * wandering.gain;
-  result.chance = std::erfc(std::sqrt(wandering.gain));
-  double likely = 1.0;
-  for (const auto& [other, loss] : wandering.others) {
-    likely += std::exp(-std::max(0.0, loss));
-    if (other.effect) result.rivals.emplace_back(*other.effect, loss);
-  }
-  result.support.share = wandering.explained_share / likely / static_cast<double>(places_alike(system, wandering.of.place).size());
-  return result;
-}
-
-}  // namespace
-
-std::string_view text_of(Form form) {
-  switch (form) {
-    case Form::catalogue:
-      return "catalogue";
-    case Form::bent:
-      return "bent";
-    case Form::free:
-      return "free";
-  }
-  return "";
-}
-
-namespace {
-
 // One diagnosis, step by step. `result_.answer` is what stands for the time being, `after_` its path.
 class Diagnoser {
  public:
@@ -301,7 +154,7 @@ class Diagnoser {
     given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
     predict_all();
     judge();
-    result_.verdict = decide(evidence());
+    result_.verdict = decide(answer());
     if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty() && result_.apart.empty()) propose_whole_paths();
     if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
     calibrate_as_given();
@@ -311,7 +164,7 @@ class Diagnoser {
     for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     believe();
-    result_.verdict = decide(evidence());
+    result_.verdict = decide(answer());
     doubt();
     const std::optional<Wandering> wandering = ask_what_wanders();
     place(wandering);
@@ -362,9 +215,15 @@ class Diagnoser {
     return explanation.process_noise < search_.visible_process_noise ? fitted(explanation) : polished(explanation, data_, search_.fit);
   }
 
+  int threads_for_paths() const {
+    std::size_t samples = 0;
+    for (const FitData& one : data_) samples += one.sample_count;
+    return samples < most_samples_at_once ? search_.threads : 1;
+  }
+
   std::pair<Fitted, Fitted> paths_of(const Explanation& one, const Explanation& other) const {
     std::pair<Fitted, Fitted> paths;
-    sim::in_parallel(2, search_.threads, [&](std::size_t i) { (i == 0 ? paths.first : paths.second) = path_of(i == 0 ? one : other); });
+    sim::in_parallel(2, threads_for_paths(), [&](std::size_t i) { (i == 0 ? paths.first : paths.second) = path_of(i == 0 ? one : other); });
     return paths;
   }
 
@@ -487,17 +346,18 @@ class Diagnoser {
       result_.objections = {};
       result_.objections.leaves_too_much = leaves_something_;
       for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
-      name(tried_in(result_.search));
+      result_.effects = naming().named(tried_in(result_.search), settings_.thresholds.least_share);
       return;
     }
-    result_.objections = objections_to({result_.answer, effects_, result_.agreement_before, result_.agreement_after}, leaves_something_,
-                                       sensors(), search_.visible_process_noise, settings_.thresholds);
+    result_.objections =
+        objections_to({.answer = result_.answer, .names = effects_, .before = result_.agreement_before, .after = result_.agreement_after},
+                      leaves_something_, sensors(), search_.visible_process_noise, settings_.thresholds);
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result_.objections;
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.thresholds.named_share;
     const auto& highest = by.gain_highest;
     if (rest.none()) {
-      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_));
+      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_.search, result_.explained_share));
       return;
     }
     // Names that predict better even so, and no channel worse, stay as a stand-in, without a name.
@@ -505,91 +365,24 @@ class Diagnoser {
         std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();
     result_.apart.clear();
-    leaves_something_ = true;
+    leaves_something_ = true;  // what was gained is not explained by what was objected to
   }
 
-  Evidence evidence() const {
-    const std::vector<plant::EffectId> names = names_said();
+  Answer answer() const {
+    const std::vector<plant::EffectId> names = names_said(system(), result_.effects, result_.laws);
     return {.is_named = !names.empty() || !result_.apart.empty(),
             .has_more = !nothing_added(),
-            .leaves_something = leaves_something_ || dropped_ || has_law_beside(names)};
+            .leaves_something = leaves_something_ || dropped_ || has_law_beside(system(), result_.laws, names)};
   }
 
-  // The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit.
-  double left_by_formula(plant::EffectId name) const {
-    double least = 1.0;
-    for (const Round& round : result_.search.rounds)
-      for (const Candidate& candidate : round.candidates)
-        if (candidate.explanation.usable && has_family(system(), {name}, candidate.effect))
-          least = std::min(least, 1.0 - share_explained(round.before, candidate.explanation));
-    return least;
-  }
-
-  // Whose form a law could be, one of each family, and how probable that is.
-  std::vector<std::pair<plant::EffectId, double>> names_for(const plant::Law& law) const {
-    std::vector<std::pair<plant::EffectId, double>> names;
-    std::vector<plant::EffectId> families;
-    std::vector<double> left;
-    for (const plant::EffectId e : system().effects().ids()) {
-      const bool may = system().effects()[e].is_of_catalogue() && !is_left_out(system(), e, search_.without) && !given_.is_on(e);
-      if (!may || !is_own(system(), {e}, law) || has_family(system(), families, e)) continue;
-      families.push_back(e);
-      left.push_back(left_by_formula(e));
-    }
-    const std::vector<double> probabilities = probabilities_of_forms(left);
-    for (std::size_t i = 0; i < families.size(); ++i) names.emplace_back(families[i], probabilities[i]);
-    return names;
-  }
-
-  // How probable a name is where an explanation holds. A law in its place, of what it depends on, may be its form, whether or not the
-  // name is fitted beside it: beside a free curve it has nothing to do.
-  double given(const Tried& one, plant::EffectId name) const {
-    for (const plant::Law& law : one.laws) {
-      const auto names = names_for(law);
-      for (const auto& [e, probability] : names) {
-        if (!has_family(system(), {name}, e)) continue;
-        // What a formula leaves is known of forcings; in open-loop simulation a name that is there has paid for itself.
-        const bool has_paid = result_.by_paths && has_family(system(), one.names, name);
-        return has_paid ? 1.0 / static_cast<double>(names.size()) : probability;
-      }
-    }
-    return has_family(system(), one.names, name) ? 1.0 : 0.0;
-  }
-
-  // A name among what was tried with laws: its part of the posterior.
-  FoundEffect found_among(const std::vector<Tried>& tried, plant::EffectId name) const {
-    FoundEffect result = described(name, result_.search);
-    double with = 0.0, all = 0.0, without = -1e300;
-    for (const Tried& one : tried) {
-      const double odds = std::exp(one.log_odds - tried.front().log_odds), part = given(one, name);
-      all += odds;
-      with += part * odds;
-      if (part == 0.0) without = std::max(without, one.log_odds);
-    }
-    result.support.gain = 2.0 * std::clamp(tried.front().log_odds - without, 0.0, 1e6);
-    result.chance = 1.0 - with / all;
-    result.support.share = with / all * result_.explained_share;
-    if (has_law_as_form(name)) {
-      result.form = contains(effects_, name) ? Form::bent : Form::free;
-      result.support.law_beside = has_law_beside({name});
-      result.confidence = probability(result.support);
-    }
-    return result;
-  }
-
-  // The names of the answer, and of those whose form a law of it could be, the likeliest.
-  void name(const std::vector<Tried>& tried) {
-    for (const plant::EffectId e : effects_)
-      if (!has_law_as_form(e)) result_.effects.push_back(found_among(tried, e));
-    for (const FoundLaw& law : result_.laws) {
-      std::optional<FoundEffect> likeliest;
-      for (const auto& [e, probability] : names_for(law.law))
-        if (FoundEffect found = found_among(tried, e); !likeliest || found.support.share > likeliest->support.share)
-          likeliest = std::move(found);
-      if (likeliest && !has_family(system(), names_of(result_.effects), likeliest->effect))
-        result_.effects.push_back(std::move(*likeliest));
-    }
-    std::erase_if(result_.effects, [&](const FoundEffect& found) { return found.support.share < settings_.thresholds.least_share; });
+  Naming naming() const {
+    return {.given = given_,
+            .search = result_.search,
+            .without = search_.without,
+            .names = effects_,
+            .laws = result_.laws,
+            .explained_share = result_.explained_share,
+            .by_paths = result_.by_paths};
   }
 
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
@@ -630,7 +423,7 @@ class Diagnoser {
     for (const plant::EffectId e : best.effects) {
       const plant::EffectInfo& effect = system().effects()[e];
       if (effect.sharing)
-        result_.apart.push_back({.effect = e, .log_odds = odds_without(e, proposals)});
+        result_.apart.push_back({.effect = e, .log_odds = odds_without(proposals, e)});
       else
         (effect.law ? laws : effects_).push_back(e);
     }
@@ -640,9 +433,9 @@ class Diagnoser {
     result_.by_paths = true;
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(e, proposals)));
-    name(tried_in(proposals));
-    for (FoundEffect& found : result_.effects) found.rivals = rivals_on_paths(found.effect, proposals);
+    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(proposals, e)));
+    result_.effects = naming().named(tried_in(proposals), settings_.thresholds.least_share);
+    for (FoundEffect& found : result_.effects) found.rivals = rivals_in(proposals, found.effect);
     result_.proposals = std::move(proposals);
   }
 
@@ -656,9 +449,7 @@ class Diagnoser {
     CalibrationSettings calibration;
     calibration.start = search_.fit.start;
     calibration.seed = search_.seed;
-    std::size_t samples = 0;
-    for (const FitData& one : data_) samples += one.sample_count;
-    calibration.threads = samples < most_samples_at_once ? search_.threads : 1;
+    calibration.threads = threads_for_paths();
     calibration.numerics = numerics();
     calibration.should_stop = search_.fit.should_stop;
     calibration.along_the_path = true;
@@ -684,14 +475,6 @@ class Diagnoser {
     result_.ambiguous_with.push_back(effect);
   }
 
-  // Not what a law of the answer may be the form of, but less likely than not.
-  std::vector<plant::EffectId> names_said() const {
-    std::vector<plant::EffectId> names;
-    for (const FoundEffect& found : result_.effects)
-      if (found.confidence >= doubtful_below || !has_law_as_form(found.effect)) names.push_back(found.effect);
-    return names;
-  }
-
   // What cannot be told from what was found, and whether it may be something else in another form.
   void doubt() {
     std::stable_sort(result_.effects.begin(), result_.effects.end(),
@@ -701,33 +484,25 @@ class Diagnoser {
       for (const auto& [rival, loss] : effect.rivals)
         if (loss < settings_.thresholds.ambiguous_loss) add_rival(rival);
       for (const FoundLaw& law : result_.laws) {
-        const auto names = names_for(law.law);
+        const auto names = naming().names_for(law.law);
         for (const auto& [mine, probability] : names)
           for (const auto& [other, of_other] : names)
             if (has_family(system(), {effect.effect}, mine) && of_other > probability * std::exp(-settings_.thresholds.ambiguous_loss))
               add_rival(other);
       }
     }
-    if (names_said().empty()) return;
+    if (names_said(system(), result_.effects, result_.laws).empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
     result_.parsimony = parsimony_of(effects_, result_.search, leaves_something_ && !result_.by_paths, settings_.thresholds);
     for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
 
-  bool has_law_as_form(plant::EffectId name) const {
-    return std::any_of(result_.laws.begin(), result_.laws.end(), [&](const FoundLaw& one) { return is_own(system(), {name}, one.law); });
-  }
-
-  bool has_law_beside(const std::vector<plant::EffectId>& names) const {
-    return std::any_of(result_.laws.begin(), result_.laws.end(), [&](const FoundLaw& one) { return !is_own(system(), names, one.law); });
-  }
-
   // How probable each find is. What is hardly believed stands in for something else, and is not said.
   void believe() {
     for (FoundEffect& found : result_.effects) {
-      if (!has_law_as_form(found.effect)) found.support.faint = decades_weaker(found, system());
-      found.support.law_beside = has_law_beside({found.effect});
+      if (!has_law_as_form(system(), result_.laws, found.effect)) found.support.faint = decades_weaker(found, system());
+      found.support.law_beside = has_law_beside(system(), result_.laws, {found.effect});
       found.confidence = probability(found.support);
     }
     const auto hardly = [&](const auto& found) { return found.confidence < settings_.thresholds.least_share; };
@@ -736,7 +511,7 @@ class Diagnoser {
       found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
                        .gain = 2.0 * found.log_odds,
                        .faint = decades_nearer(found.effect, result_.values.model()),
-                       .law_beside = has_law_beside(names_said())};
+                       .law_beside = has_law_beside(system(), result_.laws, names_said(system(), result_.effects, result_.laws))};
       found.confidence = probability(found.support);
     }
     if (std::erase_if(result_.apart, hardly) > 0) dropped_ = true;

@@ -6,17 +6,12 @@
 #include <optional>
 
 #include "diagnose/chance.h"
-#include "diagnose/confidence.h"
 #include "diagnose/decide.h"
 #include "diagnose/experiment.h"
-#include "diagnose/free_laws.h"
 #include "diagnose/gate.h"
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
-#include "diagnose/proposals.h"
-#include "diagnose/search.h"
-#include "diagnose/wander.h"
-#include "plant/laws.h"
+#include "diagnose/names.h"
 
 namespace sinew::diagnose {
 
@@ -27,36 +22,6 @@ struct DiagnosisSettings {
   StartPolicy start = StartPolicy::estimated;
   Thresholds thresholds;
   WanderSettings wander;  // thresholds
-};
-
-// What stands for an effect in the answer: the catalogue's formula; that and a law in its own equation or reading, or a formula of another
-// form; or such a law alone, so that none of its parameters has a value.
-enum class Form { catalogue, bent, free };
-std::string_view text_of(Form form);  // as in diagnosis.json
-
-struct FoundEffect {
-  plant::EffectId effect{};
-  Support support;          // what speaks for it
-  double confidence = 0.0;  // probability(support): that this is what acts
-  double chance = 1.0;      // family-wise probability of such a gain
-  struct Parameter {
-    plant::ParameterId parameter{};
-    double value, lowest, highest;  // in the units of files; 95 %
-    bool known;                     // not fitted
-  };
-  std::vector<Parameter> parameters;                       // as in Diagnosis::values
-  std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
-  Form form = Form::catalogue;
-};
-
-// Physics without a name that was found: a law of the answer's plant (plant/laws.h), and its curve. Internal units of its entry.
-struct FoundLaw {
-  plant::EffectId effect{};
-  plant::Law law;
-  std::string place;
-  double log_odds = 0.0;                  // of the answer against the best that has no such law
-  std::vector<double> values, deviation;  // at the knots
-  std::vector<ClosedForm> forms;          // that lie within the band
 };
 
 // Parts that are not alike: each has values of its own (plant/apart.h).

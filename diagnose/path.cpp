@@ -122,12 +122,12 @@ SINEW_FLATTEN void exponential(const Square<Size>& x, Square<Size>& exp_x, Squar
 }
 
 // How many parts a step is crossed in, each with the derivatives of the rates in its middle: several where they change so much that
-// it must hold a corner, none where they hardly change, so that the mean of both ends does.
+// it must hold a corner, none where they hardly change, so that the mean of both ends does: what a step carries is off by less.
 constexpr int corner_parts = 6;
 int parts_of(const Eigen::Ref<const Eigen::MatrixXd>& from, const Eigen::Ref<const Eigen::MatrixXd>& to, double step_s) {
   const auto change = (to - from).array().abs();
-  if (change.maxCoeff() * step_s < 1e-2) return 0;
-    return (change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any() ? corner_parts : 1;
+  if ((change > 0.5 * from.array().abs().max(to.array().abs()) && change * step_s > 1e-3).any()) return corner_parts;
+  return change.maxCoeff() * step_s < 1e-2 ? 0 : 1;
 }
 
 // The sensitivities at the start are the integrator's own.
@@ -207,6 +207,7 @@ struct Follower {
 
     std::vector<double> commanded = start.inputs;
     commanded.resize(with_.system().inputs().size(), 0.0);
+    bool jumped = true;  // the rates have, since `at_end`
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       double time_s = samples[k].time_s - samples.front().time_s;
       if (integrator.advance_to(time_s)) return false;
@@ -252,9 +253,8 @@ struct Follower {
           first = false;
         }
       };
-            // Whether the rates have, since `at_end`.
       const plant::Situation& now = integrator.situation();
-      bool jumped = now.segment_start_s != given.segment_start_s || !now.slopes_1_s.empty();
+      jumped = jumped || now.segment_start_s != given.segment_start_s || !now.slopes_1_s.empty();
       while (time_s < end_s) {
         auto event = events.end();
         for (auto e = events.begin(); e != events.end(); ++e)
@@ -276,7 +276,7 @@ struct Follower {
           differentiator.at(given, y_end, &at_end, &seen, &rate_end);
           jumped = false;
           // In between the states follow the cubic through both ends and their rates.
-                    const int parts = parts_of(at_start.leftCols(n), at_end.leftCols(n), step_s);
+          const int parts = parts_of(at_start.leftCols(n), at_end.leftCols(n), step_s);
           if (parts == 0) {
             in_middle = 0.5 * (at_start + at_end);
             cross(in_middle, step_s);

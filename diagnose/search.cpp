@@ -73,7 +73,7 @@ class Searcher {
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
-    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > 0.9) bend_rivals(result, weigh(result));
+    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > settings_.least_explained_share) bend_rivals(result, weigh(result));
     tell(1.0, "done");
     return result;
   }
@@ -109,15 +109,19 @@ class Searcher {
       if (unknown.parameter && explanation.system().parameters()[*unknown.parameter].effect)
         effects.values[unknown.name] = same.values[unknown.name];
     const bool has_effects = !effects.values.empty();
-    std::vector<Guess> guesses{same};
+    std::vector<Guess> guesses;
+    if (has_effects) guesses = {Guess{}, effects};  // the first will be the path's, which takes longest
+    guesses.push_back(same);
     for (Guess& other : with_other_starts(explanation)) {
       other.forcing = small;
       guesses.push_back(std::move(other));
     }
-    if (has_effects) guesses.insert(guesses.begin(), {same, effects});  // the first will be the path's
     std::vector<Explanation> again(guesses.size());
     sim::in_parallel(guesses.size(), threads, [&](std::size_t i) {
-      if (has_effects && i == 0) guesses[i].values = polished(explanation, data_, settings_.fit).of.as_guess().values;
+      if (has_effects && i == 0) {
+        guesses[i] = polished(explanation, data_, settings_.fit).of.as_guess();
+        guesses[i].forcing = small;
+      }
       again[i] = explain(explanation.problem->centres(), data_, guesses[i], settings_.fit);
     });
     for (Explanation& one : again)
@@ -384,7 +388,7 @@ class Searcher {
     std::stable_sort(apart.begin(), apart.end(), [&](const Explanation& a, const Explanation& b) { return log_odds(a) > log_odds(b); });
     if (apart.empty()) return;
     try_from(apart.front().as_guess(), apart.front());
-    if (apart.front().log_evidence < result.best.log_evidence - margin_below(result.best.log_evidence, result.core.log_evidence)) return;
+    if (log_odds(apart.front()) < log_odds(result.best) - margin_below(result.best.log_evidence, result.core.log_evidence)) return;
     settle(apart.front(), settings_.threads);
     if (log_odds(apart.front()) <= log_odds(result.best)) return;
     Search with = result;

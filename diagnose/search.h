@@ -35,7 +35,7 @@ struct SearchSettings {
   std::size_t bent_names = 4;   // that laws are added to: the best of the first round
   std::size_t laws = 2;         // of the screening's ranking, and the best at the names' own equation, added to each
   int most_laws = 2;
-  double least_explained_share = 0.9;    // of the misfit, by what has one law, for a second to be tried
+  double least_explained_share = 0.9;    // of the misfit: less is no answer that has laws, nor a rival that is given one
   std::vector<plant::EffectId> without;  // effects that may not be named
   Guess guess;                           // where the calibration of the core begins
   std::function<void(double done_share, const std::string& doing)> progress;

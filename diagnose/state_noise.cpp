@@ -7,6 +7,10 @@
 #include "plant/padded.h"
 
 namespace sinew::diagnose {
+
+using plant::product;
+using plant::with_padded_size;
+
 namespace {
 
 // Of the first System: the surroundings and the readings alone, and all nine entries and one strength that varies, with room.
@@ -110,7 +114,7 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
   const plant::Plant plant = problem.plant_at(z);
   const std::vector<plant::Entry>& entries = system_.entries();
   states_ = plant.states().size();
-    padded_states_ = plant::padded(states_);
+  padded_states_ = plant::padded(states_);
   for (std::size_t e = 0; e < entries.size(); ++e)
     if (groups.empty() || groups[entries[e].group]) used_.push_back(e);
   const std::size_t forcings = this->forcings();

@@ -13,7 +13,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -188,7 +187,6 @@ class Problem {
     }
   }
 
-  // Column-major [states x states].
   // columns: [states x states], one state's after another's; rates: [states], where wanted.
   void jacobian(double time_s, const double* y, double* columns, double* rates = nullptr) {
     ++jacobian_evaluations;
@@ -545,7 +543,6 @@ class RosenbrockSolver : public Solver {
     for (const StateInfo& state : problem.states_info) scales_.push_back(state.scale);
     for (Column* v : {&y_, &rate_, &later_rate_, &trial_, &time_slope_, &right_}) v->setZero(rows);
     for (Column& stage : stages_) stage.setZero(rows);
-
     inverse_.setIdentity(rows, rows);
   }
 
@@ -617,7 +614,6 @@ class RosenbrockSolver : public Solver {
     inverse_.topLeftCorner(n_, n_) = -jacobian_;
     inverse_.diagonal().head(n_).array() += 1.0 / (gamma * h);
     invert<Size>(inverse_);
-
     auto& [k1, k2, k3, k4] = stages_;
     right_ = rate_ + (0.5 * h) * time_slope_;
     k1 = product<Size>(inverse_, right_);

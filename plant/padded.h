@@ -5,8 +5,8 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <type_traits>
-#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -39,7 +39,7 @@ auto product(const A& a, const B& b) {
 }
 
 // matrix = its inverse, by Gauss-Jordan elimination with partial pivoting where the size is known: whole columns at a time, in the
-// matrix's own place. A singular one becomes infinite or not a number.
+// matrix's own place. A singular one becomes infinite or not a number; what is padded needs ones on the diagonal, and keeps them.
 template <int Size>
 void invert(Eigen::Matrix<double, Size, Size>& matrix) {
   if constexpr (Size == Eigen::Dynamic) {

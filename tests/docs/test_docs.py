@@ -190,6 +190,20 @@ check("who runs what is not run here exists", all(who.startswith("by hand: ") or
 check("commands were run", ran_here >= 25, ran_here)
 print(f"commands of README.md and docs/: {ran_here} run here, {ran_elsewhere} by other tests or by hand")
 
+# docs/thresholds.md: each number stands in the file that it names, and every number of the settings' structs has a row.
+rows = re.findall(r"^\| `(\w+)` \| ([^|]+) \| `([^`]+)` \|", (ROOT / "docs/thresholds.md").read_text(), re.M)
+check("docs/thresholds.md has rows", len(rows) > 50, rows)
+for number, value, file in rows:
+    stands = re.compile(rf"\b{number}(?: = |{{){re.escape(value)}\b" if "," not in value else rf"\b{number}{{{re.escape(value)}}}")
+    check(f"docs/thresholds.md: {number} = {value} in {file}", stands.search((ROOT / file).read_text()))
+for struct, file in {"Thresholds": "decide", "SearchSettings": "search", "WanderSettings": "wander", "ProposalSettings": "proposals",
+                     "ExplanationSettings": "explanation"}.items():
+    file = f"diagnose/{file}.h"
+    body = re.search(rf"^struct {struct} {{\n(.*?)^}};", (ROOT / file).read_text(), re.M | re.S)[1]
+    members = re.findall(r"(\w+) = [-\d.e]+[,;]", body)
+    missing = [m for m in members if m not in ("seed", "threads") and not any((n, f) == (m, file) for n, _, f in rows)]
+    check(f"docs/thresholds.md has every number of {struct}", members and not missing, missing)
+
 fitted = subprocess.run(["/usr/bin/python3", ROOT / "tools/fit_confidence"], capture_output=True, text=True)
 weights = re.search(r"^weights(\{.*\})$", fitted.stdout, re.M)
 check("tools/fit_confidence prints the weights that the program has",

@@ -33,7 +33,10 @@ void check(Eigen::Index filled) {
     CHECK((one - Eigen::MatrixXd::Identity(one.rows(), one.cols())).cwiseAbs().maxCoeff() < 1e-10);
     // What is padded stays so, to the last bit.
     for (Eigen::Index i = filled; i < inverse.rows(); ++i)
-      for (Eigen::Index j = 0; j < inverse.cols(); ++j) CHECK(inverse(i, j) == (i == j ? 1.0 : 0.0));
+      for (Eigen::Index j = 0; j < inverse.cols(); ++j) {
+        CHECK(inverse(i, j) == (i == j ? 1.0 : 0.0));
+        CHECK(inverse(j, i) == (i == j ? 1.0 : 0.0));
+      }
   }
 }
 
