@@ -11,6 +11,7 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr std::size_t width = plant::jet_width;
+constexpr double same_time_s = 1e-9;  // as the integrator has it: an event by so little after a sample is at it
 using plant::Jet;
 using plant::product;
 using plant::with_padded_size;
@@ -258,10 +259,10 @@ struct Follower {
       while (time_s < end_s) {
         auto event = events.end();
         for (auto e = events.begin(); e != events.end(); ++e)
-          if (e->time_s <= end_s && (event == events.end() || e->time_s < event->time_s)) event = e;
-        const double stop_s = event == events.end() ? end_s : std::max(time_s, event->time_s);
+          if (e->time_s <= end_s + same_time_s && (event == events.end() || e->time_s < event->time_s)) event = e;
+        const double stop_s = event == events.end() ? end_s : std::clamp(event->time_s, time_s, end_s);
         const double step_s = stop_s - time_s;
-        if (step_s > 1e-9) {
+        if (step_s > same_time_s) {
           given = integrator.situation();
           y_start = integrator.state();
           if (jumped) {
