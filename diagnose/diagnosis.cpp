@@ -15,7 +15,7 @@ namespace sinew::diagnose {
 namespace {
 
 constexpr double two_sided_95 = 1.959964;
-constexpr std::size_t most_samples_at_once = 50'000;  // each fit of a whole path keeps one: memory
+constexpr std::size_t most_samples_at_once = 50'000;  // each fit of an open-loop simulation keeps its path: memory
 constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
 
 template <class Id>

@@ -99,7 +99,8 @@ class Searcher {
 
   // Where much is left a fit may have stuck: held by the large forcings that it began with; by the core's parameters,
   // which went far without the effects; or by forcings that follow the recording whatever the effect does. Once more
-  // with small ones, from other first values, from the effects alone, and from the whole path's least squares; the likeliest stays.
+  // with small ones, from other first values, from the effects alone, and from least squares of the open-loop simulation; the likeliest
+  // stays.
   void settle(Explanation& explanation, int threads) const {
     if (explanation.process_noise <= settings_.settled_process_noise) return;
     const ForcingSize small = small_forcing(system_);
@@ -110,7 +111,7 @@ class Searcher {
         effects.values[unknown.name] = same.values[unknown.name];
     const bool has_effects = !effects.values.empty();
     std::vector<Guess> guesses;
-    if (has_effects) guesses = {Guess{}, effects};  // the first will be the path's, which takes longest
+    if (has_effects) guesses = {Guess{}, effects};  // the first will be that of the open-loop simulation, which takes longest
     guesses.push_back(same);
     for (Guess& other : with_other_starts(explanation)) {
       other.forcing = small;
