@@ -73,7 +73,8 @@ class Searcher {
     if (settings_.most_effects >= 1 && !nothing_left(result, settings_)) try_afresh(result);
     if (settings_.most_effects >= 2 && !nothing_left(result, settings_) && !result.rounds.front().candidates.empty()) try_pairs(result);
     // Rivals matter where there is an answer.
-    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > settings_.least_explained_share) bend_rivals(result, weigh(result));
+    if (nothing_left(result, settings_) || share_explained(result.core, result.best) > settings_.least_explained_share)
+      bend_rivals(result, weigh(result));
     tell(1.0, "done");
     return result;
   }
