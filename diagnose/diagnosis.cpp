@@ -316,7 +316,9 @@ class Diagnoser {
   // Whether an explanation leaves more than there is where nothing is missing.
   bool leaves_something(const Explanation& explanation, double limit) {
     if (explanation.process_noise < limit) return false;
-    if (explanation.process_noise >= settings_.thresholds.certain_process_noise) return true;
+    const double beyond_ordinary = process_noise_beyond_ordinary(explanation);
+    if (beyond_ordinary < limit) return false;
+    if (beyond_ordinary >= settings_.thresholds.certain_process_noise) return true;
     tell(0.98, "asking how much is left by chance");
     result_.process_noise_after_refit = process_noise_after_refit(explanation, data_, search_.fit);
     if (*result_.process_noise_after_refit < limit) return false;

@@ -168,22 +168,33 @@ void ask_what_was_before(Explanation& given, const std::vector<FitData>& data, c
   }
 }
 
-// The surroundings as they were found, but not less than what a search for their size can begin with.
-ForcingSize nuisance_to_begin_with(const Explanation& at) {
+// What is free, as it was found, but not less than what a search for the size of the surroundings can begin with, and no more than is
+// ordinary.
+ForcingSize ordinary_to_begin_with(const Explanation& at, const FreeForcings& free) {
   ForcingSize size = no_forcing(at.system());
   for (const plant::EntryGroupId g : size.ids())
-    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; group.is_nuisance) size[g] = std::max(at.forcing[g], group.least);
+    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; free[g])
+      size[g] = std::clamp(at.forcing[g], group.least, group.ordinary);
   return size;
 }
 
 }  // namespace
 
+double process_noise_beyond_ordinary(const Explanation& at) {
+  Path path;
+  follow(*at.problem, at.z.data(), Want::points, path);
+  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
+  const FreeForcings ordinary = ordinary_free(at.system());
+  static_cast<void>(noise.maximise(at.residual, ordinary_to_begin_with(at, ordinary), ordinary, 1.3, true));
+  return std::min(at.process_noise, 2.0 * (at.log_likelihood - noise.log_likelihood(at.residual)));
+}
+
 double process_noise_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
-  ExplanationSettings nuisance_alone = settings;
-  nuisance_alone.free = nuisance_free(at.system());
+  ExplanationSettings ordinary = settings;
+  ordinary.only_ordinary = true;
   Guess guess = at.as_guess();
-  guess.forcing = nuisance_to_begin_with(at);
-  const Explanation again = explain(at.problem->centres(), data, guess, nuisance_alone);
+  guess.forcing = ordinary_to_begin_with(at, ordinary_free(at.system()));
+  const Explanation again = explain(at.problem->centres(), data, guess, ordinary);
   return again.usable ? std::min(at.process_noise, 2.0 * (at.log_posterior - again.log_posterior)) : at.process_noise;
 }
 
@@ -266,9 +277,9 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
   result.log_posterior = -1e300;
   Eigen::MatrixXd sensitivity;
   std::shared_ptr<StateNoise> noise, best;
-  const FreeForcings free = settings.least_squares  ? nuisance_free(result.system())
-                            : settings.free.empty() ? all_free(result.system())
-                                                    : settings.free;
+  const FreeForcings free = settings.least_squares   ? nuisance_free(result.system())
+                            : settings.only_ordinary ? ordinary_free(result.system())
+                                                     : all_free(result.system());
   ForcingSize size = guess.forcing.empty() ? forcing_to_begin_with(result.system()) : guess.forcing;
   for (const plant::EntryGroupId g : size.ids())
     if (!free[g]) size[g] = 0.0;
@@ -281,7 +292,7 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
     if (settings.least_squares)
       noise->set(size = no_forcing(result.system()));
     else
-      size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6);
+      size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6, settings.only_ordinary);
     const double likelihood = noise->log_likelihood(residual);
     const double posterior =
         likelihood - 0.5 * fit.z().squaredNorm() - 0.5 * problem.order_residuals(fit.z().data(), nullptr).squaredNorm();
@@ -300,7 +311,8 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
     fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
   if (!best) return result;
-  static_cast<void>(best->maximise(result.residual, nuisance_to_begin_with(result), nuisance_free(result.system()), 1.3));
+  const FreeForcings surroundings = nuisance_free(result.system());
+  static_cast<void>(best->maximise(result.residual, ordinary_to_begin_with(result, surroundings), surroundings, 1.3));
   result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
   Eigen::MatrixXd whitened = result.residual;
   best->whiten(whitened);

@@ -33,7 +33,7 @@ struct ExplanationSettings {
   bool only_start = false;     // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::rosenbrock, 1e-5};
-  FreeForcings free{};             // forcings whose size is estimated, the others are none; empty: all
+  bool only_ordinary = false;      // forcings that are no sign of missing physics (EntryGroup::ordinary), and no others
   std::optional<Varying> varying;  // one more forcing
   int most_rounds = 4;
   int iterations_per_round = 6;
@@ -53,8 +53,7 @@ struct Explanation {
   double log_posterior = 0.0;   // with the prior of z
   double log_evidence = 0.0;
   // The data's distance from what a right model would leave, in squared standard deviations: r^T V0^-1 r - rows, with V0
-  // of the sensors and surroundings that vary by as much as was found, at most EntryGroup::most, and of what varies, if
-  // anything does.
+  // of the sensors and surroundings that vary by as much as was found, and of what varies, if anything does.
   double misfit = 0.0;
   // 2 (log likelihood with all forcings - with the surroundings, and what varies, alone): what is still there that these do not explain.
   double process_noise = 0.0;
@@ -77,8 +76,12 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
 // The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr);
 
-// What the forcings beside the surroundings gain in twice the log posterior, if the unknowns are fitted again without them: the process
-// noise, but for what other values of the parameters would do as well. At most `at.process_noise`.
+// The process noise beside what is ordinary of all forcings (EntryGroup::ordinary), as air of its own at each wire. At most
+// `at.process_noise`.
+double process_noise_beyond_ordinary(const Explanation& at);
+
+// What the forcings beside what is ordinary of them gain in twice the log posterior, if the unknowns are fitted again without them: the
+// process noise, but for what other values of the parameters would do as well. At most `at.process_noise`.
 double process_noise_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings);
 
 // The same guess with other first values of one recording, which a fit that began at these does not feel (System::other_starts); of

@@ -112,7 +112,12 @@ std::vector<Tried> tried_in(const Search& search) {
 std::vector<Tried> tried_in(const Proposals& proposals) {
   std::vector<Tried> result;
   const plant::System& system = *proposals.system;
+  const auto has_law = [&](const Proposal& one) {
+    return std::any_of(one.effects.begin(), one.effects.end(), [&](plant::EffectId e) { return system.effects()[e].law.has_value(); });
+  };
+  const bool laws_pay = has_law(proposals.all[proposals.answer]);
   for (const Proposal& one : proposals.all) {
+    if (has_law(one) && !laws_pay) continue;
     result.push_back({{}, {}, one.log_odds});
     for (const plant::EffectId e : one.effects)
       if (const plant::EffectInfo& effect = system.effects()[e]; effect.law)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "diagnose/calibrate.h"
 #include "diagnose/compare.h"
@@ -71,7 +72,7 @@ class Proposer {
       tell(static_cast<double>(depth - 1) / static_cast<double>(most + 1), "trying effects by open-loop simulation");
       const Effects before = best();
       if (!all_.at(before).usable) break;
-      std::vector<Begun> begun = depth == 1 ? first_round() : next_round();
+      std::vector<Begun> begun = depth == 1 ? first_round() : next_round(order(), settings_.width);
       halve(begun);
       for (Begun& one : begun) keep(one);
       settle();
@@ -80,19 +81,29 @@ class Proposer {
     tell(static_cast<double>(most) / static_cast<double>(most + 1), "weighing proposals");
     restart();
     settle();
-    weigh_without(best());
-    settle();
+    // What comes out may be another proposal, whose names have rivals of their own.
+    for (int pass = 0; pass < most_exchanges; ++pass) {
+      const Effects leading = best();
+      weigh_without(leading);
+      exchange(leading);
+      settle();
+      if (best() == leading) break;
+    }
     tell(0.9, "predicting what was left out of the fit");
-    const Effects named = what_pays(best());
+    const Effects led = best();
+    const Effects named = standing_ = with_what_pays(what_pays(led));
     tell(0.92, "trying laws without a name");
     seek_laws(named);
     tell(0.97, "predicting what was left out of the fit");
-    return ranked(what_pays(best()));
+    return ranked(better_with_laws(named));
   }
 
  private:
+  using FoldsKnown = std::map<Effects, FoldErrors, ByCatalogue>;
   static constexpr int short_fit = 4, middle_fit = 8, long_fit = 25;
   static constexpr double beyond_doubt = 3.0;  // of log odds: twenty to one
+  static constexpr double still_counts = 5.0;  // below the best: what is further down has no share to speak of
+  static constexpr int most_exchanges = 2;
 
   void tell(double share, const std::string& doing) const {
     if (settings_.progress) settings_.progress(share, doing);
@@ -299,10 +310,9 @@ class Proposer {
     return begun;
   }
 
-  std::vector<Begun> next_round() const {
+  std::vector<Begun> next_round(std::vector<Effects> parents, std::size_t most) const {
     std::vector<Begun> begun;
-    std::vector<Effects> parents = order();
-    if (parents.size() > settings_.width) parents.resize(settings_.width);
+    if (parents.size() > most) parents.resize(most);
     for (const Effects& parent : parents) {
       const Explanation& at = all_.at(parent);
       set_apart(parent, begun);
@@ -369,14 +379,14 @@ class Proposer {
     for (int pass = 0; pass < 2; ++pass) {
       const Effects leading = best();
       if (!all_.at(leading).usable || (!measure_by(fitted(all_.at(leading))) && pass > 0)) return;
-      std::vector<Effects> sets = order();
+      const std::vector<Effects> sets = order();
+      const double odds = log_odds(leading, all_.at(leading));
       std::vector<Begun> again;
       for (std::size_t i = 0; i < sets.size(); ++i)
-        if (i < 2 * settings_.width || sets[i].empty()) again.push_back({sets[i], all_.at(sets[i]).as_guess(), {}});
+        if (i < 2 * settings_.width || sets[i].empty() || sets[i] == standing_ || log_odds(sets[i], all_.at(sets[i])) > odds - still_counts)
+          again.push_back({sets[i], all_.at(sets[i]).as_guess(), {}});
       for (std::size_t i = 0; i < sets.size(); ++i)
-        if (sets[i].size() < leading.size() &&
-            std::includes(leading.begin(), leading.end(), sets[i].begin(), sets[i].end(), [](auto a, auto b) { return a.index < b.index; }))
-          again.push_back({sets[i], all_.at(leading).as_guess(), {}});
+        if (sets[i].size() < leading.size() && includes(leading, sets[i])) again.push_back({sets[i], all_.at(leading).as_guess(), {}});
       fit_all(again, long_fit);
       all_.clear();
       for (const Begun& one : again) keep(one);
@@ -473,15 +483,35 @@ class Proposer {
     for (const Begun& one : begun) keep(one);
   }
 
+  // Each of the names exchanged for what does best without it: what could stand in its place has a share, too. From where the proposal is
+  // without the name, and from its own values.
+  void exchange(const Effects& effects) {
+    std::vector<Begun> begun;
+    for (const Effects& rest : less_one(effects)) {
+      const auto at = all_.find(rest);
+      if (at == all_.end() || !at->second.usable) continue;
+      const Scores scores = score(at->second, addable(with(rest), settings_.without), settings_.threads);
+      std::size_t taken = 0;
+      for (const std::size_t s : scores.best) {
+        const plant::EffectId other = scores.all[s].effect;
+        if (holds(effects, other)) continue;
+        if (!begins_far(other) && taken++ >= settings_.exchanged) continue;
+        const Effects instead = joined(rest, other);
+        Guess own = all_.at(effects).as_guess();
+        put_typical(own, other);
+        begun.push_back({instead, own, {}});
+        if (!all_.contains(instead)) begun.push_back({instead, guess_with(at->second, scores.all[s]), {}});
+      }
+    }
+    halve(begun);
+    for (const Begun& one : begun) keep(one);
+  }
+
   // Without what does not pay: the effect that is missed least is taken out until it is missed. A law is missed where what is left out of
   // the fit is predicted worse without it, beyond chance; an effect of the catalogue also where the fit speaks for it and those
   // predictions do not speak against it. The name of a law is no term of its own: the odds decide.
   Effects what_pays(Effects effects) {
-    std::map<Effects, FoldErrors, ByCatalogue> known;
-    const auto errors_of = [&](const Effects& of) {
-      if (!known.contains(of)) known[of] = cross_validated(fitted(all_.at(of)), data_, settings_.threads, fit_);
-      return known.at(of);
-    };
+    FoldsKnown known;
     while (!effects.empty()) {
       weigh_without(effects);
       Effects least;
@@ -495,12 +525,57 @@ class Proposer {
         least = rest;
       }
       if (most == -1e300) break;
-      const FoldGain gain = gain_of(errors_of(least), errors_of(effects));
+      const FoldGain gain = gain_of(errors_of(least, known), errors_of(effects, known));
       const bool a_law_less = laws_in(least) < laws_in(effects);
       if (gain.beyond_chance() || (!a_law_less && gain.value > 0.0 && odds > most + beyond_doubt)) break;
       effects = least;
     }
     return effects;
+  }
+
+  // With laws, where that predicts better than what has names alone, beyond chance.
+  Effects better_with_laws(const Effects& named) {
+    if (laws_in(best()) == 0) return named;
+    const Effects with_laws = what_pays(best());
+    if (laws_in(with_laws) == 0) return named;
+    FoldsKnown known;
+    return gain_of(errors_of(named, known), errors_of(with_laws, known)).beyond_chance() ? with_laws : named;
+  }
+
+  // With what pays beside it. Where the plant as given is off for as long as it runs, it leaves few errors that are independent, and
+  // evidence
+  // asks for more than a term needs that predicts better, beyond chance. Then what stood is what all are compared with: the errors are
+  // counted as it leaves them.
+  Effects with_what_pays(Effects effects) {
+    for (;;) {
+      std::optional<Effects> more;  // the likeliest
+      for (const Effects& one : order())
+        if (!more && one.size() == effects.size() + 1 && includes(one, effects)) more = one;
+      FoldsKnown known;
+      if (!more || !gain_of(errors_of(effects, known), errors_of(*more, known)).beyond_chance()) return effects;
+      count_as_left_by(all_.at(effects));
+      effects = standing_ = *more;
+      settle();
+      weigh_without(effects);
+      exchange(effects);
+      std::vector<Begun> begun = next_round({effects}, 1);
+      halve(begun);
+      for (const Begun& one : begun) keep(one);
+      settle();
+    }
+  }
+  void count_as_left_by(const Explanation& fit) {
+    const std::vector<PerChannel> alike = samples_alike_of(fitted(fit), data_, fit_.numerics);
+    for (std::size_t r = 0; r < data_.size(); ++r)
+      for (const plant::ChannelId c : alike[r].ids()) correlation_[r][c] = std::min(correlation_[r][c], alike[r][c]);
+  }
+
+  const FoldErrors& errors_of(const Effects& effects, FoldsKnown& known) const {
+    if (!known.contains(effects)) known[effects] = cross_validated(fitted(all_.at(effects)), data_, settings_.threads, fit_);
+    return known.at(effects);
+  }
+  static bool includes(const Effects& all, const Effects& some) {
+    return std::includes(all.begin(), all.end(), some.begin(), some.end(), [](auto a, auto b) { return a.index < b.index; });
   }
 
   Proposals ranked(const Effects& answer) const {
@@ -541,9 +616,11 @@ class Proposer {
   std::vector<FitData> yardstick_;
   const ProposalSettings& settings_;
   const plant::NumericalSettings numerics_;
-  ExplanationSettings fit_;              // with a coarse tolerance
-  std::vector<PerChannel> correlation_;  // of each recording: samples, of what the plant as given leaves at best
-  const PerChannel scale_;               // error_size.h
+  ExplanationSettings fit_;  // with a coarse tolerance
+  std::vector<PerChannel>
+      correlation_;         // of each recording: samples over which errors are alike, at first as the plant as given leaves them
+  const PerChannel scale_;  // error_size.h
+  Effects standing_;        // what others are tried beside, likely or not
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
   Effects sharings_;    // of parts that may differ

@@ -13,17 +13,19 @@
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
 // - Beside effects, parts may differ: in the transformation temperatures, or in the values of an effect (plant/apart.h).
-// - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and
-//   the best proposals from several starts drawn from the prior.
+// - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and with
+//   another in its place; and the best proposals from several starts drawn from the prior.
 // - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
 //   the proposals that have it. The likelihood in it is that of as many independent errors as the plant as given leaves, of unknown
 //   size: a proposal is judged by how small an error it comes down to, not by how far below the yardstick it gets. (With the
 //   correlation of what the best leaves, which grows shorter with every term, the physical limb got two laws and a worse prediction.)
-// - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
-//   the price of one cell in so many.
 // - The answer is what is left of the most probable proposal once every term that does not pay is taken out: one without which seconds
 //   that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h). An effect of the catalogue may stay, too,
-//   where the fit is twenty to one for it and those predictions are not against it; a law may not.
+//   where the fit is twenty to one for it and those predictions are not against it; a law may not. What pays beside that is added: a plant
+//   that drifts away leaves hardly an independent error, so that evidence asks for too much; from then on errors are counted as what stood
+//   before leaves them.
+// - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
+//   the price of one cell in so many, and must pay against the best that has none.
 //
 // Source: MacKay 2003, Information Theory, Inference, and Learning Algorithms, chapter 28; Jamieson, Talwalkar 2016, AISTATS
 // (successive halving).
@@ -40,6 +42,7 @@ struct ProposalSettings {
   std::size_t width = 3;       // proposals that are gone on from
   std::size_t scored = 6;      // effects of the score test's ranking that are added to each
   std::size_t pairs = 6;       // of the joint score test's ranking, fitted at first
+  std::size_t exchanged = 3;   // for each name of the best, at the end
   std::size_t laws = 4;        // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
   int most_laws = 2;           // in one proposal
   int starts = 5;              // of the best proposals, at the end

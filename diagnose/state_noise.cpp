@@ -60,6 +60,12 @@ FreeForcings nuisance_free(const plant::System& system) {
   return free;
 }
 
+FreeForcings ordinary_free(const plant::System& system) {
+  FreeForcings free;
+  for (const plant::EntryGroup& group : system.entry_groups()) free.push_back(group.ordinary > 0.0);
+  return free;
+}
+
 FreeForcings nuisance_and(const plant::System& system, plant::EntryGroupId group) {
   FreeForcings free = nuisance_free(system);
   free[group] = true;
@@ -306,8 +312,8 @@ double StateNoise::log_likelihood(const Eigen::VectorXd& residual) const {
   return -0.5 * (whitened.squaredNorm() + log_determinant_);
 }
 
-ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free,
-                                 double finest_factor) {
+ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free, double finest_factor,
+                                 bool only_ordinary) {
   // Coordinate ascent in the logarithm: steps of a factor, halved in the exponent when none helps. The last coordinate is
   // the strength that varies.
   constexpr double floor_share = 1.0 / 100.0, most_share = 200.0;
@@ -319,7 +325,8 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
     const plant::EntryGroup& group = system_.entry_groups()[g];
     best.push_back(begin[g]);
     typical.push_back(group.typical);
-    most.push_back(group.most > 0.0 ? group.most : group.typical * most_share);
+    const bool is_limited = group.ordinary > 0.0 && (group.is_nuisance || only_ordinary);
+    most.push_back(is_limited ? group.ordinary : group.typical * most_share);
     is_free.push_back(free[g]);
   }
   best.push_back(varying_size_);

@@ -46,6 +46,7 @@ double nuisance_of(const plant::System& system, const ForcingSize& size);
 FreeForcings with_a_size(const ForcingSize& size);  // those that are not 0
 FreeForcings all_free(const plant::System& system);
 FreeForcings nuisance_free(const plant::System& system);
+FreeForcings ordinary_free(const plant::System& system);  // that can be no sign of missing physics (EntryGroup::ordinary)
 FreeForcings nuisance_and(const plant::System& system, plant::EntryGroupId group);
 
 // Rows of a FitProblem averaged over blocks of time, channel by channel.
@@ -108,10 +109,11 @@ class StateNoise {
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
-  // help end at 0; no size passes EntryGroup::most, where that is given. The strength that varies, where there is one, is free, too, and
-  // begins at its size here. Sizes are found to
-  // within `finest_factor`. Leaves the object at the result.
-  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free, double finest_factor);
+  // help end at 0; the surroundings do not pass EntryGroup::ordinary, and nothing does where only what is ordinary is sought. The strength
+  // that varies, where there is one, is free, too, and begins at its size here. Sizes are found to within `finest_factor`. Leaves the
+  // object at the result.
+  ForcingSize maximise(const Eigen::VectorXd& residual, const ForcingSize& begin, const FreeForcings& free, double finest_factor,
+                       bool only_ordinary = false);
 
  private:
   // The plant's states, padded, then the forcings', padded.

@@ -151,9 +151,10 @@ struct EntryGroup {
   std::vector<std::string_view> places = {};  // of the effects that enter here; where there are two, the second is the inputs' side
   std::string_view input_words = "";          // of the second: "the heating of the wires by their current"
   double begin = 0.0;                         // the size that a fit begins with
-  // The surroundings: what moves around every plant, and is no sign of missing physics, up to `most`.
-  bool is_nuisance = false;
-  double least = 0.0, most = 0.0;
+  // Up to this size a forcing is no sign of missing physics, as the air that moves around every plant; 0: any size is.
+  double ordinary = 0.0;
+  bool is_nuisance = false;  // the surroundings, which never move by more
+  double least = 0.0;        // from where the size of the surroundings is sought
   // Groups of one such name move the same channels, and cannot be told apart without a law.
   std::string_view alike = "";
 };
