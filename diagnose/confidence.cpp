@@ -9,7 +9,7 @@ namespace sinew::diagnose {
 namespace {
 
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
-constexpr std::array<double, support_terms> weights{-0.14, 1.15, -4.52, -2.42};
+constexpr std::array<double, support_terms> weights{-0.59, 1.25, -4.56, -2.12};
 
 constexpr double least_left = 1e-3;  // by the formula of a form of the same physics
 
