@@ -236,8 +236,9 @@ report::Table proposal_table(const Diagnosis& d) {
     table.rows.push_back(row);
   }
   table.caption =
-      "Each with all parameters fitted, begun from several values. Bold: the answer, without effects that do not help to predict what was "
-      "left out of the fit.";
+      "Each with all parameters fitted, begun from several values. Bold: the answer, which is chosen by how well what was left out of the "
+      "fit "
+      "is predicted.";
   return table;
 }
 

@@ -274,7 +274,9 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     first += " These are errors on the data that was fitted; on held-out data, the same plant is what is called before, below.";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
   if (d.verdict == Verdict::consistent)
-    return {first + " What is beyond noise is no more than what moving air does, and it gathers in no equation."};
+    return {first + (d.process_noise_beyond_ordinary
+                         ? " What is beyond noise is no more than what moving air does that is not the same everywhere."
+                         : " What is beyond noise is no more than what moving air does, and it gathers in no equation.")};
 
   std::string when = percent(located.worst.share_of_error) + " of the squared error of " + channel_words(channels_of(d)[located.channel]) +
                      " happens in " + percent(located.worst.share_of_time) + " of the time";
@@ -485,12 +487,15 @@ std::string wandering_words(const Diagnosis& d) {
   return text;
 }
 
-// Effects of the most probable plant that were not kept, since they do not help to predict.
+// Effects of the most probable plant that were not kept beside the answer's, since they do not help to predict.
 std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   std::vector<std::string> names;
   if (!d.by_paths) return names;
   const auto& kept = d.proposals.all[d.proposals.answer].effects;
-  for (const plant::EffectId e : d.proposals.all.front().effects)
+  const auto& likeliest = d.proposals.all.front().effects;
+  const auto is_there = [&](plant::EffectId e) { return std::find(likeliest.begin(), likeliest.end(), e) != likeliest.end(); };
+  if (!std::all_of(kept.begin(), kept.end(), is_there)) return names;
+  for (const plant::EffectId e : likeliest)
     if (std::find(kept.begin(), kept.end(), e) == kept.end())
       names.push_back(effects_of(d)[e].law       ? std::string(effects_of(d)[e].words)
                       : effects_of(d)[e].sharing ? "that " + std::string(effects_of(d)[e].words)

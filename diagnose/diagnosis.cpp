@@ -309,6 +309,7 @@ class Diagnoser {
     result_.apart.clear();
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
+    result_.process_noise_beyond_ordinary.reset();
     for (Prediction& prediction : result_.predictions) prediction.after = prediction.before;
     score_held_out();
   }
@@ -316,9 +317,9 @@ class Diagnoser {
   // Whether an explanation leaves more than there is where nothing is missing.
   bool leaves_something(const Explanation& explanation, double limit) {
     if (explanation.process_noise < limit) return false;
-    const double beyond_ordinary = process_noise_beyond_ordinary(explanation);
-    if (beyond_ordinary < limit) return false;
-    if (beyond_ordinary >= settings_.thresholds.certain_process_noise) return true;
+    result_.process_noise_beyond_ordinary = process_noise_beyond_ordinary(explanation);
+    if (*result_.process_noise_beyond_ordinary < limit) return false;
+    if (*result_.process_noise_beyond_ordinary >= settings_.thresholds.certain_process_noise) return true;
     tell(0.98, "asking how much is left by chance");
     result_.process_noise_after_refit = process_noise_after_refit(explanation, data_, search_.fit);
     if (*result_.process_noise_after_refit < limit) return false;
@@ -417,6 +418,7 @@ class Diagnoser {
     }
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
+    result_.process_noise_beyond_ordinary.reset();
     result_.answer = path.of;
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);

@@ -168,13 +168,11 @@ void ask_what_was_before(Explanation& given, const std::vector<FitData>& data, c
   }
 }
 
-// What is free, as it was found, but not less than what a search for the size of the surroundings can begin with, and no more than is
-// ordinary.
+// What is free, as it was found, but not less than what a search for the size of the surroundings can begin with.
 ForcingSize ordinary_to_begin_with(const Explanation& at, const FreeForcings& free) {
   ForcingSize size = no_forcing(at.system());
   for (const plant::EntryGroupId g : size.ids())
-    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; free[g])
-      size[g] = std::clamp(at.forcing[g], group.least, group.ordinary);
+    if (const plant::EntryGroup& group = at.system().entry_groups()[g]; free[g]) size[g] = std::max(at.forcing[g], group.least);
   return size;
 }
 
@@ -183,8 +181,8 @@ ForcingSize ordinary_to_begin_with(const Explanation& at, const FreeForcings& fr
 double process_noise_beyond_ordinary(const Explanation& at) {
   Path path;
   follow(*at.problem, at.z.data(), Want::points, path);
-  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
   const FreeForcings ordinary = ordinary_free(at.system());
+  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path, nullptr, ordinary);
   static_cast<void>(noise.maximise(at.residual, ordinary_to_begin_with(at, ordinary), ordinary, 1.3, true));
   return std::min(at.process_noise, 2.0 * (at.log_likelihood - noise.log_likelihood(at.residual)));
 }

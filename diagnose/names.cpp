@@ -112,12 +112,8 @@ std::vector<Tried> tried_in(const Search& search) {
 std::vector<Tried> tried_in(const Proposals& proposals) {
   std::vector<Tried> result;
   const plant::System& system = *proposals.system;
-  const auto has_law = [&](const Proposal& one) {
-    return std::any_of(one.effects.begin(), one.effects.end(), [&](plant::EffectId e) { return system.effects()[e].law.has_value(); });
-  };
-  const bool laws_pay = has_law(proposals.all[proposals.answer]);
   for (const Proposal& one : proposals.all) {
-    if (has_law(one) && !laws_pay) continue;
+    if (!one.counts) continue;
     result.push_back({{}, {}, one.log_odds});
     for (const plant::EffectId e : one.effects)
       if (const plant::EffectInfo& effect = system.effects()[e]; effect.law)
@@ -132,7 +128,7 @@ std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& propo
   std::vector<std::pair<plant::EffectId, double>> rivals;
   const Proposal& best = proposals.all[proposals.answer];
   for (const Proposal& one : proposals.all) {
-    if (has_family(*proposals.system, one.effects, effect)) continue;
+    if (!one.counts || has_family(*proposals.system, one.effects, effect)) continue;
     const double loss = best.log_odds - one.log_odds;
     if (one.effects.size() != best.effects.size() ||
         std::any_of(best.effects.begin(), best.effects.end(), [&](plant::EffectId e) { return e != effect && !contains(one.effects, e); }))
@@ -147,7 +143,7 @@ std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& propo
 
 double odds_without(const Proposals& proposals, plant::EffectId term) {
   for (const Proposal& one : proposals.all)
-    if (!contains(one.effects, term)) return proposals.all[proposals.answer].log_odds - one.log_odds;
+    if (one.counts && !contains(one.effects, term)) return proposals.all[proposals.answer].log_odds - one.log_odds;
   return 0.0;
 }
 

@@ -60,7 +60,7 @@ struct Tried {
   double log_odds;
 };
 std::vector<Tried> tried_in(const Search& search);
-std::vector<Tried> tried_in(const Proposals& proposals);  // without laws that do not pay
+std::vector<Tried> tried_in(const Proposals& proposals);
 
 // What does in place of an effect of the answer, the others kept: the other, and what it loses of log odds.
 std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& proposals, plant::EffectId effect);

@@ -90,8 +90,7 @@ class Proposer {
       if (best() == leading) break;
     }
     tell(0.9, "predicting what was left out of the fit");
-    const Effects led = best();
-    const Effects named = standing_ = with_what_pays(what_pays(led));
+    const Effects named = standing_ = with_what_pays(what_pays(best()));
     tell(0.92, "trying laws without a name");
     seek_laws(named);
     tell(0.97, "predicting what was left out of the fit");
@@ -99,11 +98,10 @@ class Proposer {
   }
 
  private:
-  using FoldsKnown = std::map<Effects, FoldErrors, ByCatalogue>;
   static constexpr int short_fit = 4, middle_fit = 8, long_fit = 25;
   static constexpr double beyond_doubt = 3.0;  // of log odds: twenty to one
   static constexpr double still_counts = 5.0;  // below the best: what is further down has no share to speak of
-  static constexpr int most_exchanges = 2;
+  static constexpr int most_exchanges = 4;
 
   void tell(double share, const std::string& doing) const {
     if (settings_.progress) settings_.progress(share, doing);
@@ -145,7 +143,7 @@ class Proposer {
     return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;
   }
 
-  // Of as many independent errors as the plant as given leaves, of unknown size: the size is the proposal's own.
+  // Of as many independent errors as `correlation_` leaves, of unknown size: the size is the proposal's own.
   double log_likelihood(const Explanation& fit) const {
     SquaredErrors errors{std::vector<PerChannel>(data_.size(), per_channel(given_.system())), {}};
     errors.count = errors.sum;
@@ -169,7 +167,9 @@ class Proposer {
   void keep(const Begun& one) {
     if (!one.fit.usable) return;
     const auto [at, is_new] = all_.try_emplace(one.effects, one.fit);
-    if (!is_new && (!at->second.usable || one.fit.log_evidence > at->second.log_evidence)) at->second = one.fit;
+    if (is_new || (at->second.usable && one.fit.log_evidence <= at->second.log_evidence)) return;
+    at->second = one.fit;
+    folds_.erase(one.effects);
   }
 
   // The plant as given as near to the recordings as it comes, from several starts, each channel weighted by how far off the best so far is:
@@ -209,7 +209,7 @@ class Proposer {
     return guess;
   }
 
-  // What a path leaves in each channel, for as long as what the plant as given leaves is correlated; never more than before.
+  // What a path leaves in each channel, for as long as errors are alike; never more than before.
   bool measure_by(const Fitted& path) {
     if (!measured_) correlation_ = samples_alike_of(path, data_, fit_.numerics);
     const Spread left = spread_of(path, data_, fit_.numerics);
@@ -388,10 +388,12 @@ class Proposer {
       for (std::size_t i = 0; i < sets.size(); ++i)
         if (sets[i].size() < leading.size() && includes(leading, sets[i])) again.push_back({sets[i], all_.at(leading).as_guess(), {}});
       fit_all(again, long_fit);
+      const auto before = std::move(all_);
       all_.clear();
+      folds_.clear();
       for (const Begun& one : again) keep(one);
-      if (all_.empty()) return;
-      all_.try_emplace(Effects{});
+      for (const Effects& always : {Effects{}, standing_})
+        if (const auto as_it_was = before.find(always); as_it_was != before.end()) all_.insert(*as_it_was);
     }
   }
 
@@ -483,24 +485,34 @@ class Proposer {
     for (const Begun& one : begun) keep(one);
   }
 
-  // Each of the names exchanged for what does best without it: what could stand in its place has a share, too. From where the proposal is
-  // without the name, and from its own values.
+  // Each of the names exchanged for what does best without it: what could stand in its place has a share, too. From its own values, and
+  // from where the proposal is without the name, if that can be followed: else all are tried.
   void exchange(const Effects& effects) {
+    const Guess own = all_.at(effects).as_guess();
     std::vector<Begun> begun;
     for (const Effects& rest : less_one(effects)) {
+      const Effects others = addable(with(rest), settings_.without);
       const auto at = all_.find(rest);
-      if (at == all_.end() || !at->second.usable) continue;
-      const Scores scores = score(at->second, addable(with(rest), settings_.without), settings_.threads);
+      if (at == all_.end() || !at->second.usable) {
+        for (const plant::EffectId other : others) {
+          Guess typical = own;
+          put_typical(typical, other);
+          if (!holds(effects, other)) begun.push_back({joined(rest, other), typical, {}});
+        }
+        continue;
+      }
+      const Scores scores = score(at->second, others, settings_.threads);
       std::size_t taken = 0;
       for (const std::size_t s : scores.best) {
         const plant::EffectId other = scores.all[s].effect;
         if (holds(effects, other)) continue;
         if (!begins_far(other) && taken++ >= settings_.exchanged) continue;
         const Effects instead = joined(rest, other);
-        Guess own = all_.at(effects).as_guess();
-        put_typical(own, other);
-        begun.push_back({instead, own, {}});
-        if (!all_.contains(instead)) begun.push_back({instead, guess_with(at->second, scores.all[s]), {}});
+        const Guess scored = guess_with(at->second, scores.all[s]);
+        Guess from_own = own;
+        for (const auto& [key, value] : scored.values) from_own.values.try_emplace(key, value);
+        begun.push_back({instead, from_own, {}});
+        if (!all_.contains(instead)) begun.push_back({instead, scored, {}});
       }
     }
     halve(begun);
@@ -511,7 +523,6 @@ class Proposer {
   // the fit is predicted worse without it, beyond chance; an effect of the catalogue also where the fit speaks for it and those
   // predictions do not speak against it. The name of a law is no term of its own: the odds decide.
   Effects what_pays(Effects effects) {
-    FoldsKnown known;
     while (!effects.empty()) {
       weigh_without(effects);
       Effects least;
@@ -525,7 +536,7 @@ class Proposer {
         least = rest;
       }
       if (most == -1e300) break;
-      const FoldGain gain = gain_of(errors_of(least, known), errors_of(effects, known));
+      const FoldGain gain = gain_by_folds(least, effects);
       const bool a_law_less = laws_in(least) < laws_in(effects);
       if (gain.beyond_chance() || (!a_law_less && gain.value > 0.0 && odds > most + beyond_doubt)) break;
       effects = least;
@@ -538,31 +549,38 @@ class Proposer {
     if (laws_in(best()) == 0) return named;
     const Effects with_laws = what_pays(best());
     if (laws_in(with_laws) == 0) return named;
-    FoldsKnown known;
-    return gain_of(errors_of(named, known), errors_of(with_laws, known)).beyond_chance() ? with_laws : named;
+    return gain_by_folds(named, with_laws).beyond_chance() ? with_laws : named;
   }
 
   // With what pays beside it. Where the plant as given is off for as long as it runs, it leaves few errors that are independent, and
-  // evidence
-  // asks for more than a term needs that predicts better, beyond chance. Then what stood is what all are compared with: the errors are
-  // counted as it leaves them.
+  // evidence asks for more than a term needs that predicts better, beyond chance. Then what stood is what all are compared with: the errors
+  // are counted as it leaves them.
   Effects with_what_pays(Effects effects) {
-    for (;;) {
-      std::optional<Effects> more;  // the likeliest
-      for (const Effects& one : order())
-        if (!more && one.size() == effects.size() + 1 && includes(one, effects)) more = one;
-      FoldsKnown known;
-      if (!more || !gain_of(errors_of(effects, known), errors_of(*more, known)).beyond_chance()) return effects;
+    while (const std::optional<Effects> more = one_more_that_pays(effects)) {
       count_as_left_by(all_.at(effects));
+      const Effects before = effects;
       effects = standing_ = *more;
       settle();
       weigh_without(effects);
       exchange(effects);
+      settle();
+      if (const std::optional<Effects> instead = one_more_that_pays(before)) effects = standing_ = *instead;
       std::vector<Begun> begun = next_round({effects}, 1);
       halve(begun);
       for (const Begun& one : begun) keep(one);
       settle();
     }
+    return effects;
+  }
+  // The likeliest of the next ones that predicts better, beyond chance.
+  std::optional<Effects> one_more_that_pays(const Effects& effects) {
+    std::size_t asked = 0;
+    for (const Effects& more : order()) {
+      if (more.size() != effects.size() + 1 || !includes(more, effects) || !all_.at(more).usable) continue;
+      if (gain_by_folds(effects, more).beyond_chance()) return more;
+      if (++asked == settings_.width) break;
+    }
+    return std::nullopt;
   }
   void count_as_left_by(const Explanation& fit) {
     const std::vector<PerChannel> alike = samples_alike_of(fitted(fit), data_, fit_.numerics);
@@ -570,9 +588,10 @@ class Proposer {
       for (const plant::ChannelId c : alike[r].ids()) correlation_[r][c] = std::min(correlation_[r][c], alike[r][c]);
   }
 
-  const FoldErrors& errors_of(const Effects& effects, FoldsKnown& known) const {
-    if (!known.contains(effects)) known[effects] = cross_validated(fitted(all_.at(effects)), data_, settings_.threads, fit_);
-    return known.at(effects);
+  FoldGain gain_by_folds(const Effects& before, const Effects& after) {
+    for (const Effects& one : {before, after})
+      if (!folds_.contains(one)) folds_[one] = cross_validated(fitted(all_.at(one)), data_, settings_.threads, fit_);
+    return gain_of(folds_.at(before), folds_.at(after));
   }
   static bool includes(const Effects& all, const Effects& some) {
     return std::includes(all.begin(), all.end(), some.begin(), some.end(), [](auto a, auto b) { return a.index < b.index; });
@@ -584,10 +603,13 @@ class Proposer {
     result.system = given_.shared_system();
     result.cells = static_cast<std::size_t>(cells_);
     for (const Effects& effects : order())
-      if (all_.at(effects).usable) result.all.push_back({effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0});
+      if (all_.at(effects).usable)
+        result.all.push_back(
+            {effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0, laws_in(effects) == 0 || laws_in(answer) > 0});
     if (result.all.empty()) return result;
     double sum = 0.0;
-    for (Proposal& one : result.all) sum += one.probability = std::exp(one.log_odds - result.all.front().log_odds);
+    for (Proposal& one : result.all)
+      if (one.counts) sum += one.probability = std::exp(one.log_odds - result.all.front().log_odds);
     for (Proposal& one : result.all) one.probability /= sum;
     for (std::size_t i = 0; i < result.all.size(); ++i)
       if (result.all[i].effects == answer) result.answer = i;
@@ -617,14 +639,15 @@ class Proposer {
   const ProposalSettings& settings_;
   const plant::NumericalSettings numerics_;
   ExplanationSettings fit_;  // with a coarse tolerance
-  std::vector<PerChannel>
-      correlation_;         // of each recording: samples over which errors are alike, at first as the plant as given leaves them
+  // Of each recording: samples over which errors are alike, at first as the plant as given leaves them.
+  std::vector<PerChannel> correlation_;
   const PerChannel scale_;  // error_size.h
   Effects standing_;        // what others are tried beside, likely or not
   bool measured_ = false;
   double cells_ = 0.0;  // in which a law was sought
   Effects sharings_;    // of parts that may differ
   std::map<Effects, Explanation, ByCatalogue> all_;
+  std::map<Effects, FoldErrors, ByCatalogue> folds_;  // cross-validation of what is in `all_`, where it was asked for
 };
 
 }  // namespace

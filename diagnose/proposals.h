@@ -6,26 +6,26 @@
 //
 // - All are fitted to thinned recordings (thinned.h), the answer at last to every sample.
 // - One yardstick for all that are compared: each channel's deviation is what the best proposal so far leaves, the same share of what
-//   each channel shows (error_size.h), times the square root of the samples over which what the plant as given leaves is correlated. It
-//   shrinks as proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error with absurd
-//   parameters.
+//   each channel shows (error_size.h), times the square root of the samples over which errors are alike, at first as the plant as given
+//   leaves them. It shrinks as proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error
+//   with absurd parameters.
 // - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
 // - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
 //   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
 // - Beside effects, parts may differ: in the transformation temperatures, or in the values of an effect (plant/apart.h).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and with
 //   another in its place; and the best proposals from several starts drawn from the prior.
-// - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over
-//   the proposals that have it. The likelihood in it is that of as many independent errors as the plant as given leaves, of unknown
-//   size: a proposal is judged by how small an error it comes down to, not by how far below the yardstick it gets. (With the
-//   correlation of what the best leaves, which grows shorter with every term, the physical limb got two laws and a worse prediction.)
+// - log evidence (Laplace) plus the log prior of the terms gives each proposal's probability; an effect's is the sum over the proposals
+//   that have it. The likelihood in it is that of as many independent errors as the plant as given leaves at first, of unknown size: a
+//   proposal is judged by how small an error it comes down to, not by how far below the yardstick it gets. (With the correlation of what
+//   the best leaves, which grows shorter with every term, the physical limb got two laws and a worse prediction.)
 // - The answer is what is left of the most probable proposal once every term that does not pay is taken out: one without which seconds
 //   that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h). An effect of the catalogue may stay, too,
 //   where the fit is twenty to one for it and those predictions are not against it; a law may not. What pays beside that is added: a plant
 //   that drifts away leaves hardly an independent error, so that evidence asks for too much; from then on errors are counted as what stood
 //   before leaves them.
 // - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
-//   the price of one cell in so many, and must pay against the best that has none.
+//   the price of one cell in so many, and must pay against the answer that has none.
 //
 // Source: MacKay 2003, Information Theory, Inference, and Learning Algorithms, chapter 28; Jamieson, Talwalkar 2016, AISTATS
 // (successive halving).
@@ -57,7 +57,8 @@ struct Proposal {
   std::vector<plant::EffectId> effects;
   Explanation fit;           // least squares under the yardstick
   double log_odds = 0.0;     // log evidence plus log prior of the terms
-  double probability = 0.0;  // among all proposals
+  double probability = 0.0;  // among all that count
+  bool counts = true;        // not with laws, where these do not pay
 };
 
 struct Proposals {

@@ -323,10 +323,10 @@ ForcingSize StateNoise::maximise(const Eigen::VectorXd& residual, const ForcingS
   std::vector<bool> is_free;
   for (const plant::EntryGroupId g : system_.entry_groups().ids()) {
     const plant::EntryGroup& group = system_.entry_groups()[g];
-    best.push_back(begin[g]);
     typical.push_back(group.typical);
     const bool is_limited = group.ordinary > 0.0 && (group.is_nuisance || only_ordinary);
     most.push_back(is_limited ? group.ordinary : group.typical * most_share);
+    best.push_back(free[g] ? std::min(begin[g], most.back()) : begin[g]);
     is_free.push_back(free[g]);
   }
   best.push_back(varying_size_);

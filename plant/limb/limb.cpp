@@ -289,7 +289,7 @@ void LimbSystem::list_entries() {
        .places = {text(Place::thermal), text(Place::actuation)},
        .input_words = "the heating of the wires by their current",
        .begin = 0.2,
-       .ordinary = 0.024},  // 0.6 K of air at one wire, at 0.04 W/K
+       .ordinary = 0.024},  // as air that moves by 0.3 K at a wire of usual heat loss
       {.name = "transformation",
        .words = "the transformation's rate",
        .unit = "1/s",

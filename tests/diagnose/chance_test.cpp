@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "plant/laws.h"
 #include "tests/diagnose/one_limb.h"
 #include "tests/long_when_sanitized.h"
 
@@ -51,6 +52,34 @@ TEST_CASE("chance: process noise that other parameters take away as well is none
   CHECK(diagnose::process_noise_after_refit(limb.core, limb.data, limb.settings) < 20.0);
   limb.core.process_noise = -5.0;
   CHECK(diagnose::process_noise_after_refit(limb.core, limb.data, limb.settings) <= -5.0);
+}
+
+TEST_CASE("chance: air of its own at one wire is ordinary, ten times as much is not") {
+  const auto with_heat = [](double most_W) {
+    sim::Scenario scenario = with_sensors_of_the_paper();
+    // At A it follows the time; at B the duty, where it is nearly nothing.
+    plant::Law law{.entry = testing::group("heat"),
+                   .argument = {testing::variable("time"), testing::variable("duty B")},
+                   .factor = {},
+                   .knots = {},
+                   .curve = Eigen::MatrixXd(41, 1)};
+    for (int k = 0; k < 41; ++k) {
+      law.knots.push_back(k);
+      law.curve(k, 0) = most_W * std::sin(2.0 * M_PI * k / 20.0);
+    }
+    scenario.plant = plant::with_laws_on(scenario.plant, {std::move(law)});
+    return testing::recorded(scenario);
+  };
+  for (const double most_W : {0.03, 0.5}) {
+    const sim::Recording recording = with_heat(most_W);
+    diagnose::ExplanationSettings fit;
+    fit.start = diagnose::StartPolicy::at_rest;
+    const diagnose::Explanation core = diagnose::explain(plant::default_plant(), testing::data_of(recording), {}, fit);
+    REQUIRE(core.usable);
+    INFO(most_W << " W: process noise " << core.process_noise);
+    CHECK(core.process_noise > 250.0);  // of one air around the whole limb
+    CHECK((diagnose::process_noise_beyond_ordinary(core) > 250.0) == (most_W > 0.05));
+  }
 }
 
 TEST_CASE("chance: what is missing leaves process noise that no other parameters take away") {

@@ -191,18 +191,25 @@ inline void check_lists(const Plant& plant, const std::string& name) {
   CHECK(system.start_beliefs(all, nothing).size() == all.states().size());
 }
 
-// RMS of reading less recording, open loop from `start` (first values of the core's states), in the unit of the file. Parameters by
-// key. Recordings are given and not in this repository: nothing where there is none.
-inline std::optional<double> open_loop_rms(Plant plant, const std::map<std::string, double>& parameters, const std::vector<double>& start,
-                                           const std::string& file) {
+// A benchmark's recording. It is given and not in this repository: nothing where there is none.
+inline std::optional<sim::Recording> benchmark(const System& system, const std::string& file) {
   const std::filesystem::path source(SINEW_SOURCE_DIR), log = source.parent_path() / "shared/data" / file;
   if (!std::filesystem::exists(log)) {
     std::printf("SKIPPED: no %s\n", log.c_str());
     return std::nullopt;
   }
-  const std::string name(plant.system().name());
+  const std::string name(system.name());
   const sim::Conversion converted = sim::convert_log(log, sim::read_log_map(source / "plant" / name / (name + ".map.yaml")));
-  const sim::Recording recording = sim::parse_recording(sim::to_csv(converted.table), log.string(), sim::columns_of(plant.system()));
+  return sim::parse_recording(sim::to_csv(converted.table), log.string(), sim::columns_of(system));
+}
+
+// RMS of reading less recording, open loop from `start` (first values of the core's states), in the unit of the file. Parameters by
+// key. Nothing where there is no recording.
+inline std::optional<double> open_loop_rms(Plant plant, const std::map<std::string, double>& parameters, const std::vector<double>& start,
+                                           const std::string& file) {
+  const std::optional<sim::Recording> given = benchmark(plant.system(), file);
+  if (!given) return std::nullopt;
+  const sim::Recording& recording = *given;
   for (const auto& [key, value] : parameters) set(plant, key, value);
   const std::vector<double>& first = recording.samples.front().inputs;
   const std::vector<double> from = with_effects_at_rest(plant, first.front(), start);
