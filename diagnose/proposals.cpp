@@ -84,6 +84,7 @@ class Proposer {
     // What comes out may be another proposal, whose names have rivals of their own.
     for (int pass = 0; pass < most_exchanges; ++pass) {
       const Effects leading = best();
+      if (leading.empty()) break;
       weigh_without(leading);
       exchange(leading);
       settle();
@@ -574,6 +575,7 @@ class Proposer {
   }
   // The likeliest of the next ones that predicts better, beyond chance.
   std::optional<Effects> one_more_that_pays(const Effects& effects) {
+    if (!all_.contains(effects) || !all_.at(effects).usable) return std::nullopt;
     std::size_t asked = 0;
     for (const Effects& more : order()) {
       if (more.size() != effects.size() + 1 || !includes(more, effects) || !all_.at(more).usable) continue;
