@@ -554,13 +554,13 @@ class Proposer {
   }
 
   // With what pays beside it. Where the plant as given is off for as long as it runs, it leaves few errors that are independent, and
-  // evidence asks for more than a term needs that predicts better, beyond chance. Then what stood is what all are compared with: the errors
+  // evidence asks for more than a term needs that predicts better, beyond chance. Then that is what others are compared with: the errors
   // are counted as it leaves them.
   Effects with_what_pays(Effects effects) {
     while (const std::optional<Effects> more = one_more_that_pays(effects)) {
-      count_as_left_by(all_.at(effects));
       const Effects before = effects;
       effects = standing_ = *more;
+      count_as_left_by(all_.at(effects));
       settle();
       weigh_without(effects);
       exchange(effects);
