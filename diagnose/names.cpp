@@ -143,7 +143,7 @@ std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& propo
 
 double odds_without(const Proposals& proposals, plant::EffectId term) {
   for (const Proposal& one : proposals.all)
-    if (one.counts && !contains(one.effects, term)) return proposals.all[proposals.answer].log_odds - one.log_odds;
+    if (!contains(one.effects, term)) return proposals.all[proposals.answer].log_odds - one.log_odds;
   return 0.0;
 }
 

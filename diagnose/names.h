@@ -64,7 +64,8 @@ std::vector<Tried> tried_in(const Proposals& proposals);
 
 // What does in place of an effect of the answer, the others kept: the other, and what it loses of log odds.
 std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& proposals, plant::EffectId effect);
-// Log odds of the answer against the best that has no such term.
+// Log odds of the answer against the best that has no such term, laws that do not pay among these: nearly anything can be done by parts
+// that differ.
 double odds_without(const Proposals& proposals, plant::EffectId term);
 
 // Whether a law could be the name's form; whether one could be the form of none of these.

@@ -579,6 +579,8 @@ class Proposer {
     std::size_t asked = 0;
     for (const Effects& more : order()) {
       if (more.size() != effects.size() + 1 || !includes(more, effects) || !all_.at(more).usable) continue;
+      const auto is_name = [](const plant::EffectInfo& effect) { return effect.is_of_catalogue(); };
+      if (count_if(more, is_name) == count_if(effects, is_name)) continue;  // nearly anything can be done by parts that differ
       if (gain_by_folds(effects, more).beyond_chance()) return more;
       if (++asked == settings_.width) break;
     }
