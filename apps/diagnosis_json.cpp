@@ -250,7 +250,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.process_noise}, {"repaired", d.answer.process_noise}};
-  if (d.process_noise_beyond_ordinary) json["unrest"]["beyond_ordinary"] = *d.process_noise_beyond_ordinary;
+  if (d.process_noise_beyond_ordinary) json["process_noise_beyond_ordinary"] = *d.process_noise_beyond_ordinary;
   if (d.process_noise_after_refit) json["unrest"]["after_refit"] = *d.process_noise_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(d, stand_ins(d));
