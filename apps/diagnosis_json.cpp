@@ -246,7 +246,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
 
   json["proposals"] = ordered_json::array();
   for (const auto& one : d.proposals.all)
-    json["proposals"].push_back({{"effects", names_of(d, one.effects)}, {"log_odds", one.log_odds}, {"probability", one.probability}});
+    json["proposals"].push_back(
+        {{"effects", names_of(d, one.effects)}, {"log_odds", one.log_odds}, {"probability", one.probability}, {"counts", one.counts}});
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.process_noise}, {"repaired", d.answer.process_noise}};

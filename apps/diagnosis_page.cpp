@@ -231,14 +231,15 @@ report::Table proposal_table(const Diagnosis& d) {
     std::vector<std::string> names;
     for (const plant::EffectId e : all[i].effects) names.push_back(effect_name(d, e));
     report::Row row;
-    row.cells = {names.empty() ? "none" : listed(names), i == 0 ? "the best" : odds_words(all.front().log_odds - all[i].log_odds)};
+    row.cells = {names.empty() ? "none" : listed(names), i == 0           ? "the best"
+                                                         : !all[i].counts ? "predicts no better than what has names alone"
+                                                                          : odds_words(all.front().log_odds - all[i].log_odds)};
     row.emphasis = i == d.proposals.answer;
     table.rows.push_back(row);
   }
   table.caption =
-      "Each with all parameters fitted, begun from several values. Bold: the answer, which is chosen by how well what was left out of the "
-      "fit "
-      "is predicted.";
+      "Each with all parameters fitted, begun from several values. Bold: the answer, which is chosen by how well it predicts what was left "
+      "out of the fit.";
   return table;
 }
 

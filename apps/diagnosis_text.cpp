@@ -274,7 +274,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
     first += " These are errors on the data that was fitted; on held-out data, the same plant is what is called before, below.";
   if (d.verdict == Verdict::consistent && d.by_chance) return {first};
   if (d.verdict == Verdict::consistent)
-    return {first + (d.process_noise_beyond_ordinary
+    return {first + (d.process_noise_beyond_ordinary && !d.process_noise_after_refit
                          ? " What is beyond noise is no more than what moving air does that is not the same everywhere."
                          : " What is beyond noise is no more than what moving air does, and it gathers in no equation.")};
 

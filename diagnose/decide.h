@@ -13,8 +13,8 @@ namespace sinew::diagnose {
 struct Thresholds {
   double least_explained_share = 0.9;  // of the misfit: with less, the limit for process noise is that of the core
   double ambiguous_loss = 3.0;         // rivals within this much log evidence are in the answer
-  // Process noise between search.visible_process_noise and this is compared with simulated recordings in which nothing is missing
-  // (chance.h).
+  // Process noise beyond the ordinary between search.visible_process_noise and this is compared with simulated recordings in which nothing
+  // is missing (chance.h).
   double certain_process_noise = 2500.0;
   // Of what a channel's path was off before, squared, at most this may be left after, unless that is no more than ordinary surroundings do
   // (ChannelInfo::ordinary_disturbance), beside twice the sensor's noise.

@@ -61,9 +61,9 @@ struct Diagnosis {
   double explained_share = 0.0;
   bool by_paths = false;  // the effects were found by open-loop simulation (proposals.h)
   Proposals proposals;    // that were compared then
-                          // Where there is process noise to be seen: what is beyond the ordinary.
+  // Where there is process noise to be seen: what is beyond the ordinary.
   std::optional<double> process_noise_beyond_ordinary;
-  // Where the verdict hangs on one that is not large: what is left of it once the parameters are fitted again without the
+  // Where the verdict hangs on a process noise that is not large: what is left of it once the parameters are fitted again without the
   // forcings that carry it; and, unless that is nothing, how large it becomes where nothing is missing.
   std::optional<double> process_noise_after_refit;
   std::optional<ProcessNoiseByChance> by_chance;

@@ -169,7 +169,7 @@ void ask_what_was_before(Explanation& given, const std::vector<FitData>& data, c
 }
 
 // What is free, as it was found, but not less than what a search for the size of the surroundings can begin with.
-ForcingSize ordinary_to_begin_with(const Explanation& at, const FreeForcings& free) {
+ForcingSize sizes_to_begin_with(const Explanation& at, const FreeForcings& free) {
   ForcingSize size = no_forcing(at.system());
   for (const plant::EntryGroupId g : size.ids())
     if (const plant::EntryGroup& group = at.system().entry_groups()[g]; free[g]) size[g] = std::max(at.forcing[g], group.least);
@@ -179,19 +179,14 @@ ForcingSize ordinary_to_begin_with(const Explanation& at, const FreeForcings& fr
 }  // namespace
 
 double process_noise_beyond_ordinary(const Explanation& at) {
-  Path path;
-  follow(*at.problem, at.z.data(), Want::points, path);
-  const FreeForcings ordinary = ordinary_free(at.system());
-  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path, nullptr, ordinary);
-  static_cast<void>(noise.maximise(at.residual, ordinary_to_begin_with(at, ordinary), ordinary, 1.3, true));
-  return std::min(at.process_noise, 2.0 * (at.log_likelihood - noise.log_likelihood(at.residual)));
+  return std::min(at.process_noise, 2.0 * (at.log_likelihood - likelihood_with(at, ordinary_free(at.system()), nullptr, true)));
 }
 
 double process_noise_after_refit(const Explanation& at, const std::vector<FitData>& data, const ExplanationSettings& settings) {
   ExplanationSettings ordinary = settings;
   ordinary.only_ordinary = true;
   Guess guess = at.as_guess();
-  guess.forcing = ordinary_to_begin_with(at, ordinary_free(at.system()));
+  guess.forcing = sizes_to_begin_with(at, ordinary_free(at.system()));
   const Explanation again = explain(at.problem->centres(), data, guess, ordinary);
   return again.usable ? std::min(at.process_noise, 2.0 * (at.log_posterior - again.log_posterior)) : at.process_noise;
 }
@@ -229,14 +224,14 @@ plant::Plant with_effect(const plant::Plant& plant, plant::EffectId effect) {
   return result;
 }
 
-double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found) {
+double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found, bool only_ordinary) {
   Path path;
   follow(*at.problem, at.z.data(), Want::points, path);
   StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
   ForcingSize begin = no_forcing(at.system());
   for (const plant::EntryGroupId g : begin.ids())
     if (free[g]) begin[g] = std::max(at.forcing[g], 0.1 * at.system().entry_groups()[g].typical);
-  const ForcingSize size = noise.maximise(at.residual, begin, free, 1.3);
+  const ForcingSize size = noise.maximise(at.residual, begin, free, 1.3, only_ordinary);
   if (found) *found = size;
   return noise.log_likelihood(at.residual);
 }
@@ -310,7 +305,7 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
   }
   if (!best) return result;
   const FreeForcings surroundings = nuisance_free(result.system());
-  static_cast<void>(best->maximise(result.residual, ordinary_to_begin_with(result, surroundings), surroundings, 1.3));
+  static_cast<void>(best->maximise(result.residual, sizes_to_begin_with(result, surroundings), surroundings, 1.3));
   result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
   Eigen::MatrixXd whitened = result.residual;
   best->whiten(whitened);

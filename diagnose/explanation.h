@@ -73,8 +73,8 @@ struct Explanation {
 // Not usable where the start cannot be integrated.
 Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess, const ExplanationSettings& settings);
 
-// The same with the unknowns where they are and only `free` forcings re-estimated: log likelihood.
-double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr);
+// The same with the unknowns where they are and only `free` forcings re-estimated, or these up to what is ordinary: log likelihood.
+double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr, bool only_ordinary = false);
 
 // The process noise beside what is ordinary of all forcings (EntryGroup::ordinary), as air of its own at each wire. At most
 // `at.process_noise`.

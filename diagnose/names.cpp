@@ -142,9 +142,10 @@ std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& propo
 }
 
 double odds_without(const Proposals& proposals, plant::EffectId term) {
+  std::optional<double> best;
   for (const Proposal& one : proposals.all)
-    if (!contains(one.effects, term)) return proposals.all[proposals.answer].log_odds - one.log_odds;
-  return 0.0;
+    if (!contains(one.effects, term)) best = std::max(best.value_or(one.log_odds), one.log_odds);
+  return best ? proposals.all[proposals.answer].log_odds - *best : 0.0;
 }
 
 bool has_law_as_form(const plant::System& system, const std::vector<FoundLaw>& laws, plant::EffectId name) {

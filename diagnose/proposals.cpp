@@ -486,8 +486,8 @@ class Proposer {
     for (const Begun& one : begun) keep(one);
   }
 
-  // Each of the names exchanged for what does best without it: what could stand in its place has a share, too. From its own values, and
-  // from where the proposal is without the name, if that can be followed: else all are tried.
+  // Each of the terms exchanged for the names that do best without it: what could stand in its place has a share, too. From its own values,
+  // and from where the proposal is without the term, if that can be followed: else all are tried.
   void exchange(const Effects& effects) {
     const Guess own = all_.at(effects).as_guess();
     std::vector<Begun> begun;
@@ -611,6 +611,7 @@ class Proposer {
         result.all.push_back(
             {effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0, laws_in(effects) == 0 || laws_in(answer) > 0});
     if (result.all.empty()) return result;
+    std::stable_partition(result.all.begin(), result.all.end(), [](const Proposal& one) { return one.counts; });
     double sum = 0.0;
     for (Proposal& one : result.all)
       if (one.counts) sum += one.probability = std::exp(one.log_odds - result.all.front().log_odds);

@@ -42,7 +42,7 @@ struct ProposalSettings {
   std::size_t width = 3;       // proposals that are gone on from
   std::size_t scored = 6;      // effects of the score test's ranking that are added to each
   std::size_t pairs = 6;       // of the joint score test's ranking, fitted at first
-  std::size_t exchanged = 3;   // for each name of the best, at the end
+  std::size_t exchanged = 3;   // for each term of the best, at the end, beside those that begin far
   std::size_t laws = 4;        // of the screening's ranking (free_laws.h), fitted on each plant that laws are sought for
   int most_laws = 2;           // in one proposal
   int starts = 5;              // of the best proposals, at the end
@@ -62,7 +62,7 @@ struct Proposal {
 };
 
 struct Proposals {
-  std::vector<Proposal> all;                    // most probable first; the plant as given is among them
+  std::vector<Proposal> all;                    // that count first, most probable first; the plant as given is among them
   std::size_t answer = 0;                       // of `all`
   Explanation fit;                              // of the answer, to every sample
   std::shared_ptr<const void> kept_alive;       // the thinned recordings that the fits in `all` point to
