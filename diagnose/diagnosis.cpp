@@ -385,7 +385,7 @@ class Diagnoser {
             .names = effects_,
             .laws = result_.laws,
             .explained_share = result_.explained_share,
-            .by_paths = result_.by_paths};
+            .proposals = result_.by_paths ? &result_.proposals : nullptr};
   }
 
   // Where forcings leave no name that explains: what brings the open-loop simulation nearer (proposals.h), if it also predicts better,
@@ -435,12 +435,12 @@ class Diagnoser {
     score_held_out();
     result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
     result_.by_paths = true;
+    result_.proposals = std::move(proposals);
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, proposals.fit, odds_without(proposals, e)));
-    result_.effects = naming().named(tried_in(proposals), settings_.thresholds.least_share);
-    for (FoundEffect& found : result_.effects) found.rivals = rivals_in(proposals, found.effect);
-    result_.proposals = std::move(proposals);
+    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, result_.proposals.fit, odds_without(result_.proposals, e)));
+    result_.effects = naming().named(tried_in(result_.proposals), settings_.thresholds.least_share);
+    for (FoundEffect& found : result_.effects) found.rivals = rivals_in(result_.proposals, found.effect);
   }
 
   bool nothing_added() const { return effects_.empty() && result_.laws.empty() && result_.apart.empty(); }

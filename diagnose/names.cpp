@@ -24,6 +24,13 @@ FoundEffect described(plant::EffectId effect, const Search& search) {
   return result;
 }
 
+// Whether the one has, beside what the other has, an effect by this name and nothing else.
+bool is_one_more(const plant::System& system, const std::vector<plant::EffectId>& before, const std::vector<plant::EffectId>& with,
+                 plant::EffectId name) {
+  return with.size() == before.size() + 1 && has_family(system, with, name) && !has_family(system, before, name) &&
+         std::all_of(before.begin(), before.end(), [&](plant::EffectId e) { return contains(with, e); });
+}
+
 }  // namespace
 
 std::string_view text_of(Form form) {
@@ -164,9 +171,17 @@ std::vector<plant::EffectId> names_said(const plant::System& system, const std::
   return names;
 }
 
-// The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit.
+// The share of the misfit that the catalogue's formula leaves where it is added; 1 where it was not worth a fit. In open-loop simulation
+// the misfit is the square of how far off a proposal is.
 double Naming::left_by_formula(plant::EffectId name) const {
   double least = 1.0;
+  if (proposals) {
+    for (const Proposal& with : proposals->all)
+      for (const Proposal& before : proposals->all)
+        if (before.error > 0.0 && is_one_more(given.system(), before.effects, with.effects, name))
+          least = std::min(least, std::pow(with.error / before.error, 2));
+    return least;
+  }
   for (const Round& round : search.rounds)
     for (const Candidate& candidate : round.candidates)
       if (candidate.explanation.usable && has_family(given.system(), {name}, candidate.effect))
@@ -195,12 +210,8 @@ std::vector<std::pair<plant::EffectId, double>> Naming::names_for(const plant::L
 double Naming::probability_given(const Tried& one, plant::EffectId name) const {
   for (const plant::Law& law : one.laws) {
     const auto candidates = names_for(law);
-    for (const auto& [e, probability] : candidates) {
-      if (!has_family(given.system(), {name}, e)) continue;
-      // What a formula leaves is known of forcings; in open-loop simulation a name that is there has paid for itself.
-      const bool has_paid = by_paths && has_family(given.system(), one.names, name);
-      return has_paid ? 1.0 / static_cast<double>(candidates.size()) : probability;
-    }
+    for (const auto& [e, probability] : candidates)
+      if (has_family(given.system(), {name}, e)) return probability;
   }
   return has_family(given.system(), one.names, name) ? 1.0 : 0.0;
 }

@@ -84,7 +84,7 @@ struct Naming {
   const std::vector<plant::EffectId>& names;    // that the answer adds
   const std::vector<FoundLaw>& laws;            // of the answer
   double explained_share;
-  bool by_paths;  // by open-loop simulation
+  const Proposals* proposals;  // where it was found by open-loop simulation
 
   // Whose form a law could be, one of each family, and how probable that is.
   std::vector<std::pair<plant::EffectId, double>> names_for(const plant::Law& law) const;

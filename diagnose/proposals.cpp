@@ -141,11 +141,11 @@ class Proposer {
                        [&](plant::EffectId e) { return given_.system().effects()[e].law && is_form_of(all, e) && !is_form_of(rest, e); });
   }
   double log_odds(const Effects& effects, const Explanation& fit) const {
-    return fit.usable ? fit.log_evidence - fit.log_likelihood + log_likelihood(fit) + log_prior(effects) : -1e300;
+    return fit.usable ? fit.log_evidence - fit.log_likelihood + error_of(fit).log_likelihood + log_prior(effects) : -1e300;
   }
 
   // Of as many independent errors as `correlation_` leaves, of unknown size: the size is the proposal's own.
-  double log_likelihood(const Explanation& fit) const {
+  ErrorSize error_of(const Explanation& fit) const {
     SquaredErrors errors{std::vector<PerChannel>(data_.size(), per_channel(given_.system())), {}};
     errors.count = errors.sum;
     const auto& rows = fit.blocks->rows();
@@ -154,7 +154,7 @@ class Proposer {
       errors.sum[r][c] += rows[i].count * std::pow(fit.residual(static_cast<Eigen::Index>(i)) * fit.problem->data()[r].deviation[c], 2);
       errors.count[r][c] += rows[i].count;
     }
-    return error_size(errors, data_, scale_, correlation_).log_likelihood;
+    return error_size(errors, data_, scale_, correlation_);
   }
   std::vector<Effects> order() const {
     std::vector<Effects> sets;
@@ -384,7 +384,7 @@ class Proposer {
       const double odds = log_odds(leading, all_.at(leading));
       std::vector<Begun> again;
       for (std::size_t i = 0; i < sets.size(); ++i)
-        if (i < 2 * settings_.width || sets[i].empty() || sets[i] == standing_ || log_odds(sets[i], all_.at(sets[i])) > odds - still_counts)
+        if (i < 2 * settings_.width || includes(standing_, sets[i]) || log_odds(sets[i], all_.at(sets[i])) > odds - still_counts)
           again.push_back({sets[i], all_.at(sets[i]).as_guess(), {}});
       for (std::size_t i = 0; i < sets.size(); ++i)
         if (sets[i].size() < leading.size() && includes(leading, sets[i])) again.push_back({sets[i], all_.at(leading).as_guess(), {}});
@@ -608,8 +608,11 @@ class Proposer {
     result.cells = static_cast<std::size_t>(cells_);
     for (const Effects& effects : order())
       if (all_.at(effects).usable)
-        result.all.push_back(
-            {effects, all_.at(effects), log_odds(effects, all_.at(effects)), 0.0, laws_in(effects) == 0 || laws_in(answer) > 0});
+        result.all.push_back({.effects = effects,
+                              .fit = all_.at(effects),
+                              .error = error_of(all_.at(effects)).share,
+                              .log_odds = log_odds(effects, all_.at(effects)),
+                              .counts = laws_in(effects) == 0 || laws_in(answer) > 0});
     if (result.all.empty()) return result;
     std::stable_partition(result.all.begin(), result.all.end(), [](const Proposal& one) { return one.counts; });
     double sum = 0.0;

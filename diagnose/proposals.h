@@ -56,6 +56,7 @@ struct Proposal {
   // That are added: in the catalogue's order, then those by which parts differ, then laws; empty: the plant as given.
   std::vector<plant::EffectId> effects;
   Explanation fit;           // least squares under the yardstick
+  double error = 0.0;        // how far off it is, as a share of what the channels show (error_size.h)
   double log_odds = 0.0;     // log evidence plus log prior of the terms
   double probability = 0.0;  // among all that count
   bool counts = true;        // not with laws, where these do not pay

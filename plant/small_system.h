@@ -113,6 +113,7 @@ class SmallEquations final : public Equations<S> {
     values_.assign(values);
     now_.core = &values_.core;
     now_.shown.resize(alive_->channels().size());
+    for (const StateInfo& state : alive_->states(EffectsOn(on_.size(), false))) core_units_.push_back(state.unit.internal_per_unit);
     std::size_t next = core_states;
     values_.each_effect([&](auto index, const auto& instances) {
       first_[index] = next;
@@ -186,10 +187,7 @@ class SmallEquations final : public Equations<S> {
   // The core's states, the inputs, the time; in the order of the System's list.
   void variables(const S* y, S* values) const override {
     std::size_t next = 0;
-    for (const StateInfo& state : alive_->states(EffectsOn(on_.size(), false))) {
-      values[next] = y[next] / state.unit.internal_per_unit;
-      ++next;
-    }
+    for (; next < core_units_.size(); ++next) values[next] = y[next] / core_units_[next];
     for (const InputId i : alive_->inputs().ids()) values[next++] = S(now_.given->input(i.index));
     values[next] = S(now_.given->time_s);
   }
@@ -207,6 +205,7 @@ class SmallEquations final : public Equations<S> {
   ValueSet<Core<S>, Effects<S>> values_;
   EffectsOn on_;
   std::size_t states_;
+  std::vector<double> core_units_;
   std::array<std::size_t, std::tuple_size_v<Effects<S>>> first_{};
   Situation rest_situation_;
   Now<S> now_;

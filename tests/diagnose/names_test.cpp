@@ -47,16 +47,26 @@ Search searched(const std::vector<std::pair<std::string_view, double>>& fitted) 
   return search;
 }
 
-double probability_of_dead_band(double left) {
+double probability_of_dead_band(const Search& search, const Proposals* proposals = nullptr) {
   const plant::Plant given = plant::default_plant();
-  const Search search = searched({{"duty_deadband", left}});
   const std::vector<plant::EffectId> none;
   const std::vector<FoundLaw> laws{law_of_duty()};
   const Naming naming{
-      .given = given, .search = search, .without = none, .names = none, .laws = laws, .explained_share = 1.0, .by_paths = false};
+      .given = given, .search = search, .without = none, .names = none, .laws = laws, .explained_share = 1.0, .proposals = proposals};
   for (const auto& [of, probability] : naming.names_for(laws.front().law))
     if (of == effect("duty_deadband")) return probability;
   return 0.0;
+}
+
+// In open-loop simulation: how far off plants are, by the effects that were added.
+double probability_of_dead_band(const std::vector<std::pair<std::vector<plant::EffectId>, double>>& errors) {
+  Proposals proposals;
+  for (const auto& [effects, error] : errors) {
+    Proposal& one = proposals.all.emplace_back();
+    one.effects = effects;
+    one.error = error;
+  }
+  return probability_of_dead_band(searched({}), &proposals);
 }
 
 }  // namespace
@@ -80,10 +90,21 @@ TEST_CASE("names: what a law may be the form of is said where it is likelier tha
 }
 
 TEST_CASE("names: a law is likelier a name's form the less the name's own formula leaves") {
-  const double near = probability_of_dead_band(0.02), far = probability_of_dead_band(0.9);
+  const double near = probability_of_dead_band(searched({{"duty_deadband", 0.02}})),
+               far = probability_of_dead_band(searched({{"duty_deadband", 0.9}}));
   CHECK(near > 2.0 * far);
   CHECK(near < 1.0);
   CHECK(far > 0.0);
+}
+
+TEST_CASE("names: in open-loop simulation, what a formula leaves is the square of how far off the plants are with it and without") {
+  const double near = probability_of_dead_band(searched({{"duty_deadband", 0.04}})),
+               far = probability_of_dead_band(searched({{"duty_deadband", 0.81}}));
+  const plant::EffectId stop = effect("hard_stop"), dead_band = effect("duty_deadband");
+  CHECK(probability_of_dead_band({{{stop}, 0.1}, {{dead_band, stop}, 0.02}}) == doctest::Approx(near));
+  CHECK(probability_of_dead_band({{{stop}, 0.1}, {{dead_band, stop}, 0.09}}) == doctest::Approx(far));
+  // A plant that has another effect, too, tells nothing of this one.
+  CHECK(probability_of_dead_band({{{}, 0.1}, {{dead_band, stop}, 0.01}}) == doctest::Approx(probability_of_dead_band(searched({}))));
 }
 
 }  // namespace diagnose_names_test
