@@ -43,7 +43,7 @@ class AllRows : public ceres::CostFunction {
  private:
   bool along_the_path(const double* z, double* residuals, double* jacobian) const {
     Path path;
-    if (!follow(problem_, z, jacobian ? Want::everything : Want::residuals, path)) return false;
+    if (!follow(problem_, z, jacobian ? Want::derivatives : Want::residuals, path)) return false;
     const std::size_t unknowns = problem_.unknowns().size();
     double* rest = std::copy(path.residuals.begin(), path.residuals.end(), residuals);
     rest = std::copy(z, z + unknowns, rest);

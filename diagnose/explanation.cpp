@@ -10,12 +10,22 @@
 namespace sinew::diagnose {
 namespace {
 
+// W times columns of block rows, in place.
+using Whiten = std::function<void(Eigen::Ref<Eigen::MatrixXd> columns)>;
+
+// By the sensors' noise alone: a mean of so many samples.
+void whiten_by_count(const Blocks& blocks, Eigen::Ref<Eigen::MatrixXd> columns) {
+  for (std::size_t i = 0; i < blocks.rows().size(); ++i)
+    columns.row(static_cast<Eigen::Index>(i)) /= std::sqrt(1.0 / blocks.rows()[i].count);
+}
+
 // Levenberg-Marquardt for 1/2 |W r(z)|^2 + 1/2 |z|^2 within bounds, W held. Ours because the bounded solver of the
 // library evaluates the Jacobian, which is all the cost here, three times an iteration. Unknowns at a bound that the
 // gradient pushes against it are held for that step; a step is cut off at the bounds.
 class Fit {
  public:
-  Fit(const FitProblem& problem, const Blocks& blocks) : problem_(problem), blocks_(blocks) {
+  // `want`: what is followed at each step, with the Jacobian.
+  Fit(const FitProblem& problem, const Blocks& blocks, Want want) : problem_(problem), blocks_(blocks), want_(want) {
     for (const Unknown& u : problem.unknowns()) {
       low_.push_back(u.coordinate_of(u.lowest));
       high_.push_back(u.coordinate_of(u.highest));
@@ -35,26 +45,26 @@ class Fit {
   bool begin(const Eigen::VectorXd& z) {
     z_ = z;
     damping_ = 1e-3;
-    return follow(problem_, z_.data(), Want::everything, path_);
+    return follow(problem_, z_.data(), want_, path_);
   }
 
   const Eigen::VectorXd& z() const { return z_; }
   const Path& path() const { return path_; }
   Eigen::VectorXd residual() const { return blocks_.means(path_.residuals.data(), 1).col(0); }
-  Eigen::MatrixXd whitened_jacobian(const StateNoise& noise) const {
+  Eigen::MatrixXd whitened_jacobian(const Whiten& whiten) const {
     Eigen::MatrixXd columns = blocks_.means(path_.jacobian.data(), problem_.unknowns().size());
-    noise.whiten(columns);
+    whiten(columns);
     return columns;
   }
 
   // Up to `most` steps; returns when one improves the cost by less than `enough`.
-  void improve(const StateNoise& noise, int most, double enough, const std::function<bool()>& should_stop) {
-    double cost = cost_of(path_, z_, noise);
+  void improve(const Whiten& whiten, int most, double enough, const std::function<bool()>& should_stop) {
+    double cost = cost_of(path_, z_, whiten);
     for (int iteration = 0; iteration < most; ++iteration) {
       if (should_stop && should_stop()) throw Stopped{};
-      const Eigen::MatrixXd jacobian = whitened_jacobian(noise);
+      const Eigen::MatrixXd jacobian = whitened_jacobian(whiten);
       Eigen::MatrixXd residual = this->residual();
-      noise.whiten(residual);
+      whiten(residual);
       Eigen::VectorXd gradient = jacobian.transpose() * residual.col(0) + z_;
       Eigen::MatrixXd information = jacobian.transpose() * jacobian;
       information.diagonal().array() += 1.0;
@@ -69,11 +79,11 @@ class Fit {
         const Eigen::VectorXd tried = clamped(z_ + step(information, gradient), 0.0);
         // Most first attempts succeed, and with their derivatives at hand the next step can be taken.
         Path path;
-        bool fine = follow(problem_, tried.data(), attempt == 0 ? Want::everything : Want::residuals, path);
-        double tried_cost = fine ? cost_of(path, tried, noise) : 1e300;
+        bool fine = follow(problem_, tried.data(), attempt == 0 ? want_ : Want::residuals, path);
+        double tried_cost = fine ? cost_of(path, tried, whiten) : 1e300;
         if (attempt > 0 && tried_cost < cost) {
-          fine = follow(problem_, tried.data(), Want::everything, path);
-          tried_cost = fine ? cost_of(path, tried, noise) : 1e300;
+          fine = follow(problem_, tried.data(), want_, path);
+          tried_cost = fine ? cost_of(path, tried, whiten) : 1e300;
         }
         if (tried_cost < cost) {
           moved = true;
@@ -107,14 +117,15 @@ class Fit {
     return damped.ldlt().solve(right);
   }
 
-  double cost_of(const Path& path, const Eigen::VectorXd& z, const StateNoise& noise) const {
+  double cost_of(const Path& path, const Eigen::VectorXd& z, const Whiten& whiten) const {
     Eigen::MatrixXd residual = blocks_.means(path.residuals.data(), 1);
-    noise.whiten(residual);
+    whiten(residual);
     return 0.5 * (residual.squaredNorm() + z.squaredNorm()) + 0.5 * problem_.order_residuals(z.data(), nullptr).squaredNorm();
   }
 
   const FitProblem& problem_;
   const Blocks& blocks_;
+  Want want_;
   std::vector<double> low_, high_;
   Eigen::VectorXd z_;
   Path path_;
@@ -176,7 +187,24 @@ ForcingSize sizes_to_begin_with(const Explanation& at, const FreeForcings& free)
   return size;
 }
 
+// With forcings of the surroundings alone.
+void judge_by(StateNoise& noise, Explanation& at) {
+  const FreeForcings surroundings = nuisance_free(at.system());
+  static_cast<void>(noise.maximise(at.residual, sizes_to_begin_with(at, surroundings), surroundings, 1.3));
+  at.process_noise = 2.0 * (at.log_likelihood - noise.log_likelihood(at.residual));
+  Eigen::MatrixXd whitened = at.residual;
+  noise.whiten(whitened);
+  at.misfit = whitened.squaredNorm() - static_cast<double>(at.blocks->rows().size());
+}
+
 }  // namespace
+
+void judge_by_noise(Explanation& at) {
+  Path path;
+  follow(*at.problem, at.z.data(), Want::points, path);
+  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path, nullptr, nuisance_free(at.system()));
+  judge_by(noise, at);
+}
 
 double process_noise_beyond_ordinary(const Explanation& at) {
   return std::min(at.process_noise, 2.0 * (at.log_likelihood - likelihood_with(at, ordinary_free(at.system()), nullptr, true)));
@@ -264,29 +292,31 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
     if (const auto given = guess.values.find(unknown.name); given != guess.values.end())
       z(static_cast<Eigen::Index>(u)) = unknown.coordinate_of(given->second);
   }
-  Fit fit(problem, blocks);
+  Fit fit(problem, blocks, settings.least_squares ? Want::derivatives : Want::everything);
   if (!fit.begin(fit.clamped(z, 1e-3))) return result;
 
   result.log_posterior = -1e300;
   Eigen::MatrixXd sensitivity;
-  std::shared_ptr<StateNoise> noise, best;
-  const FreeForcings free = settings.least_squares   ? nuisance_free(result.system())
-                            : settings.only_ordinary ? ordinary_free(result.system())
-                                                     : all_free(result.system());
-  ForcingSize size = guess.forcing.empty() ? forcing_to_begin_with(result.system()) : guess.forcing;
+  std::shared_ptr<StateNoise> noise, best;  // null in least squares
+  const Whiten whiten = [&](Eigen::Ref<Eigen::MatrixXd> columns) { noise ? noise->whiten(columns) : whiten_by_count(blocks, columns); };
+  const FreeForcings free = settings.only_ordinary ? ordinary_free(result.system()) : all_free(result.system());
+  ForcingSize size = settings.least_squares  ? no_forcing(result.system())
+                     : guess.forcing.empty() ? forcing_to_begin_with(result.system())
+                                             : guess.forcing;
   for (const plant::EntryGroupId g : size.ids())
     if (!free[g]) size[g] = 0.0;
   for (int round = 0; round <= settings.most_rounds; ++round) {
-    VaryingPush push;
-    if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
-    noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path(), settings.varying ? &push : nullptr, free);
-    if (best && settings.varying) noise->set(size, result.varying_size);
     const Eigen::VectorXd residual = fit.residual();
-    if (settings.least_squares)
-      noise->set(size = no_forcing(result.system()));
-    else
+    if (!settings.least_squares) {
+      VaryingPush push;
+      if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
+      noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path(), settings.varying ? &push : nullptr, free);
+      if (best && settings.varying) noise->set(size, result.varying_size);
       size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6, settings.only_ordinary);
-    const double likelihood = noise->log_likelihood(residual);
+    }
+    Eigen::MatrixXd whitened = residual;
+    whiten(whitened);
+    const double likelihood = -0.5 * (whitened.squaredNorm() + (noise ? noise->log_determinant() : 0.0));
     const double posterior =
         likelihood - 0.5 * fit.z().squaredNorm() - 0.5 * problem.order_residuals(fit.z().data(), nullptr).squaredNorm();
     const double gained = posterior - result.log_posterior;
@@ -294,22 +324,17 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
       result.z = fit.z();
       result.residual = residual;
       result.forcing = size;
-      result.varying_size = noise->varying_size();
+      result.varying_size = noise ? noise->varying_size() : 0.0;
       result.log_likelihood = likelihood;
       result.log_posterior = posterior;
-      sensitivity = fit.whitened_jacobian(*noise);
+      sensitivity = fit.whitened_jacobian(whiten);
       best = noise;
     }
     if (gained < settings.enough || round == settings.most_rounds) break;
-    fit.improve(*noise, settings.iterations_per_round, settings.enough, settings.should_stop);
+    fit.improve(whiten, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
-  if (!best) return result;
-  const FreeForcings surroundings = nuisance_free(result.system());
-  static_cast<void>(best->maximise(result.residual, sizes_to_begin_with(result, surroundings), surroundings, 1.3));
-  result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
-  Eigen::MatrixXd whitened = result.residual;
-  best->whiten(whitened);
-  result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
+  if (result.log_posterior == -1e300) return result;
+  if (best) judge_by(*best, result);
 
   Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
   FitProblem::RowMajor order_jacobian;

@@ -73,6 +73,10 @@ struct Explanation {
 // Not usable where the start cannot be integrated.
 Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess, const ExplanationSettings& settings);
 
+// `misfit` and `process_noise` of what least squares fitted: `explain` leaves these at 0 there, since few of so many fits are asked for
+// them.
+void judge_by_noise(Explanation& at);
+
 // The same with the unknowns where they are and only `free` forcings re-estimated, or these up to what is ordinary: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr, bool only_ordinary = false);
 

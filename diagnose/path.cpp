@@ -324,8 +324,9 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   const std::size_t unknowns = problem.unknowns().size(), parameters = problem.parameters().size();
   const std::size_t states = problem.free_states().size();
   path.residuals.assign(problem.rows().size(), 0.0);
-  path.jacobian.assign(want == Want::everything ? problem.rows().size() * unknowns : 0, 0.0);
-  path.points.assign(want == Want::residuals ? 0 : problem.data().size(), {});
+  const bool derivatives = want == Want::derivatives || want == Want::everything, points = want == Want::points || want == Want::everything;
+  path.jacobian.assign(derivatives ? problem.rows().size() * unknowns : 0, 0.0);
+  path.points.assign(points ? problem.data().size() : 0, {});
   std::vector<double> slopes;
   for (std::size_t u = 0; u < unknowns; ++u) slopes.push_back(problem.unknowns()[u].slope_at(z[u]));
   std::size_t row = 0;
@@ -333,7 +334,7 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = parameters + r * states;
     const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
-    const bool fine = follower.run(want == Want::everything, want == Want::residuals ? nullptr : &path.points[r],
+    const bool fine = follower.run(derivatives, points ? &path.points[r] : nullptr,
                                    [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
                                      for (const plant::ChannelId c : system.channels().ids()) {
                                        const double target = measured(data.recording->samples[k], c);

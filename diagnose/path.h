@@ -32,7 +32,7 @@ struct Path {
   std::vector<std::vector<PathPoint>> points;  // of each recording, one a sample
 };
 
-enum class Want { residuals, points, everything };
+enum class Want { residuals, derivatives, points, everything };  // derivatives: the Jacobian; everything: that and points
 
 // False where the integration fails.
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path);

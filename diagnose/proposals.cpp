@@ -636,7 +636,9 @@ class Proposer {
     fit.iterations_per_round = middle_fit;
     fit.numerics = numerics_;
     Explanation all = explain(few.problem->centres(), data, few.as_guess(), fit);
-    return all.usable ? all : few;
+    if (!all.usable) all = few;
+    judge_by_noise(all);
+    return all;
   }
 
   plant::Plant given_;  // in a System of the laws that were tried, all off
