@@ -260,7 +260,10 @@ void add_diagnose(CLI::App& program, int& exit_code) {
                    "recordings in CSV that are only predicted; without any, parts of the training recordings are held out")
       ->expected(1, 1000);
   command->add_option("--plant", arguments->plant, "the plant to begin from, in YAML")->required();
-  command->add_option("--out", arguments->out, "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json")
+  command
+      ->add_option(
+          "--out", arguments->out,
+          "folder for report.html, diagnosis.json, plant.yaml, heldout_prediction.csv, run.json, experiment.yaml where one would tell")
       ->required();
   command->add_option("--fit-until", arguments->fit_until_s, "learn up to this time [s] of each training recording; the rest is held out");
   command

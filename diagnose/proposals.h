@@ -10,8 +10,8 @@
 //   leaves them. It shrinks as proposals improve, the same for every rival. Far from the truth it keeps a fit from buying a little error
 //   with absurd parameters.
 // - The plant as given is fitted from several starts first: a core that is stuck far off makes that measure useless.
-// - A beam: every effect is added to each of the few best proposals, and at first every promising pair, since of two effects that
-//   help only together neither is found alone. Many short fits, longer ones for what survives (successive halving).
+// - A beam: at first every effect, and promising pairs, since of two effects that help only together neither is found alone; then what
+//   scores best, beside each of the few best proposals. Many short fits, longer ones for what survives (successive halving).
 // - Beside effects, parts may differ: in the transformation temperatures, or in the values of an effect (plant/apart.h).
 // - Everyone settled alike: what the winner is compared with is fitted again from the winner's own values without the effect, and with
 //   another in its place; and the best proposals from several starts drawn from the prior.

@@ -29,8 +29,8 @@ std::optional<Use> use_of(std::string_view text);
 
 struct Settings {
   Use use = Use::designed;
-  // Of one answer: it ends. The diagnosis gives as much only to a name that gains above 75, is not faint and has no law beside it, 0.95
-  // above 360 (diagnose/confidence.cpp).
+    // Of one answer: it ends. The diagnosis gives as much only to a name that gains above 170, is not faint and has no law beside it
+  // (diagnose/confidence.cpp).
   double probability = 0.9;
   double budget_s = 1800.0;  // of the limb's time, cooling included; recordings that are given do not count
   double first_s = 120.0;    // of babbling, where no recording is given
