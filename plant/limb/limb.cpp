@@ -513,7 +513,7 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
 // combinations of up to `most_combined` coils whose loop is open; all coils on one branch where there are more.
 std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(const Plant& plant,
                                                                               const std::vector<std::optional<double>>& start) const {
-  constexpr double least_open = 0.02;  // martensite fraction
+  constexpr double least_open = 0.003;  // martensite fraction; 0.0066 made a limb in which nothing is missing "unexplained"
   constexpr std::size_t most_combined = 3;
   const CoreStates at(shape_);
   for (std::size_t j = 0; j < shape_.coils.size(); ++j)

@@ -82,6 +82,19 @@ TEST_CASE("open loop: the polished path is no further from the recording than th
         5.0 * testing::paper_noise[testing::temperature_A]);
 }
 
+TEST_CASE("open loop: what noise in the state says of least squares is asked for by itself") {
+  const testing::FittedCore limb(lagging_thermocouples());
+  auto least_squares = limb.settings;
+  least_squares.least_squares = true;
+  Explanation core = diagnose::explain(limb.core.problem->centres(), limb.data, limb.core.as_guess(), least_squares);
+  REQUIRE(core.usable);
+  CHECK(core.misfit == 0.0);
+  CHECK(core.process_noise == 0.0);
+  diagnose::judge_by_noise(core);
+  CHECK(core.misfit > 1000.0);       // the lag is far more than noise and moving air
+  CHECK(core.process_noise <= 0.0);  // the fit has no forcing, and the air that is added here has
+}
+
 TEST_CASE("open loop: for how long errors stay alike is each recording's own") {
   const testing::FittedCore limb(lagging_thermocouples());
   sim::Scenario left_alone = lagging_thermocouples();

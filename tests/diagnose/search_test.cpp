@@ -96,7 +96,7 @@ TEST_CASE("search: a driver's lag is found as a form of the delay of the inputs"
   for (const plant::EffectId e : unnamed.best.effects()) CHECK(e != testing::effect("driver_lag"));
 }
 
-TEST_CASE("start: guesses on the branches of the hysteresis where the loop is open, none where both coils are cold") {
+TEST_CASE("start: guesses on the branches of the hysteresis where the loop is open, near each other where both coils are cold") {
   const sim::Recording whole = testing::recorded(testing::babbling(60.0));
   const auto guesses_from = [&](std::size_t first) {
     sim::Recording part{.name = "part"};
@@ -104,7 +104,7 @@ TEST_CASE("start: guesses on the branches of the hysteresis where the loop is op
                         whole.samples.begin() + static_cast<std::ptrdiff_t>(first) + 100);
     return diagnose::with_other_starts(diagnose::explain(plant::default_plant(), testing::data_of(part), {}, {}));
   };
-  CHECK(guesses_from(0).empty());
+  const auto cold = guesses_from(0);
   diagnose::ExplanationSettings at_rest;
   at_rest.start = diagnose::StartPolicy::at_rest;
   CHECK(diagnose::with_other_starts(diagnose::explain(plant::default_plant(), {{&whole, 100, testing::paper_noise}}, {}, at_rest)).empty());
@@ -114,6 +114,10 @@ TEST_CASE("start: guesses on the branches of the hysteresis where the loop is op
   const auto guesses = guesses_from(warm + 20);
   REQUIRE(guesses.size() == 4);
   const auto fraction_A = [&](std::size_t g) { return guesses[g].values.at("start.martensite_A_fraction"); };
+  REQUIRE(cold.size() == 4);
+  const auto cold_fraction_A = [&](std::size_t g) { return cold[g].values.at("start.martensite_A_fraction"); };
+  CHECK(cold_fraction_A(0) > cold_fraction_A(1) + 0.003);
+  CHECK(cold_fraction_A(0) < cold_fraction_A(1) + 0.02);
   CHECK(fraction_A(0) > fraction_A(1) + 0.02);
   CHECK(fraction_A(0) == fraction_A(2));
   CHECK(fraction_A(1) == fraction_A(3));

@@ -555,6 +555,11 @@ TEST_CASE("general limb: what is believed of first values, and other starts, are
     const auto others = limb.system().other_starts(limb, start);
     CHECK(others.size() == (coils == 3 ? 8 : 2));  // all combinations, or all coils on one branch
     for (const auto& other : others) CHECK(other.size() == coils);
+    // A cold loop is open by less than a hundredth, which shows in the angle; far below it is closed.
+    for (std::size_t j = 0; j < coils; ++j) start[j] = 25.0;
+    CHECK(limb.system().other_starts(limb, start).size() == others.size());
+    for (std::size_t j = 0; j < coils; ++j) start[j] = -20.0;
+    CHECK(limb.system().other_starts(limb, start).empty());
   }
 }
 
