@@ -29,7 +29,7 @@ std::optional<Use> use_of(std::string_view text);
 
 struct Settings {
   Use use = Use::designed;
-    // Of one answer: it ends. The diagnosis gives as much only to a name that gains above 170, is not faint and has no law beside it
+  // Of one answer: it ends. The diagnosis gives as much only to a name that gains above 170, is not faint and has no law beside it
   // (diagnose/confidence.cpp).
   double probability = 0.9;
   double budget_s = 1800.0;  // of the limb's time, cooling included; recordings that are given do not count
