@@ -96,7 +96,8 @@ report::Table place_table(const Diagnosis& d) {
     row.cells = {std::string(groups_of(d)[share.group].words), report::fixed(share.share, 2),
                  "[" + report::fixed(share.lowest, 2) + ", " + report::fixed(share.highest, 2) + "]",
                  share.log_likelihood == best ? "the best" : odds_words(best - share.log_likelihood)};
-    row.emphasis = place_words(system_of(d), d.located.place) == row.cells[0];
+    const plant::EntryGroup& group = groups_of(d)[share.group];
+    row.emphasis = group.name == d.located.place || (!group.places.empty() && group.places.front() == d.located.place);
     if (row.emphasis) row.cells[0] += " (the answer's)";
     table.rows.push_back(row);
   }

@@ -206,12 +206,9 @@ std::string verdict_sentence(const Diagnosis& d) {
   return "Look at the recording first: " + listed(silent) + ". Apart from that: " + verdict_words(d);
 }
 
-std::optional<plant::EntryGroupId> group_of_place(const plant::System& system, std::string_view place) {
-  for (const plant::EntryGroupId g : system.entry_groups().ids()) {
-    const plant::EntryGroup& group = system.entry_groups()[g];
-    if (group.name == place || std::find(group.places.begin(), group.places.end(), place) != group.places.end()) return g;
-  }
-  return std::nullopt;
+// Several groups may have one place: two tanks, two balances of flows.
+bool enters_at(const plant::EntryGroup& group, std::string_view place) {
+  return group.name == place || std::find(group.places.begin(), group.places.end(), place) != group.places.end();
 }
 
 std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& share) {
@@ -226,7 +223,7 @@ std::string shares_words(const Diagnosis& d) {
   // Where what was found acts is said below, and why it is not seen here.
   const auto is_answer = [&](plant::EntryGroupId group) {
     return std::any_of(d.effects.begin(), d.effects.end(),
-                       [&](const auto& found) { return group_of_place(system_of(d), effects_of(d)[found.effect].place) == group; });
+                       [&](const auto& found) { return enters_at(groups_of(d)[group], effects_of(d)[found.effect].place); });
   };
   std::vector<std::string> loud, quiet;
   for (const auto& share : shares) {
@@ -242,11 +239,10 @@ std::string shares_words(const Diagnosis& d) {
 }
 
 bool leads(const Diagnosis& d, std::string_view place) {
-  const auto group = group_of_place(system_of(d), place);
   double largest = 0.0, mine = 0.0;
   for (const auto& share : d.located.shares) {
     largest = std::max(largest, share.share);
-    if (share.group == group) mine = share.share;
+    if (enters_at(groups_of(d)[share.group], place)) mine = std::max(mine, share.share);
   }
   return mine == largest;
 }
@@ -397,7 +393,11 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
     text += "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". ";
   }
   if (d.by_paths)
-    text += found.support.gain > 0.0 ? "Without it the best plant that was tried is " + odds_words(0.5 * found.support.gain) + ". " : "";
+    text += found.support.gain > 0.0
+                ? std::string("Without it") +
+                      (diagnose::has_law_as_form(system_of(d), d.laws, found.effect) ? ", and without a law that may be its form," : "") +
+                      " the best plant that was tried is " + odds_words(0.5 * found.support.gain) + ". "
+                : "";
   else if (alone && d.laws.empty())
     text += "Why: it explains " + percent(d.explained_share) + " of what " + left_open_words(d) + ", and chance would bring such a gain " +
             chance_words(found.chance) + ". ";
@@ -967,11 +967,14 @@ std::string odds_words(double loss) {
 }
 
 std::string place_words(const plant::System& system, std::string_view place) {
-  const auto found = group_of_place(system, place);
-  if (!found) return place.empty() ? "no single equation" : std::string(place);
-  const plant::EntryGroup& group = system.entry_groups()[*found];
-  const bool of_input = group.places.size() > 1 && group.places[1] == place && !group.input_words.empty();
-  return std::string(of_input ? group.input_words : group.words);
+  std::vector<std::string> words;
+  for (const plant::EntryGroup& group : system.entry_groups()) {
+    if (!enters_at(group, place)) continue;
+    const bool of_input = group.places.size() > 1 && group.places[1] == place && !group.input_words.empty();
+    words.emplace_back(of_input ? group.input_words : group.words);
+  }
+  if (words.empty()) return place.empty() ? "no single equation" : std::string(place);
+  return either_words(words);
 }
 
 std::string name_and_words(const plant::EffectInfo& effect) { return std::string(effect.name) + ": " + std::string(effect.words); }
