@@ -13,7 +13,7 @@ namespace {
 // W times columns of block rows, in place.
 using Whiten = std::function<void(Eigen::Ref<Eigen::MatrixXd> columns)>;
 
-// By the sensors' noise alone: a mean of so many samples.
+// By the sensors' noise alone, a mean of so many samples: to the bit what the filter does that has no forcing.
 void whiten_by_count(const Blocks& blocks, Eigen::Ref<Eigen::MatrixXd> columns) {
   for (std::size_t i = 0; i < blocks.rows().size(); ++i)
     columns.row(static_cast<Eigen::Index>(i)) /= std::sqrt(1.0 / blocks.rows()[i].count);
@@ -187,24 +187,7 @@ ForcingSize sizes_to_begin_with(const Explanation& at, const FreeForcings& free)
   return size;
 }
 
-// With forcings of the surroundings alone.
-void judge_by(StateNoise& noise, Explanation& at) {
-  const FreeForcings surroundings = nuisance_free(at.system());
-  static_cast<void>(noise.maximise(at.residual, sizes_to_begin_with(at, surroundings), surroundings, 1.3));
-  at.process_noise = 2.0 * (at.log_likelihood - noise.log_likelihood(at.residual));
-  Eigen::MatrixXd whitened = at.residual;
-  noise.whiten(whitened);
-  at.misfit = whitened.squaredNorm() - static_cast<double>(at.blocks->rows().size());
-}
-
 }  // namespace
-
-void judge_by_noise(Explanation& at) {
-  Path path;
-  follow(*at.problem, at.z.data(), Want::points, path);
-  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path, nullptr, nuisance_free(at.system()));
-  judge_by(noise, at);
-}
 
 double process_noise_beyond_ordinary(const Explanation& at) {
   return std::min(at.process_noise, 2.0 * (at.log_likelihood - likelihood_with(at, ordinary_free(at.system()), nullptr, true)));
@@ -255,7 +238,7 @@ plant::Plant with_effect(const plant::Plant& plant, plant::EffectId effect) {
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found, bool only_ordinary) {
   Path path;
   follow(*at.problem, at.z.data(), Want::points, path);
-  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path);
+  StateNoise noise(*at.problem, *at.blocks, at.z.data(), path, nullptr, free);
   ForcingSize begin = no_forcing(at.system());
   for (const plant::EntryGroupId g : begin.ids())
     if (free[g]) begin[g] = std::max(at.forcing[g], 0.1 * at.system().entry_groups()[g].typical);
@@ -334,7 +317,14 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
     fit.improve(whiten, settings.iterations_per_round, settings.enough, settings.should_stop);
   }
   if (result.log_posterior == -1e300) return result;
-  if (best) judge_by(*best, result);
+  if (best) {
+    const FreeForcings surroundings = nuisance_free(result.system());
+    static_cast<void>(best->maximise(result.residual, sizes_to_begin_with(result, surroundings), surroundings, 1.3));
+    result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
+    Eigen::MatrixXd whitened = result.residual;
+    best->whiten(whitened);
+    result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
+  }
 
   Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
   FitProblem::RowMajor order_jacobian;

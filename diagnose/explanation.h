@@ -56,6 +56,7 @@ struct Explanation {
   // of the sensors and surroundings that vary by as much as was found, and of what varies, if anything does.
   double misfit = 0.0;
   // 2 (log likelihood with all forcings - with the surroundings, and what varies, alone): what is still there that these do not explain.
+  // 0, as `misfit`, of a fit by least squares, which has no forcings.
   double process_noise = 0.0;
   bool usable = false;
 
@@ -72,10 +73,6 @@ struct Explanation {
 // `centres`: what is on, and the centres of the priors. `data`: deviations are the sensors' noise.
 // Not usable where the start cannot be integrated.
 Explanation explain(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess, const ExplanationSettings& settings);
-
-// `misfit` and `process_noise` of what least squares fitted: `explain` leaves these at 0 there, since few of so many fits are asked for
-// them.
-void judge_by_noise(Explanation& at);
 
 // The same with the unknowns where they are and only `free` forcings re-estimated, or these up to what is ordinary: log likelihood.
 double likelihood_with(const Explanation& at, const FreeForcings& free, ForcingSize* found = nullptr, bool only_ordinary = false);

@@ -553,9 +553,9 @@ class Proposer {
     return gain_by_folds(named, with_laws).beyond_chance() ? with_laws : named;
   }
 
-  // With what pays beside it. Where the plant as given is off for as long as it runs, it leaves few errors that are independent, and
-  // evidence asks for more than a term needs that predicts better, beyond chance. Then that is what others are compared with: the errors
-  // are counted as it leaves them.
+  // With the names that pay beside it. Where the plant as given is off for as long as it runs, it leaves few errors that are independent,
+  // and evidence asks for more than a term needs that predicts better, beyond chance. Then that is what others are compared with: the
+  // errors are counted as it leaves them.
   Effects with_what_pays(Effects effects) {
     while (const std::optional<Effects> more = one_more_that_pays(effects)) {
       const Effects before = effects;
@@ -580,7 +580,7 @@ class Proposer {
     for (const Effects& more : order()) {
       if (more.size() != effects.size() + 1 || !includes(more, effects) || !all_.at(more).usable) continue;
       const auto is_name = [](const plant::EffectInfo& effect) { return effect.is_of_catalogue(); };
-      if (count_if(more, is_name) == count_if(effects, is_name)) continue;  // nearly anything can be done by parts that differ
+      if (count_if(more, is_name) == count_if(effects, is_name)) continue;  // parts that differ can follow nearly anything
       if (gain_by_folds(effects, more).beyond_chance()) return more;
       if (++asked == settings_.width) break;
     }
@@ -636,9 +636,7 @@ class Proposer {
     fit.iterations_per_round = middle_fit;
     fit.numerics = numerics_;
     Explanation all = explain(few.problem->centres(), data, few.as_guess(), fit);
-    if (!all.usable) all = few;
-    judge_by_noise(all);
-    return all;
+    return all.usable ? all : few;
   }
 
   plant::Plant given_;  // in a System of the laws that were tried, all off

@@ -21,9 +21,9 @@
 //   the best leaves, which grows shorter with every term, the physical limb got two laws and a worse prediction.)
 // - The answer is what is left of the most probable proposal once every term that does not pay is taken out: one without which seconds
 //   that were not fitted are predicted no worse, beyond chance (cross-validation, open_loop.h). An effect of the catalogue may stay, too,
-//   where the fit is twenty to one for it and those predictions are not against it; a law may not. What pays beside that is added: a plant
-//   that drifts away leaves hardly an independent error, so that evidence asks for too much; from then on errors are counted as what stands
-//   leaves them.
+//   where the fit is twenty to one for it and those predictions are not against it; a law may not. A name that pays beside that is added: a
+//   plant that drifts away leaves hardly an independent error, so that evidence asks for too much; from then on errors are counted as what
+//   stands leaves them.
 // - Then laws without a name (free_laws.h), on what has a name and on the plant as given: they compete by the same measure, each at
 //   the price of one cell in so many, and must pay against the answer that has none.
 //
