@@ -233,7 +233,7 @@ report::Table proposal_table(const Diagnosis& d) {
     for (const plant::EffectId e : all[i].effects) names.push_back(effect_name(d, e));
     report::Row row;
     row.cells = {names.empty() ? "none" : listed(names), i == 0           ? "the best"
-                                                         : !all[i].counts ? "predicts no better than what has names alone"
+                                                         : !all[i].counts ? "has a law; none paid"
                                                                           : odds_words(all.front().log_odds - all[i].log_odds)};
     row.emphasis = i == d.proposals.answer;
     table.rows.push_back(row);
@@ -703,8 +703,8 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
   page.lead = words.verdict;
   auto& blocks = page.blocks;
   blocks.push_back(
-      Paragraph{.text = "A simulated limb (" + file_name(inputs.plant) +
-                        ") was fitted to recordings of a limb. Where the fit fails, the simulation lacks "
+      Paragraph{.text = "A simulation (" + file_name(inputs.plant) + ") was fitted to recordings of " + std::string(system_of(d).words()) +
+                        ". Where the fit fails, the simulation lacks "
                         "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
                         "well the repaired simulation predicts data that it has not seen, and what could be done next."});
   if (!words.summary.empty())

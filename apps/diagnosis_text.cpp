@@ -272,7 +272,7 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   if (d.verdict == Verdict::consistent)
     return {first + (d.process_noise_beyond_ordinary && !d.process_noise_after_refit
                          ? " What is beyond noise is no more than what moving air does that is not the same everywhere."
-                         : " What is beyond noise is no more than what moving air does, and it gathers in no equation.")};
+                         : " What is beyond noise is no more than what moving air does.")};
 
   std::string when = percent(located.worst.share_of_error) + " of the squared error of " + channel_words(channels_of(d)[located.channel]) +
                      " happens in " + percent(located.worst.share_of_time) + " of the time";
@@ -383,11 +383,10 @@ std::string found_paragraph(const Diagnosis& d, const diagnose::FoundEffect& fou
                                    : effect_name(d, found.effect)) +
                      ", which acts in " + place_words(system_of(d), info.place) + "; " + probability_words(found.confidence) + ". ";
   if (found.form == diagnose::Form::free) {
-    const diagnose::Candidate* own = candidate_of(d, found.effect);
     text +=
         "The curve below acts where this effect does, and follows what it follows: it may be the form that the effect has here. That is "
         "likelier the more the catalogue's formula explains by itself: " +
-        (own && own->explanation.usable ? percent(share_explained(d.search.core, own->explanation)) : "next to nothing") + ". ";
+        (found.explained_by_formula > 0.0 ? percent(found.explained_by_formula) : "next to nothing") + ". ";
   } else {
     const std::string sizes = parameters_words(d, found);
     text += "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". ";
@@ -487,12 +486,18 @@ std::string wandering_words(const Diagnosis& d) {
   return text;
 }
 
+// Whether it counts or not.
+const diagnose::Proposal& likeliest_by_fit(const Diagnosis& d) {
+  return *std::max_element(d.proposals.all.begin(), d.proposals.all.end(),
+                           [](const auto& a, const auto& b) { return a.log_odds < b.log_odds; });
+}
+
 // Effects of the most probable plant that were not kept beside the answer's, since they do not help to predict.
 std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   std::vector<std::string> names;
   if (!d.by_paths) return names;
   const auto& kept = d.proposals.all[d.proposals.answer].effects;
-  const auto& likeliest = d.proposals.all.front().effects;
+  const auto& likeliest = likeliest_by_fit(d).effects;
   const auto is_there = [&](plant::EffectId e) { return std::find(likeliest.begin(), likeliest.end(), e) != likeliest.end(); };
   if (!std::all_of(kept.begin(), kept.end(), is_there)) return names;
   for (const plant::EffectId e : likeliest)
@@ -547,7 +552,7 @@ std::vector<std::string> what_words(const Diagnosis& d, const DiagnosisInputs& i
         percent(d.explained_share) + " of the squared error beyond noise.");
     if (const auto more = fitted_but_idle(d); !more.empty())
       text.push_back("Also tried: " + listed(more) + ". The plant with this is " +
-                     odds_words(d.proposals.all[d.proposals.answer].log_odds - d.proposals.all.front().log_odds) +
+                     odds_words(d.proposals.all[d.proposals.answer].log_odds - likeliest_by_fit(d).log_odds) +
                      " than the answer by its fit, but predicts no better what was left out of it.");
   } else if (!d.laws.empty()) {
     text.push_back("The catalogue's own forms leave more than noise. With " + std::string(d.laws.size() == 1 ? "a curve" : "curves") +

@@ -231,6 +231,7 @@ FoundEffect Naming::found_among(const std::vector<Tried>& tried, plant::EffectId
   result.support.share = with / all * explained_share;
   if (has_law_as_form(given.system(), laws, name)) {
     result.form = contains(names, name) ? Form::bent : Form::free;
+    result.explained_by_formula = 1.0 - left_by_formula(name);
     result.support.law_beside = has_law_beside(given.system(), laws, {name});
     result.confidence = probability(result.support);
   }

@@ -29,6 +29,7 @@ struct FoundEffect {
   std::vector<Parameter> parameters;                       // as in Diagnosis::values
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one
   Form form = Form::catalogue;
+  double explained_by_formula = 0.0;  // share of the misfit, where a law may be its form
 };
 
 // Physics without a name that was found: a law of the answer's plant (plant/laws.h), and its curve. Internal units of its entry.
@@ -64,8 +65,8 @@ std::vector<Tried> tried_in(const Proposals& proposals);
 
 // What does in place of an effect of the answer, the others kept: the other, and what it loses of log odds.
 std::vector<std::pair<plant::EffectId, double>> rivals_in(const Proposals& proposals, plant::EffectId effect);
-// Log odds of the answer against the best that has no such term, laws that do not pay among these: nearly anything can be done by parts
-// that differ.
+// Log odds of the answer against the best that has no such term. Parts that differ can follow nearly anything, so they must beat laws, too,
+// that do not pay.
 double odds_without(const Proposals& proposals, plant::EffectId term);
 
 // Whether a law could be the name's form; whether one could be the form of none of these.
