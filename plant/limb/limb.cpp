@@ -289,7 +289,7 @@ void LimbSystem::list_entries() {
        .places = {text(Place::thermal), text(Place::actuation)},
        .input_words = "the heating of the wires by their current",
        .begin = 0.2,
-       .ordinary = 0.024},  // for 4 s it moves a wire of 21 s by 0.24 K, as air of 0.3 K does in 30 s
+       .ordinary = 0.024},  // correlated over 4 s it moves a wire of 21 s by 0.24 K, as air of 0.3 K over 30 s does (deviations)
       {.name = "transformation",
        .words = "the transformation's rate",
        .unit = "1/s",
@@ -513,7 +513,7 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
 // combinations of up to `most_combined` coils whose loop is open; all coils on one branch where there are more.
 std::vector<std::vector<std::pair<StateId, double>>> LimbSystem::other_starts(const Plant& plant,
                                                                               const std::vector<std::optional<double>>& start) const {
-  constexpr double least_open = 0.003;  // martensite fraction; 0.0066 made a limb in which nothing is missing "unexplained"
+  constexpr double least_open = 0.003;  // martensite fraction; a first one off by 0.0066 makes a whole limb "unexplained"
   constexpr std::size_t most_combined = 3;
   const CoreStates at(shape_);
   for (std::size_t j = 0; j < shape_.coils.size(); ++j)
