@@ -7,6 +7,9 @@
 //   e(t) = c_1 e(t-1) + c_2 e(t-2)             while not all of them were: e of a sample that was not measured is the one predicted
 //   e(t) = 0                                   while nothing was measured since it began: the rollout alone
 //
+// A rollout takes its first sample as it was measured, and says where it is itself only at the second: in mid-motion that may be far off,
+// since one value does not show a state. So e of the first sample is taken from there, y(0) - r(1).
+//
 // The second is fitted by the equations of Yule and Walker, with which e decays (Box, Jenkins, Reinsel, 4th ed., 3.2). n is the one
 // of 1, 2, 4, 8, 16 that is best one step ahead on the last 15 % of what is fitted to. Innovation form: Ljung, 2nd ed., 4.3.
 #include <Eigen/Cholesky>
@@ -73,22 +76,27 @@ class CorrectedPredictor : public Predictor {
   void begin(const Series& history) override {
     base_->begin(history);
     const Index last = history.samples() - 1;
-    before_ = history.y(last);
-    // What came before is as at the last sample, and without error.
-    inputs_ << history.v.col(last), before_;
-    linear_.begin({"", 0.0, inputs_, Vector<double>::Zero(1)});
+    inputs_ << history.v.col(last), 0.0;  // r: as soon as it is known
     measured_in_turn_ = 0;
-    any_ = false;
+    any_ = begun_ = false;
     last_two_[0] = last_two_[1] = 0.0;
   }
 
   double step(const Eigen::Ref<const Vector<double>>& v, std::optional<double> y_before) override {
+    const double rolled = base_->step(v);
+    const bool first = !begun_;
+    if (first) before_ = inputs_(v.size()) = rolled;
     if (y_before) {
       last_two_[0] = *y_before - before_;
       any_ = true;
     }
+    if (first) {  // what came before is as at the first sample
+      begun_ = true;
+      last_two_[1] = last_two_[0];
+      linear_.begin({"", 0.0, inputs_, Vector<double>::Constant(1, last_two_[0])});
+    }
     measured_in_turn_ = y_before ? measured_in_turn_ + 1 : 0;
-    before_ = base_->step(v);
+    before_ = rolled;
     inputs_.head(v.size()) = v;
     inputs_(v.size()) = before_;
     const double by_inputs = linear_.step(inputs_, last_two_[0]);
@@ -129,7 +137,7 @@ class CorrectedPredictor : public Predictor {
   double before_ = 0.0;    // r of the sample before
   double last_two_[2] = {0.0, 0.0};
   Index measured_in_turn_ = 0;
-  bool any_ = false;
+  bool any_ = false, begun_ = false;
 };
 
 TrainedPredictor train_corrected(const TrainingInput& input) {
