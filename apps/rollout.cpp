@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew rollout: a predictor over a recording, from one measured value.
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -153,7 +154,7 @@ int rollout_command(const RolloutArguments& arguments) {
         csv += "," + key_in_unit(stem + of, predicted);
     csv += trust.departures ? ",outside\n" : "\n";
     for (model::Index k = 0; k < series.samples(); ++k) {
-      std::vector<double> row{series.first_s + static_cast<double>(k) * model::period_s, series.y(k), open(k), step(k)};
+      std::vector<double> row{series.first_s + static_cast<double>(k) * model::period_s, series.measured(k), open(k), step(k)};
       if (trust.interval) {
         const double wide = trust.interval->open_loop(k), wide_step = trust.interval->one_step(k);
         row.insert(row.end(), {open(k) - wide, open(k) + wide, step(k) - wide_step, step(k) + wide_step});
@@ -161,7 +162,7 @@ int rollout_command(const RolloutArguments& arguments) {
       if (trust.departures) row.push_back(trust.departures->is_outside[static_cast<std::size_t>(k)] ? 1.0 : 0.0);
       for (const double value : row) {
         if (csv.back() != '\n') csv += ',';
-        sim::append_shortest(csv, value);
+        if (!std::isnan(value)) sim::append_shortest(csv, value);  // a cell is left empty where nothing was measured
       }
       csv += '\n';
     }

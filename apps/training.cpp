@@ -268,12 +268,17 @@ std::vector<report::Band> outside_bands(const std::vector<bool>& is_outside, con
 std::vector<report::Block> rollout_blocks(const Series& series, const Vector<double>& predicted, const model::Task& task,
                                           const Trust* trust) {
   std::vector<double> time_s;
-  for (Index k = 0; k < series.samples(); ++k) time_s.push_back(series.first_s + static_cast<double>(k) * model::period_s);
+  Vector<double> recorded(series.samples());
+  for (Index k = 0; k < series.samples(); ++k) {
+    time_s.push_back(series.first_s + static_cast<double>(k) * model::period_s);
+    recorded(k) = series.measured(k);
+  }
+  const Vector<double> off = predicted - recorded;
   report::TimePlot both;
   both.title = capitalised(task.predicted.words) + ", measured and predicted from one measured value";
   both.y_label = axis(task.predicted);
   both.time_s = time_s;
-  both.series = {line("recording", of(series.y), report::okabe_ito::black),
+  both.series = {line("recording", of(recorded), report::okabe_ito::black),
                  line("prediction", of(predicted), report::okabe_ito::vermillion)};
   both.time_axis = "recording";
   if (trust && trust->interval) {
@@ -282,20 +287,26 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
     both.series.back().upper = of(predicted + trust->interval->open_loop);
   }
   if (trust && trust->departures) both.bands = outside_bands(trust->departures->is_outside, time_s);
-  // Root mean square over a sliding minute shows drift.
+  // Root mean square over a sliding minute shows drift; of what was measured in it.
   std::vector<double> drift(time_s.size(), std::nan(""));
   constexpr Index minute = 600;
   double sum = 0.0;
+  Index measured = 0;
+  const auto count = [&](Index k, int sign) {
+    if (!series.is_measured(k)) return;
+    sum += sign * std::pow(off(k), 2);
+    measured += sign;
+  };
   for (Index k = 0; k < series.samples(); ++k) {
-    sum += std::pow(predicted(k) - series.y(k), 2);
-    if (k >= minute) sum -= std::pow(predicted(k - minute) - series.y(k - minute), 2);
-    if (k + 1 >= minute) drift[static_cast<std::size_t>(k)] = std::sqrt(std::max(0.0, sum) / static_cast<double>(minute));
+    count(k, 1);
+    if (k >= minute) count(k - minute, -1);
+    if (k + 1 >= minute && measured > 0) drift[static_cast<std::size_t>(k)] = std::sqrt(std::max(0.0, sum) / static_cast<double>(measured));
   }
   report::TimePlot error;
   error.title = "Error over time";
   error.y_label = "prediction − recording" + (task.predicted.unit.empty() ? "" : " / " + unit_words(task.predicted));
   error.time_s = time_s;
-  error.series = {line("error", of(predicted - series.y), report::okabe_ito::green),
+  error.series = {line("error", of(off), report::okabe_ito::green),
                   line("root mean square of the minute before", drift, report::okabe_ito::blue)};
   error.time_axis = "recording";
   error.height_px = 140;
@@ -308,17 +319,17 @@ std::vector<report::Block> rollout_blocks(const Series& series, const Vector<dou
     loops.x_label = axis(column);
     loops.y_label = axis(task.predicted);
     const std::vector<double> against = of(series.v.row(static_cast<Index>(f)).transpose());
-    report::ScatterSeries measured, modelled;
-    measured.name = "recording";
-    measured.x = against;
-    measured.y = of(series.y);
-    measured.color = report::okabe_ito::black;
-    measured.style = report::ScatterSeries::Style::path;
-    modelled = measured;
+    report::ScatterSeries shown, modelled;
+    shown.name = "recording";
+    shown.x = against;
+    shown.y = of(recorded);
+    shown.color = report::okabe_ito::black;
+    shown.style = report::ScatterSeries::Style::path;
+    modelled = shown;
     modelled.name = "prediction";
     modelled.y = of(predicted);
     modelled.color = report::okabe_ito::vermillion;
-    loops.series = {measured, modelled};
+    loops.series = {shown, modelled};
     blocks.push_back(loops);
   }
   return blocks;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,6 +63,7 @@ struct Series {
   Vector<double> counted = {};
   Index samples() const { return y.size(); }
   bool is_measured(Index k) const { return counted.size() == 0 || counted(k) > 0.0; }
+  double measured(Index k) const { return is_measured(k) ? y(k) : std::nan(""); }
 };
 
 inline constexpr double longest_held_s = 10.0;

@@ -146,6 +146,13 @@ def test_train_and_use():
           abs(sum(inside) / len(inside) - json_of["interval"]["inside_open_loop"]) < 1e-9 and
           abs(sum(outside) / len(outside) - json_of["outside"]["share"]) < 1e-9, (sum(inside), sum(outside), json_of))
     check("rollout: the report is there", "Rollout of a predictor" in (cli.folder / "roll/report.html").read_text())
+    time_of = lambda line: float(line.split(",")[0]) if line[0].isdigit() else 0.0
+    paused = write("paused.csv", "".join(l for l in recording.read_text().splitlines(True) if not 20.0 < time_of(l) < 30.0))
+    result = sinew("rollout", "stateful4", "--recording", paused, "--resample", "--out", "roll_paused")
+    rows = [r for r in (cli.folder / "roll_paused/rollout.csv").read_text().splitlines() if not r.startswith("#")]
+    empty = [20.05 < float(r["time_s"]) < 29.95 for r in csv.DictReader(rows) if r["angle_deg"] == ""]
+    check("rollout: where nothing was measured, the file says nothing",
+          result.returncode == 0 and len(empty) == 99 and all(empty), (said(result), len(empty)))
 
     stress = write("stress.yaml", "format: 1\nbase: short.yaml\nseeds: 1\nrows:\n  - { name: hot room, parameters: { ambient_temperature_degC: 40 } }\n")
     result = sinew("evaluate", "stateful4", "--stress", stress, "--out", "stress")
