@@ -184,7 +184,8 @@ Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nomina
                                            {"plant.yaml", repaired_plant_yaml(diagnosis, inputs)},
                                            {"report.html", report::to_html(diagnosis_page(diagnosis, inputs))}};
   files.merge(prediction_files(diagnosis));
-  if (diagnosis.experiment && diagnosis.experiment->separation > 0.0) files["experiment.yaml"] = diagnosis.experiment->scenario_yaml;
+  const auto* found = std::get_if<diagnose::Found>(&diagnosis.answer);
+  if (found && found->experiment && found->experiment->separation > 0.0) files["experiment.yaml"] = found->experiment->scenario_yaml;
   files["run.json"] = diagnosis_run_json(diagnosis, inputs, arguments.hashes, files);
   std::string oddities;
   for (const Oddities& of : inputs.oddities) {

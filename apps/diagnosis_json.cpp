@@ -182,26 +182,29 @@ ordered_json apart_json(const Diagnosis& d, const diagnose::FoundApart& found) {
 
 ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs& inputs, const InputHashes& hashes) {
   ordered_json json;
-  json["verdict"] = text_of(d.verdict);
+  json["verdict"] = text_of(verdict_of(d.answer));
   json["effects"] = ordered_json::array();
-  for (const auto& found : d.effects) {
+  const auto* varying = std::get_if<diagnose::NoConstant>(&d.answer);
+  for (const auto& found : effects_in(d.answer)) {
     json["effects"].push_back(effect_json(d, found));
-    if (d.wandering) json["effects"].back()["constant"] = false;
+    if (varying) json["effects"].back()["constant"] = false;
   }
   json["laws"] = ordered_json::array();
-  for (const auto& found : d.laws) json["laws"].push_back(law_json(d, found));
+  for (const auto& found : laws_in(d.answer)) json["laws"].push_back(law_json(d, found));
   json["apart"] = ordered_json::array();
-  for (const auto& found : d.apart) json["apart"].push_back(apart_json(d, found));
+  for (const auto& found : apart_in(d.answer)) json["apart"].push_back(apart_json(d, found));
   json["ambiguous_with"] = ordered_json::array();
-  for (const plant::EffectId e : d.ambiguous_with) json["ambiguous_with"].push_back(family_name(d, e));
-  if (d.experiment)
-    json["experiment"] = {{"effect", effects_of(d)[d.experiment->effect].name},
-                          {"rival", effects_of(d)[d.experiment->rival].name},
-                          {"words", d.experiment->words},
-                          {"duration_s", d.experiment->duration_s},
-                          {"largest_duty_fraction", d.experiment->largest_share},
-                          {"hottest_degC", d.experiment->highest},
-                          {"separation", d.experiment->separation}};
+  for (const plant::EffectId e : ambiguous_in(d.answer)) json["ambiguous_with"].push_back(family_name(d, e));
+  if (const auto* found = std::get_if<diagnose::Found>(&d.answer); found && found->experiment) {
+    const diagnose::Experiment& one = *found->experiment;
+    json["experiment"] = {{"effect", effects_of(d)[one.effect].name},
+                          {"rival", effects_of(d)[one.rival].name},
+                          {"words", one.words},
+                          {"duration_s", one.duration_s},
+                          {"largest_duty_fraction", one.largest_share},
+                          {"hottest_degC", one.highest},
+                          {"separation", one.separation}};
+  }
   json["located"] = {{"channel", channels_of(d)[d.located.channel].column},
                      {"place", d.located.place},
                      {"windows_s", windows_json(d.located.worst)},
@@ -251,7 +254,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.process_noise}};
-  if (!d.by_paths) json["unrest"]["repaired"] = d.answer.process_noise;  // a path fitted by least squares has none
+  if (!d.by_paths) json["unrest"]["repaired"] = d.chosen.process_noise;  // a path fitted by least squares has none
   if (d.process_noise_beyond_ordinary) json["process_noise_beyond_ordinary"] = *d.process_noise_beyond_ordinary;
   if (d.process_noise_after_refit) json["unrest"]["after_refit"] = *d.process_noise_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
@@ -289,8 +292,8 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
     const auto of_group = std::count_if(entries.begin(), entries.end(), [&](const plant::Entry& e) { return e.group == left.group; });
     if (of_group > 1) json["left_over"]["coil"] = entries[left.entry].part;
   }
-  if (d.wandering) {
-    const auto& w = *d.wandering;
+  if (varying) {
+    const diagnose::Wandering& w = varying->course;
     json["wandering"] = {{"what", w.of.words},
                          {"place", w.of.place},
                          {"log_evidence_gain", w.gain},
@@ -327,7 +330,7 @@ std::string repaired_plant_yaml(const diagnose::Diagnosis& d, const DiagnosisInp
                      (names.empty() ? "; no effect was added.\n" : ", with " + listed(names) + " added.\n");
   if (!stand_ins(d).empty())
     text += "# What was added is a stand-in for something that the catalogue does not have.\n";
-  else if (something_is_left(d.verdict) && !names.empty())
+  else if (something_is_left(verdict_of(d.answer)) && !names.empty())
     text += "# Something is left that this does not explain: what was added is not certain.\n";
   text += "# RMSE on " + held_out_words(d) + ", open loop:\n";
   for (const plant::ChannelId c : channels_of(d).ids())

@@ -22,6 +22,11 @@ namespace colors = report::okabe_ito;
 std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
 std::string with_channel_unit(const plant::ChannelInfo& channel) { return channel.words + " / " + channel.unit_words; }
 
+bool among(const std::vector<plant::EffectId>& effects, plant::EffectId e) {
+  return std::find(effects.begin(), effects.end(), e) != effects.end();
+}
+bool varies(const Diagnosis& d) { return std::holds_alternative<diagnose::NoConstant>(d.answer); }
+
 report::Section section(std::string heading, int depth = 1) {
   report::Section one;
   one.heading = std::move(heading);
@@ -133,15 +138,16 @@ void add_where(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWo
     }
     blocks.push_back(input_plot(d, prediction));
   }
-  if (d.verdict != Verdict::consistent) blocks.push_back(place_table(d));
+  if (!std::holds_alternative<diagnose::NothingMissing>(d.answer)) blocks.push_back(place_table(d));
 }
 
 // --- What
 // --------------------------------------------------------------------------------------------------------------
 
 const diagnose::FoundEffect* found_of(const Diagnosis& d, plant::EffectId effect) {
-  const auto found = std::find_if(d.effects.begin(), d.effects.end(), [&](const auto& one) { return one.effect == effect; });
-  return found == d.effects.end() ? nullptr : &*found;
+  const auto& effects = effects_in(d.answer);
+  const auto found = std::find_if(effects.begin(), effects.end(), [&](const auto& one) { return one.effect == effect; });
+  return found == effects.end() ? nullptr : &*found;
 }
 
 report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, std::size_t number) {
@@ -157,7 +163,7 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     }
   for (const auto& candidate : round.candidates) {
     const bool usable = candidate.explanation.usable;
-    const diagnose::FoundEffect* found = d.wandering ? nullptr : found_of(d, candidate.effect);  // as a constant
+    const diagnose::FoundEffect* found = varies(d) ? nullptr : found_of(d, candidate.effect);  // as a constant
     report::Row row;
     row.cells = {effect_name(d, candidate.effect), effect_words(d, candidate.effect),
                  usable ? percent(share_explained(d.search.core, candidate.explanation)) : "could not be fitted",
@@ -185,7 +191,7 @@ report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found
   for (const auto& [effect, loss] : found.rivals) {
     report::Row row;
     row.cells = {effect_name(d, effect), effect_words(d, effect), odds_words(loss)};
-    row.emphasis = std::find(d.ambiguous_with.begin(), d.ambiguous_with.end(), effect) != d.ambiguous_with.end();
+    row.emphasis = among(ambiguous_in(d.answer), effect);
     table.rows.push_back(row);
   }
   table.caption = "With the other effects kept. Bold: cannot be told from it by this data.";
@@ -260,19 +266,20 @@ report::Table bent_table(const Diagnosis& d) {
     report::Row row;
     row.cells = {names.empty() ? "none" : listed(names), listed(curves),
                  i == 0 ? "the best" : odds_words(d.search.bent.front().log_odds - one.log_odds)};
-    row.emphasis = i == 0 && !d.laws.empty();
+    row.emphasis = i == 0 && !laws_in(d.answer).empty();
     table.rows.push_back(row);
   }
-  table.caption = d.laws.empty() ? "Where the catalogue's own forms leave something, a curve is tried beside them. None of these was kept: "
-                                   "they leave too much, or predict held-out data no better."
-                                 : "Where the catalogue's own forms leave something, a curve is tried beside them. Bold: the answer.";
+  table.caption = laws_in(d.answer).empty()
+                      ? "Where the catalogue's own forms leave something, a curve is tried beside them. None of these was kept: "
+                        "they leave too much, or predict held-out data no better."
+                      : "Where the catalogue's own forms leave something, a curve is tried beside them. Bold: the answer.";
   return table;
 }
 
 void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
-  blocks.push_back(section(d.verdict == Verdict::consistent ? "What was looked for" : "What is missing"));
+  blocks.push_back(section(std::holds_alternative<diagnose::NothingMissing>(d.answer) ? "What was looked for" : "What is missing"));
   add_paragraphs(blocks, words.what);
-  for (const diagnose::FoundLaw& law : d.laws) blocks.push_back(law_plot(d, law));
+  for (const diagnose::FoundLaw& law : laws_in(d.answer)) blocks.push_back(law_plot(d, law));
   if (d.by_paths)
     blocks.push_back(proposal_table(d));
   else if (!d.search.bent.empty())
@@ -280,8 +287,8 @@ void add_what(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWor
   for (std::size_t r = 0; r < d.search.rounds.size(); ++r)
     if (!d.search.rounds[r].candidates.empty() && (r == 0 || d.search.rounds[r].accepted))
       blocks.push_back(candidate_table(d, d.search.rounds[r], r));
-  if (d.effects.size() > 1)
-    for (const auto& found : d.effects)
+  if (effects_in(d.answer).size() > 1)
+    for (const auto& found : effects_in(d.answer))
       if (!found.rivals.empty()) blocks.push_back(rival_table(d, found));
 }
 
@@ -341,7 +348,7 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     report::Code code;
     code.caption = effect_name(d, e) + ": " + effect_words(d, e);
     code.text = std::string(effects_of(d)[e].equation);
-    for (const diagnose::FoundApart& found : d.apart)
+    for (const diagnose::FoundApart& found : apart_in(d.answer))
       if (found.effect == e)
         for (const auto& [name, values] : apart_quantities(d, found)) code.text += (code.text.empty() ? "" : "\n") + name + " = " + values;
     for (const plant::ParameterId p : effects_of(d)[e].parameters) {
@@ -415,9 +422,9 @@ bool is_followed(const diagnose::Series& series) {
 
 std::vector<Strength> strengths_of(const Diagnosis& d, const std::vector<std::size_t>& drawn) {
   std::vector<plant::EffectId> added;
-  for (const auto& found : d.effects)
+  for (const auto& found : effects_in(d.answer))
     if (d.repaired.is_on(found.effect)) added.push_back(found.effect);
-  for (const auto& found : d.laws) added.push_back(found.effect);
+  for (const auto& found : laws_in(d.answer)) added.push_back(found.effect);
   std::vector<Strength> result;
   for (const plant::EffectId e : added) {
     if (result.size() == most_sliders) break;
@@ -556,8 +563,8 @@ void add_bins(report::ScatterPlot& plot, const diagnose::Dependence& on, double 
 }
 
 // The course of what varies in the first recording, and as a function of what.
-void add_wandering(std::vector<Block>& blocks, const Diagnosis& d) {
-  const auto& w = *d.wandering;
+void add_course(std::vector<Block>& blocks, const Diagnosis& d, const diagnose::NoConstant& of) {
+  const diagnose::Wandering& w = of.course;
   const bool relative = w.of.unit == "%";
   const std::string label = (relative ? "change of " : "") + w.of.words + (w.of.unit.empty() ? "" : " / " + unit_words(w.of.unit));
   report::TimePlot course;
@@ -644,9 +651,6 @@ report::Table effect_table(const Diagnosis& d) {
   table.header = {"effect", "in words", "enters in", "answer", "would have been seen from", "a usual size"};
   const std::vector<diagnose::Visibility> others = not_found(d);
   const std::vector<plant::EffectId> substitutes = stand_ins(d), before = d.search.core.effects();
-  const auto among = [](const std::vector<plant::EffectId>& effects, plant::EffectId e) {
-    return std::find(effects.begin(), effects.end(), e) != effects.end();
-  };
   for (const plant::EffectId e : effects_of(d).ids()) {
     if (!effects_of(d)[e].is_of_catalogue()) continue;
     const auto& info = effects_of(d)[e];
@@ -662,13 +666,13 @@ report::Table effect_table(const Diagnosis& d) {
     std::string answer = "not tried", seen = "–";
     const auto other = std::find_if(others.begin(), others.end(), [&](const auto& v) { return v.effect == e; });
     if (const diagnose::FoundEffect* found = found_of(d, e)) {
-      answer = d.wandering ? "perhaps, but not constant" : found->confidence < diagnose::doubtful_below ? "perhaps" : "found";
+      answer = varies(d) ? "perhaps, but not constant" : found->confidence < diagnose::doubtful_below ? "perhaps" : "found";
       row.emphasis = true;
     } else if (among(substitutes, e)) {
       answer = "stands in for what is missing";
     } else if (among(before, e)) {
       answer = "was in the given plant";
-    } else if (among(d.ambiguous_with, e)) {
+    } else if (among(ambiguous_in(d.answer), e)) {
       answer = "cannot be told from what was found";
       row.emphasis = true;
     } else if (other != others.end()) {
@@ -708,16 +712,16 @@ report::Page diagnosis_page(const Diagnosis& d, const DiagnosisInputs& inputs) {
                         "some physics. This report says where it fails, which effect is missing, if any, how large that is, how "
                         "well the repaired simulation predicts data that it has not seen, and what could be done next."});
   if (!words.summary.empty())
-    blocks.push_back(
-        Paragraph{.text = words.summary, .tone = something_is_left(d.verdict) ? Paragraph::Tone::caution : Paragraph::Tone::finding});
+    blocks.push_back(Paragraph{.text = words.summary,
+                               .tone = something_is_left(verdict_of(d.answer)) ? Paragraph::Tone::caution : Paragraph::Tone::finding});
   add_where(blocks, d, words);
   add_what(blocks, d, words);
   add_modelled(blocks, d, words);
   add_better(blocks, d, words);
   blocks.push_back(section("What next"));
   add_paragraphs(blocks, words.next);
-  if (d.wandering)
-    add_wandering(blocks, d);
+  if (const auto* varying = std::get_if<diagnose::NoConstant>(&d.answer))
+    add_course(blocks, d, *varying);
   else if (!d.left_over.variable.empty())
     blocks.push_back(left_over_plot(d, d.left_over));
 

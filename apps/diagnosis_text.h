@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a diagnosis says, in plain sentences: the same in the terminal and in the report. And the words for its numbers.
-// Between a number and its unit stands `no_break`, which the terminal shows as a space.
+// What a diagnosis says, in plain sentences: the same in the terminal and in the report.
 #pragma once
 
 #include <optional>
@@ -8,11 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/words.h"
 #include "diagnose/diagnosis.h"
 
 namespace sinew::apps {
-
-inline constexpr char no_break[] = "\u00a0";
 
 // What is odd about a recording, as it was read: a line each.
 struct Oddities {
@@ -56,29 +54,10 @@ inline std::string effect_name(const diagnose::Diagnosis& diagnosis, plant::Effe
 
 DiagnosisWords diagnosis_words(const diagnose::Diagnosis& diagnosis, const DiagnosisInputs& inputs);
 
-std::string capitalised(std::string_view text);
-std::string channel_words(const plant::ChannelInfo& channel);  // "the angle", "temperature A"
-// "0.35 °C", "6.1°".
-std::string channel_value(const plant::ChannelInfo& channel, double value, int digits = 2);
-std::string unit_words(std::string_view unit);  // "N·m/rad", "°C"
-std::string with_unit(const std::string& number, std::string_view unit);
-// A number, and the ends of its interval, with as many decimals as the interval deserves.
-std::string rounded(double value, double lowest, double highest);
-std::string interval_words(double value, double lowest, double highest, std::string_view unit);  // "24.6 s [22.1, 27.0]"
-std::string percent(double share);
-std::string percent_interval(double share, double lowest, double highest);  // "96 % [92, 97]"
-// "practically certain (probability 0.998)".
-std::string probability_words(double probability);
 // Why what was found has no name: "needs a value at the bound of what is allowed". That something is left is none of these.
 std::vector<std::string> objection_words(const plant::System& system, const diagnose::Objections& against);
-// How often something happens by chance: "in less than one of a million recordings".
-std::string chance_words(double probability);
-// Of a loss of log evidence: "120 times less likely".
-std::string odds_words(double loss);
 std::string place_words(const plant::System& system, std::string_view place);  // of EffectInfo::place, or of EntryGroup::name
 std::string name_and_words(const plant::EffectInfo& effect);  // "the silicone creeps (viscoelasticity), viscoelastic_creep"
-std::string file_name(const std::string& path);
-std::string listed(const std::vector<std::string>& parts);                          // "a, b and c"
 std::string windows_words(const diagnose::WorstTime& worst, std::size_t most = 4);  // "214–230 s, 300–305 s and 2 more such times"
 
 // Parameters of the repaired plant that were fitted, without weights of laws; units of files, 95 % intervals within what is allowed.

@@ -83,9 +83,9 @@ sim::Recording recording_of(const std::vector<prove::Sample>& samples, const std
 Json result_of(const diagnose::Diagnosis& diagnosis) {
   const plant::System& system = diagnosis.repaired.system();
   Json result;
-  result["verdict"] = diagnose::text_of(diagnosis.verdict);
+  result["verdict"] = diagnose::text_of(verdict_of(diagnosis.answer));
   result["effects"] = Json::array();
-  for (const auto& found : diagnosis.effects) {
+  for (const auto& found : effects_in(diagnosis.answer)) {
     const auto& info = system.effects()[found.effect];
     const auto& strength = system.parameters()[info.strength].declaration;
     Json effect{{"name", system.effects()[plant::family_of(system.effects(), found.effect)].name},
@@ -104,7 +104,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();
-  for (const plant::EffectId e : diagnosis.ambiguous_with)
+  for (const plant::EffectId e : ambiguous_in(diagnosis.answer))
     result["ambiguous_with"].push_back(system.effects()[plant::family_of(system.effects(), e)].name);
   result["cannot_be_seen"] = Json::array();
   for (const auto& other : diagnosis.others)
@@ -123,9 +123,9 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
         {{"terms", terms}, {"log_odds", one.log_odds}, {"gain", one.gain}, {"process_noise", one.explanation.process_noise}});
   }
   result["laws"] = Json::array();
-  for (const auto& found : diagnosis.laws) result["laws"].push_back(law_json(diagnosis, found));
+  for (const auto& found : laws_in(diagnosis.answer)) result["laws"].push_back(law_json(diagnosis, found));
   result["apart"] = Json::array();
-  for (const auto& found : diagnosis.apart) result["apart"].push_back(apart_json(diagnosis, found));
+  for (const auto& found : apart_in(diagnosis.answer)) result["apart"].push_back(apart_json(diagnosis, found));
   result["visibility"] = diagnosis.visibility;
   result["explained_share"] = diagnosis.explained_share;
   result["objections"] = Json::array();
@@ -148,7 +148,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     for (const plant::EffectId e : effects) numbers.push_back(e.index);
     return numbers;
   };
-  for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.answer})
+  for (const auto* one : {&diagnosis.search.core, &diagnosis.search.best, &diagnosis.chosen})
     result["explanations"].push_back({{"evidence", one->log_evidence},
                                       {"misfit", one->misfit},
                                       {"unrest", one->process_noise},

@@ -33,23 +33,13 @@ std::vector<plant::EffectId> enough_alone(const Search& search, double share) {
 
 }  // namespace
 
-std::string_view text_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::consistent:
-      return "consistent";
-    case Verdict::missing_physics:
-      return "missing_physics";
-    case Verdict::named_in_part:
-      return "named_in_part";
-    case Verdict::unexplained:
-      return "unexplained";
-  }
-  return "";
-}
-
-Verdict decide(const Answer& answer) {
-  if (answer.is_named) return answer.leaves_something ? Verdict::named_in_part : Verdict::missing_physics;
-  return answer.has_more || answer.leaves_something ? Verdict::unexplained : Verdict::consistent;
+Answer decide(const plant::System& system, Found found, bool stands_in, bool leaves_something) {
+  if (found.effects.empty() && found.laws.empty() && found.apart.empty())
+    return stands_in || leaves_something ? Answer(Unexplained{}) : Answer(NothingMissing{});
+  const std::vector<plant::EffectId> names = names_said(system, found.effects, found.laws);
+  found.is_named = !names.empty() || !found.apart.empty();
+  found.leaves_something = leaves_something || has_law_beside(system, found.laws, names);
+  return found;
 }
 
 bool far_off(const plant::System& system, double rmse, plant::ChannelId channel, const PerChannel& noise) {

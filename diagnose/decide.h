@@ -2,9 +2,9 @@
 // From what was found to what is said of it. Nothing here searches, fits, or puts anything into words.
 #pragma once
 
-#include <string_view>
 #include <vector>
 
+#include "diagnose/answer.h"
 #include "diagnose/search.h"
 
 namespace sinew::diagnose {
@@ -28,22 +28,9 @@ struct Thresholds {
   double least_share = 0.05;        // a name of which less is believed is none
 };
 
-enum class Verdict {
-  consistent,       // nothing was found, and nothing is left
-  missing_physics,  // names, or parts that differ, and nothing is left
-  named_in_part,    // names, or parts that differ, and something is left
-  unexplained,      // something is missing that has no name
-};
-std::string_view text_of(Verdict verdict);  // as in diagnosis.json
-inline bool something_is_left(Verdict verdict) { return verdict == Verdict::named_in_part || verdict == Verdict::unexplained; }
-
-// The plant that is the answer.
-struct Answer {
-  bool is_named = false;          // it has names that are likely enough to be said, or parts that differ
-  bool has_more = false;          // than the plant as given: names, laws, parts that differ
-  bool leaves_something = false;  // more than there is where nothing is missing
-};
-Verdict decide(const Answer& answer);
+// From what was found, if anything was, to the answer. stands_in: something was put into the plant that is not said; leaves_something: more
+// than there is where nothing is missing.
+Answer decide(const plant::System& system, Found found, bool stands_in, bool leaves_something);
 
 // How a plant and what is believed of it get on with the recordings it was fitted to, open loop.
 struct Agreement {
@@ -82,13 +69,6 @@ Objections objections_to(const WithNames& found, bool leaves_too_much, const Per
 // the last where that has a value that no plant has, and the others explain nearly all. Otherwise what is left has a name for none of it
 // but, perhaps, the first: further ones only bend the fit.
 Explanation chosen(const Search& search, const SearchSettings& settings, const Thresholds& thresholds);
-
-// Why what was found may be something else, in another form than the catalogue's.
-struct Parsimony {
-  std::vector<plant::EffectId> as_good;        // something is left, and these alone explain nearly all, too
-  std::vector<plant::EffectId> common_causes;  // what was accepted is of both kinds of sensor; these reach both and explain most
-  bool none() const { return as_good.empty() && common_causes.empty(); }
-};
 
 // An effect in another form than the catalogue's is fitted by its look-alikes; that one of them fits better says little then.
 Parsimony parsimony_of(const std::vector<plant::EffectId>& effects, const Search& search, bool leaves_something,

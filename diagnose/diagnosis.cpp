@@ -69,7 +69,7 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
 }
 
 // Values of parts that differ. Errors of shared value and weight go together as the fit says.
-std::vector<FoundApart::Value> apart_in(plant::EffectId effect, const Explanation& by) {
+std::vector<FoundApart::Value> values_apart_in(plant::EffectId effect, const Explanation& by) {
   const plant::System& system = by.system();
   const auto& fitted = by.problem->parameters();
   const auto unknown_of = [&](plant::ParameterId p) {
@@ -118,7 +118,7 @@ double decades_nearer(plant::EffectId apart, const plant::Plant& plant) {
   return std::max(0.0, -std::log10(widest));
 }
 
-// One diagnosis, step by step. `result_.answer` is what stands for the time being, `after_` its path.
+// One diagnosis, step by step. `result_.chosen` is what stands for the time being, `after_` its path.
 class Diagnoser {
  public:
   Diagnoser(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
@@ -141,35 +141,35 @@ class Diagnoser {
   Diagnosis run() {
     result_.search = search(given_, data_, search_);
     result_.visibility = std::sqrt(std::max(0.0, core().misfit));
-    result_.answer = chosen(result_.search, search_, settings_.thresholds);
-    result_.explained_share = share_explained(core(), result_.answer);
-    if (result_.answer.effects() == core().effects())
+    result_.chosen = chosen(result_.search, search_, settings_.thresholds);
+    result_.explained_share = share_explained(core(), result_.chosen);
+    if (result_.chosen.effects() == core().effects())
       before_ = after_ = path_of(core());
     else
-      std::tie(before_, after_) = paths_of(core(), result_.answer);
-    effects_ = added(result_.answer, given_);
-    laws_ = laws_of(result_.answer, core());
-    for (const plant::EffectId e : result_.answer.effects())
-      if (result_.answer.system().effects()[e].sharing) result_.apart.push_back({.effect = e, .log_odds = result_.search.apart_log_odds});
-    given_ = plant::carried_into(given_, result_.answer.problem->centres().shared_system());
+      std::tie(before_, after_) = paths_of(core(), result_.chosen);
+    effects_ = added(result_.chosen, given_);
+    laws_ = laws_of(result_.chosen, core());
+    for (const plant::EffectId e : result_.chosen.effects())
+      if (result_.chosen.system().effects()[e].sharing) found_.apart.push_back({.effect = e, .log_odds = result_.search.apart_log_odds});
+    given_ = plant::carried_into(given_, result_.chosen.problem->centres().shared_system());
     predict_all();
     judge();
-    result_.verdict = decide(answer());
-    if (result_.verdict == Verdict::unexplained && result_.effects.empty() && laws_.empty() && result_.apart.empty()) propose_whole_paths();
-    if (result_.answer.effects() == core().effects()) result_.explained_share = 0.0;
+    const bool nothing_said = found_.effects.empty() && laws_.empty() && found_.apart.empty();
+    if (nothing_said && (!effects_.empty() || leaves_something_)) propose_whole_paths();
+    if (result_.chosen.effects() == core().effects()) result_.explained_share = 0.0;
     calibrate_as_given();
-    result_.values = after_.of.problem == result_.answer.problem ? result_.answer : as_fitted(after_, data_, search_.fit);
-    for (FoundEffect& found : result_.effects)
+    result_.values = after_.of.problem == result_.chosen.problem ? result_.chosen : as_fitted(after_, data_, search_.fit);
+    for (FoundEffect& found : found_.effects)
       if (found.form != Form::free) found.parameters = values_of(found.effect, result_.values);
-    for (FoundApart& found : result_.apart) found.values = apart_in(found.effect, result_.values);
+    for (FoundApart& found : found_.apart) found.values = values_apart_in(found.effect, result_.values);
     result_.correlation = correlation_of(result_.predictions);
     believe();
-    result_.verdict = decide(answer());
     doubt();
+    design();
+    result_.answer = decide(system(), std::move(found_), !effects_.empty(), leaves_something_ || dropped_);
     const std::optional<Wandering> wandering = ask_what_wanders();
     place(wandering);
     list_others();
-    design();
     result_.repaired = plant::carried_into(after_.model, given_.shared_system());
     result_.starts = after_.starts;
     for (std::size_t r = 0; r < held_out_.size(); ++r) result_.starts.push_back(start_there(after_.model, r));
@@ -298,15 +298,15 @@ class Diagnoser {
   }
   void score_held_out() { result_.held_out = error_of(result_.predictions, search_.seed); }
 
-  bool nothing_found() const { return effects_.empty() && laws_.empty() && result_.apart.empty(); }
+  bool nothing_found() const { return effects_.empty() && laws_.empty() && found_.apart.empty(); }
 
   // Back to the core: what was found is not the answer.
   void drop() {
-    result_.answer = core();
+    result_.chosen = core();
     after_ = before_;
     effects_.clear();
     laws_.clear();
-    result_.apart.clear();
+    found_.apart.clear();
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
     result_.process_noise_beyond_ordinary.reset();
@@ -330,7 +330,7 @@ class Diagnoser {
 
   void judge() {
     result_.agreement_before = agreement_of(core(), before_, data_, numerics());
-    result_.agreement_after = agreement_of(result_.answer, after_, data_, numerics());
+    result_.agreement_after = agreement_of(result_.chosen, after_, data_, numerics());
     // An effect that makes it worse where it was not fitted is none. Air that moves differently there can hide a gain
     // that is beyond doubt where it was fitted, so worse must be worse beyond chance.
     const HeldOutError by = judged(result_.predictions);
@@ -343,39 +343,32 @@ class Diagnoser {
       return;
     }
     const bool explains = result_.explained_share >= settings_.thresholds.least_explained_share;
-    leaves_something_ = leaves_something(result_.answer, explains ? as_good_as_nothing(core(), search_) : search_.visible_process_noise);
+    leaves_something_ = leaves_something(result_.chosen, explains ? as_good_as_nothing(core(), search_) : search_.visible_process_noise);
     if (!laws_.empty()) {
       // Evidence has weighed what else was tried in the same way; what the held-out data say against it has been heard.
       result_.objections = {};
       result_.objections.leaves_too_much = leaves_something_;
-      for (const plant::EffectId law : laws_) result_.laws.push_back(found_law(law, result_.answer, result_.search.bent.front().gain));
-      result_.effects = naming().named(tried_in(result_.search), settings_.thresholds.least_share);
+      for (const plant::EffectId law : laws_) found_.laws.push_back(found_law(law, result_.chosen, result_.search.bent.front().gain));
+      found_.effects = naming().named(tried_in(result_.search), settings_.thresholds.least_share);
       return;
     }
     result_.objections =
-        objections_to({.answer = result_.answer, .names = effects_, .before = result_.agreement_before, .after = result_.agreement_after},
+        objections_to({.answer = result_.chosen, .names = effects_, .before = result_.agreement_before, .after = result_.agreement_after},
                       leaves_something_, sensors(), search_.visible_process_noise, settings_.thresholds);
     // What was accepted on the way to an explanation that explains little is not certain.
     Objections rest = result_.objections;
     rest.leaves_too_much = rest.leaves_too_much && result_.explained_share < settings_.thresholds.named_share;
     const auto& highest = by.gain_highest;
     if (rest.none()) {
-      for (const plant::EffectId e : effects_) result_.effects.push_back(found_by_evidence(e, result_.search, result_.explained_share));
+      for (const plant::EffectId e : effects_) found_.effects.push_back(found_by_evidence(e, result_.search, result_.explained_share));
       return;
     }
     // Names that predict better even so, and no channel worse, stay as a stand-in, without a name.
     if (effects_.empty() || by.lowest_total_gain <= 0.0 ||
         std::any_of(highest.begin(), highest.end(), [](double gain) { return gain < 0.0; }))
       drop();
-    result_.apart.clear();
+    found_.apart.clear();
     leaves_something_ = true;  // what was gained is not explained by what was objected to
-  }
-
-  Answer answer() const {
-    const std::vector<plant::EffectId> names = names_said(system(), result_.effects, result_.laws);
-    return {.is_named = !names.empty() || !result_.apart.empty(),
-            .has_more = !nothing_added(),
-            .leaves_something = leaves_something_ || dropped_ || has_law_beside(system(), result_.laws, names)};
   }
 
   Naming naming() const {
@@ -383,7 +376,7 @@ class Diagnoser {
             .search = result_.search,
             .without = search_.without,
             .names = effects_,
-            .laws = result_.laws,
+            .laws = found_.laws,
             .explained_share = result_.explained_share,
             .proposals = result_.by_paths ? &result_.proposals : nullptr};
   }
@@ -419,7 +412,7 @@ class Diagnoser {
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
     result_.process_noise_beyond_ordinary.reset();
-    result_.answer = path.of;
+    result_.chosen = path.of;
     after_ = path;
     given_ = plant::carried_into(given_, proposals.system);
     std::vector<plant::EffectId> laws;
@@ -427,7 +420,7 @@ class Diagnoser {
     for (const plant::EffectId e : best.effects) {
       const plant::EffectInfo& effect = system().effects()[e];
       if (effect.sharing)
-        result_.apart.push_back({.effect = e, .log_odds = odds_without(proposals, e)});
+        found_.apart.push_back({.effect = e, .log_odds = odds_without(proposals, e)});
       else
         (effect.law ? laws : effects_).push_back(e);
     }
@@ -438,12 +431,12 @@ class Diagnoser {
     result_.proposals = std::move(proposals);
     result_.agreement_before = was;
     result_.agreement_after = is;
-    for (const plant::EffectId e : laws) result_.laws.push_back(found_law(e, result_.proposals.fit, odds_without(result_.proposals, e)));
-    result_.effects = naming().named(tried_in(result_.proposals), settings_.thresholds.least_share);
-    for (FoundEffect& found : result_.effects) found.rivals = rivals_in(result_.proposals, found.effect);
+    for (const plant::EffectId e : laws) found_.laws.push_back(found_law(e, result_.proposals.fit, odds_without(result_.proposals, e)));
+    found_.effects = naming().named(tried_in(result_.proposals), settings_.thresholds.least_share);
+    for (FoundEffect& found : found_.effects) found.rivals = rivals_in(result_.proposals, found.effect);
   }
 
-  bool nothing_added() const { return effects_.empty() && result_.laws.empty() && result_.apart.empty(); }
+  bool nothing_added() const { return effects_.empty() && found_.laws.empty() && found_.apart.empty(); }
 
   // What the plant as given can do by the other weighting of the channels, from the same search effort. What was added must be better than
   // either, channel by channel. Where nothing was, and the plant is wrong, there is one weighting: `calibrate`'s.
@@ -474,20 +467,20 @@ class Diagnoser {
   }
 
   void add_rival(plant::EffectId effect) {
-    for (const auto& said : {names_of(result_.effects), result_.ambiguous_with})
+    for (const auto& said : {names_of(found_.effects), found_.ambiguous_with})
       if (has_family(system(), said, effect)) return;
-    result_.ambiguous_with.push_back(effect);
+    found_.ambiguous_with.push_back(effect);
   }
 
   // What cannot be told from what was found, and whether it may be something else in another form.
   void doubt() {
-    std::stable_sort(result_.effects.begin(), result_.effects.end(),
+    std::stable_sort(found_.effects.begin(), found_.effects.end(),
                      [](const FoundEffect& a, const FoundEffect& b) { return a.support.gain > b.support.gain; });
-    if (result_.effects.empty()) return;
-    for (const FoundEffect& effect : result_.effects) {
+    if (found_.effects.empty()) return;
+    for (const FoundEffect& effect : found_.effects) {
       for (const auto& [rival, loss] : effect.rivals)
         if (loss < settings_.thresholds.ambiguous_loss) add_rival(rival);
-      for (const FoundLaw& law : result_.laws) {
+      for (const FoundLaw& law : found_.laws) {
         const auto names = naming().names_for(law.law);
         for (const auto& [mine, probability] : names)
           for (const auto& [other, of_other] : names)
@@ -495,35 +488,35 @@ class Diagnoser {
               add_rival(other);
       }
     }
-    if (names_said(system(), result_.effects, result_.laws).empty()) return;
+    if (names_said(system(), found_.effects, found_.laws).empty()) return;
     // What paths suggest is no more than that; but a cause before both sensors would explain those as well.
-    result_.parsimony = parsimony_of(effects_, result_.search, leaves_something_ && !result_.by_paths, settings_.thresholds);
-    for (const auto* rivals : {&result_.parsimony.as_good, &result_.parsimony.common_causes})
+    found_.parsimony = parsimony_of(effects_, result_.search, leaves_something_ && !result_.by_paths, settings_.thresholds);
+    for (const auto* rivals : {&found_.parsimony.as_good, &found_.parsimony.common_causes})
       for (const plant::EffectId e : *rivals) add_rival(e);
   }
 
   // How probable each find is. What is hardly believed stands in for something else, and is not said.
   void believe() {
-    for (FoundEffect& found : result_.effects) {
-      if (!has_law_as_form(system(), result_.laws, found.effect)) found.support.faint = decades_weaker(found, system());
-      found.support.law_beside = has_law_beside(system(), result_.laws, {found.effect});
+    for (FoundEffect& found : found_.effects) {
+      if (!has_law_as_form(system(), found_.laws, found.effect)) found.support.faint = decades_weaker(found, system());
+      found.support.law_beside = has_law_beside(system(), found_.laws, {found.effect});
       found.confidence = probability(found.support);
     }
     const auto hardly = [&](const auto& found) { return found.confidence < settings_.thresholds.least_share; };
-    dropped_ = std::erase_if(result_.effects, hardly) > 0;
-    for (FoundApart& found : result_.apart) {
+    dropped_ = std::erase_if(found_.effects, hardly) > 0;
+    for (FoundApart& found : found_.apart) {
       found.support = {.share = result_.explained_share / (1.0 + std::exp(-found.log_odds)),
                        .gain = 2.0 * found.log_odds,
                        .faint = decades_nearer(found.effect, result_.values.model()),
-                       .law_beside = has_law_beside(system(), result_.laws, names_said(system(), result_.effects, result_.laws))};
+                       .law_beside = has_law_beside(system(), found_.laws, names_said(system(), found_.effects, found_.laws))};
       found.confidence = probability(found.support);
     }
-    if (std::erase_if(result_.apart, hardly) > 0) dropped_ = true;
+    if (std::erase_if(found_.apart, hardly) > 0) dropped_ = true;
   }
 
   std::optional<Wandering> ask_what_wanders() {
-    const bool is_found = !result_.effects.empty() || !result_.laws.empty();
-    if (!result_.by_paths && (result_.verdict != Verdict::unexplained || is_found)) return std::nullopt;
+    const bool is_unknown = std::holds_alternative<Unexplained>(result_.answer);
+    if (!result_.by_paths && !is_unknown) return std::nullopt;
     tell(0.99, "asking what is no constant");
     WanderSettings wander = settings_.wander;
     wander.without = search_.without;
@@ -533,37 +526,40 @@ class Diagnoser {
       wander.upstream_is_off = wander.upstream_is_off || (system().channels()[c].kind == system().upstream_kind() &&
                                                           far_off(system(), result_.agreement_before.rmse[c], c, sensors()));
     std::optional<Wandering> wandering = what_wanders(core(), wander, search_.fit);
-    if (!result_.by_paths) result_.wandering = wandering;
-    if (result_.wandering && result_.wandering->of.effect && result_.wandering->explained_share >= settings_.thresholds.named_share) {
-      result_.effects.push_back(found_wandering(*result_.wandering, system()));
-      result_.effects.back().confidence = probability(result_.effects.back().support);
-      for (const auto& [rival, loss] : result_.effects.front().rivals)
-        if (loss < settings_.thresholds.ambiguous_loss) result_.ambiguous_with.push_back(rival);
+    if (!wandering || result_.by_paths) return wandering;
+    NoConstant varying{.course = *wandering};
+    if (wandering->of.effect && wandering->explained_share >= settings_.thresholds.named_share) {
+      varying.effects.push_back(found_wandering(*wandering, system()));
+      varying.effects.back().confidence = probability(varying.effects.back().support);
+      for (const auto& [rival, loss] : varying.effects.front().rivals)
+        if (loss < settings_.thresholds.ambiguous_loss) varying.ambiguous_with.push_back(rival);
     }
+    result_.answer = std::move(varying);
     return wandering;
   }
 
   void place(const std::optional<Wandering>& wandering) {
     result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
     const plant::EntryGroupId leading = result_.located.shares.front().group;
-    if (something_is_left(result_.verdict))
-      result_.left_over =
-          left_over((result_.effects.empty() && result_.laws.empty()) || result_.wandering ? core() : result_.answer, leading);
-    if (result_.verdict == Verdict::consistent) {  // of noise no time is the worst
+    const auto& [effects, laws] = std::tie(effects_in(result_.answer), laws_in(result_.answer));
+    const auto* varying = std::get_if<NoConstant>(&result_.answer);
+    if (something_is_left(verdict_of(result_.answer)))
+      result_.left_over = left_over((effects.empty() && laws.empty()) || varying ? core() : result_.chosen, leading);
+    if (std::holds_alternative<NothingMissing>(result_.answer)) {  // of noise no time is the worst
       result_.located.worst = {};
       result_.located.while_words.clear();
       return;
     }
     PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
-    if (!result_.effects.empty()) {
-      evidence.name = system().effects()[result_.effects.front().effect].place;
-      evidence.name_probability = result_.effects.front().confidence;
+    if (!effects.empty()) {
+      evidence.name = system().effects()[effects.front().effect].place;
+      evidence.name_probability = effects.front().confidence;
     }
-    for (const FoundLaw& law : result_.laws) evidence.laws.push_back(law.place);
-    if (result_.laws.empty())
-      for (const FoundApart& apart : result_.apart) evidence.laws.emplace_back(system().effects()[apart.effect].place);
-    if (result_.wandering)
-      for (const auto& [other, loss] : result_.wandering->others)
+    for (const FoundLaw& law : laws) evidence.laws.push_back(law.place);
+    if (laws.empty())
+      for (const FoundApart& apart : apart_in(result_.answer)) evidence.laws.emplace_back(system().effects()[apart.effect].place);
+    if (varying)
+      for (const auto& [other, loss] : varying->course.others)
         if (loss < settings_.thresholds.other_place_loss) evidence.varying.emplace_back(other.place);
     if (wandering) evidence.varying.emplace(evidence.varying.begin(), wandering->of.place);
     const std::vector<std::string> said = places_said(system(), evidence);
@@ -585,7 +581,7 @@ class Diagnoser {
     const Scores& scores = result_.search.rounds.back().scores;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      if (has_family(system(), result_.answer.effects(), score.effect)) continue;
+      if (has_family(system(), result_.chosen.effects(), score.effect)) continue;
       const auto& declared = system().parameters()[system().effects()[score.effect].strength].declaration;
       const double typical = std::abs(declared.typical - declared.null_value.value_or(0.0));
       Visibility visibility{score.effect, score.visible_share, score.smallest_seen / declared.unit.internal_per_unit, score.statistic,
@@ -597,14 +593,14 @@ class Diagnoser {
 
   void design() {
     // Of what was found by open-loop simulation, or with a law, no explanation is at hand that has a rival in its place.
-    if (result_.ambiguous_with.empty() || result_.wandering || result_.by_paths || !result_.laws.empty()) return;
-    const plant::EffectId rival = result_.ambiguous_with.front();
+    if (found_.ambiguous_with.empty() || result_.by_paths || !found_.laws.empty()) return;
+    const plant::EffectId rival = found_.ambiguous_with.front();
     for (const Round& round : result_.search.rounds)
       for (const Candidate& candidate : round.candidates)
-        if (candidate.effect == rival && candidate.explanation.usable && !result_.experiment) {
-          result_.experiment = design_experiment(result_.answer, candidate.explanation, sensors(), {});
-          result_.experiment->effect = result_.effects.front().effect;
-          result_.experiment->rival = rival;
+        if (candidate.effect == rival && candidate.explanation.usable && !found_.experiment) {
+          found_.experiment = design_experiment(result_.chosen, candidate.explanation, sensors(), {});
+          found_.experiment->effect = found_.effects.front().effect;
+          found_.experiment->rival = rival;
         }
   }
 
@@ -616,10 +612,11 @@ class Diagnoser {
   std::shared_ptr<std::vector<Split>> splits_ = std::make_shared<std::vector<Split>>();
   std::vector<FitData> data_;
   Fitted before_, after_;
-  std::vector<plant::EffectId> effects_;  // that `result_.answer` adds to the plant as given
+  std::vector<plant::EffectId> effects_;  // that `result_.chosen` adds to the plant as given
   std::vector<plant::EffectId> laws_;     // beside them
-  bool leaves_something_ = true;          // `result_.answer` does
+  bool leaves_something_ = true;          // `result_.chosen` does
   bool dropped_ = false;                  // something of it is hardly believed
+  Found found_;                           // what will be said, as far as it is known
   Diagnosis result_;
 };
 
@@ -639,7 +636,7 @@ Series predicted_at_share(const Diagnosis& diagnosis, std::size_t prediction, pl
     const double null = info.law ? 0.0 : declared.null_value.value_or(0.0);
     plant.set(p, null + share * (plant.get(p) - null));
   }
-  return predict(plant, diagnosis.starts[prediction], *diagnosis.predictions[prediction].recording, diagnosis.answer.problem->numerics());
+  return predict(plant, diagnosis.starts[prediction], *diagnosis.predictions[prediction].recording, diagnosis.chosen.problem->numerics());
 }
 
 Diagnosis diagnose(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,

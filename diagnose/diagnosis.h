@@ -7,7 +7,6 @@
 
 #include "diagnose/chance.h"
 #include "diagnose/decide.h"
-#include "diagnose/experiment.h"
 #include "diagnose/gate.h"
 #include "diagnose/held_out.h"
 #include "diagnose/locate.h"
@@ -24,20 +23,6 @@ struct DiagnosisSettings {
   WanderSettings wander;  // thresholds
 };
 
-// Parts that are not alike: each has values of its own (plant/apart.h).
-struct FoundApart {
-  plant::EffectId effect{};  // of the answer's System
-  double log_odds = 0.0;     // of the answer against the best in which they are alike
-  Support support{};         // what speaks for it
-  double confidence = 0.0;   // probability(support)
-  struct Value {
-    plant::ParameterId parameter{};  // that parts otherwise share
-    std::size_t part;                // of Sharing::parts
-    double value, lowest, highest;   // in the units of files; 95 %
-  };
-  std::vector<Value> values{};  // as in Diagnosis::values
-};
-
 // An effect of the catalogue that this recording could not have shown, or how small it would have been seen.
 struct Visibility {
   plant::EffectId effect{};
@@ -48,18 +33,14 @@ struct Visibility {
 };
 
 struct Diagnosis {
-  Verdict verdict = Verdict::consistent;
+  Answer answer;
   std::vector<GateNotes> gate;
   Search search;
   Located located;
-  std::vector<FoundEffect> effects;  // accepted, strongest first
-  std::vector<FoundLaw> laws;        // curves, in place of names or beside them
-  std::vector<FoundApart> apart;     // beside them
-  std::vector<plant::EffectId> ambiguous_with;
-  // Of the core's misfit, by the effects or by what stands in for one; of whole paths, where `by_paths`. What varies has a
-  // share of its own.
+  // Of the core's misfit, by what was found or by what stands in for it; of whole paths, where `by_paths`. What varies has a share of its
+  // own.
   double explained_share = 0.0;
-  bool by_paths = false;  // the effects were found by open-loop simulation (proposals.h)
+  bool by_paths = false;  // what was found, was by open-loop simulation (proposals.h)
   Proposals proposals;    // that were compared then
   // Where there is process noise to be seen: what is beyond the ordinary.
   std::optional<double> process_noise_beyond_ordinary;
@@ -70,18 +51,13 @@ struct Diagnosis {
   double visibility = 0.0;         // d': root of the core's misfit beyond noise and air
   std::vector<Visibility> others;  // effects that were not found
   LeftOver left_over;
-  // Where nothing that was tried is the answer and one thing stands out. If that is an effect it is in `effects`, without parameters: it
-  // is no constant, and `repaired` does not have it unless as a stand-in.
-  std::optional<Wandering> wandering;
   std::vector<plant::ParameterId> flipped_signs;
-  Explanation answer;                    // the explanation that was chosen; its evidence, and what it leaves
-  Explanation values;                    // of `repaired`: every value and interval that is said is from here
-  std::optional<Experiment> experiment;  // where effects are ambiguous: what would tell the first pair apart
+  Explanation chosen;  // the explanation that is the answer; its evidence, and what it leaves
+  Explanation values;  // of `repaired`: every value and interval that is said is from here
   plant::Plant repaired;
   std::vector<plant::Start> starts;  // of the recordings, as `predictions` has them, repaired
   Agreement agreement_before, agreement_after;
-  Objections objections;
-  Parsimony parsimony;
+  Objections objections;  // to the best names that were found by evidence
   HeldOutError held_out;
   // Of each recording that was held out, the inputs that it drives and training leaves alone: if any, its errors are said, but do not
   // object to what was found. Where none is left that could, two blocks of each training recording are not fitted, and do.

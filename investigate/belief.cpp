@@ -86,10 +86,11 @@ double Belief::entropy_bit() const {
 
 Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings) {
   Belief belief;
-  belief.verdict = diagnosis.verdict;
+  belief.verdict = verdict_of(diagnosis.answer);
   const plant::System& system = diagnosis.search.core.system();
-  if (diagnosis.effects.empty()) {
-    if (diagnosis.verdict == diagnose::Verdict::consistent) {
+  const std::vector<diagnose::FoundEffect>& effects = effects_in(diagnosis.answer);
+  if (effects.empty()) {
+    if (std::holds_alternative<diagnose::NothingMissing>(diagnosis.answer)) {
       belief.all.push_back({Kind::nothing, {}, "nothing", 1.0});
       add_unseen(belief, diagnosis, settings);
       normalise(belief);
@@ -100,14 +101,14 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
   }
   std::vector<plant::EffectId> named;
   double confidence = 1.0;
-  for (const diagnose::FoundEffect& found : diagnosis.effects) {
+  for (const diagnose::FoundEffect& found : effects) {
     named.push_back(found.effect);
     confidence = std::min(confidence, found.confidence);
   }
   std::sort(named.begin(), named.end());
   belief.all.push_back({Kind::named, named, key_of(system, named), confidence});
   double left = 1.0 - confidence;
-  for (const diagnose::FoundEffect& found : diagnosis.effects)
+  for (const diagnose::FoundEffect& found : effects)
     for (const auto& [rival, loss] : found.rivals) {
       std::vector<plant::EffectId> instead = named;
       *std::find(instead.begin(), instead.end(), found.effect) = rival;
@@ -121,7 +122,7 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
     }
   // What is named beside the answer without a loss of evidence: a look-alike of a form, or a cause before both sensors.
   std::vector<plant::EffectId> beside;
-  for (const plant::EffectId e : diagnosis.ambiguous_with) {
+  for (const plant::EffectId e : ambiguous_in(diagnosis.answer)) {
     const std::string key = key_of(system, {e});
     if (std::none_of(belief.all.begin(), belief.all.end(), [&](const Hypothesis& h) { return h.key == key; })) beside.push_back(e);
   }

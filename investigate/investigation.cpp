@@ -52,7 +52,7 @@ Believed believed(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
   for (const plant::EffectId e : belief.unseen) result.unseen.emplace_back(system.effects()[e].name);
   result.entropy_bit = belief.entropy_bit();
   if (belief.first().kind == Kind::named)
-    for (const diagnose::FoundEffect& found : diagnosis.effects)
+    for (const diagnose::FoundEffect& found : effects_in(diagnosis.answer))
       for (const auto& parameter : found.parameters)
         result.values.emplace_back(system.parameters()[parameter.parameter].key(), parameter.value);
   return result;

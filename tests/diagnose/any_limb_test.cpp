@@ -107,13 +107,14 @@ TEST_CASE("any limb: with a bend sensor alone it is diagnosed, and what was left
   DiagnosisSettings settings;
   settings.start = StartPolicy::at_rest;
   const Diagnosis diagnosis = diagnose::diagnose(nominal, training, {}, settings);
-  CHECK(diagnosis.verdict == Verdict::missing_physics);
-  REQUIRE(diagnosis.effects.size() == 1);
-  CHECK(diagnosis.effects[0].effect == missing);
-  CHECK(diagnosis.effects[0].confidence > 0.8);
-  REQUIRE_FALSE(diagnosis.effects[0].parameters.empty());
-  CHECK(diagnosis.effects[0].parameters[0].lowest < 0.01);
-  CHECK(diagnosis.effects[0].parameters[0].highest > 0.01);
+  CHECK(verdict_of(diagnosis.answer) == Verdict::missing_physics);
+  const std::vector<FoundEffect>& effects = effects_in(diagnosis.answer);
+  REQUIRE(effects.size() == 1);
+  CHECK(effects[0].effect == missing);
+  CHECK(effects[0].confidence > 0.8);
+  REQUIRE_FALSE(effects[0].parameters.empty());
+  CHECK(effects[0].parameters[0].lowest < 0.01);
+  CHECK(effects[0].parameters[0].highest > 0.01);
   CHECK(diagnosis.repaired.get(strength) == doctest::Approx(0.01).epsilon(0.1));
   CHECK(diagnosis.located.place == "mechanics");
   const plant::ChannelId angle{0};
@@ -133,9 +134,9 @@ TEST_CASE("any limb: a name that is hardly believed is none, and what it does st
     if (e != missing) settings.search.without.push_back(e);
   settings.thresholds.least_share = 1.0;  // more than any name has
   const Diagnosis diagnosis = diagnose::diagnose(nominal, {testing::recorded(measured(120.0, truth))}, {}, settings);
-  CHECK(diagnosis.verdict == Verdict::unexplained);
-  CHECK(diagnosis.effects.empty());
-  CHECK(diagnosis.ambiguous_with.empty());
+  CHECK(verdict_of(diagnosis.answer) == Verdict::unexplained);
+  CHECK(effects_in(diagnosis.answer).empty());
+  CHECK(ambiguous_in(diagnosis.answer).empty());
   CHECK(diagnosis.repaired.is_on(missing));
 }
 
@@ -143,7 +144,8 @@ TEST_CASE("any limb: with a bend sensor alone, a limb that lacks nothing is cons
   const plant::Plant nominal = test::plant_of(bend_alone);
   DiagnosisSettings settings;
   settings.start = StartPolicy::at_rest;
-  CHECK(diagnose::diagnose(nominal, {testing::recorded(measured(120.0, nominal))}, {}, settings).verdict == Verdict::consistent);
+  CHECK(std::holds_alternative<NothingMissing>(
+      diagnose::diagnose(nominal, {testing::recorded(measured(120.0, nominal))}, {}, settings).answer));
 }
 
 }  // namespace diagnose_any_limb_test
