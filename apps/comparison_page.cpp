@@ -35,10 +35,6 @@ std::vector<report::Band> bands(const diagnose::Comparison& comparison) {
 std::string with_unit(const plant::ChannelInfo& channel) {
   return channel.unit_words.empty() ? channel.words : channel.words + " / " + channel.unit_words;
 }
-std::string capitalised(std::string words) {
-  if (!words.empty()) words[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(words[0])));
-  return words;
-}
 
 report::TimePlot time_plot(const diagnose::Comparison& comparison, std::string title, std::string label,
                            std::vector<report::Series> series) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "apps/comparison_page.h"
+#include "apps/words.h"
 #include "model/linear.h"
 #include "model/set.h"
 #include "plant/systems.h"
@@ -241,10 +242,6 @@ std::vector<double> of(const Vector<double>& v) { return {v.data(), v.data() + v
 
 using report::line;
 
-std::string capitalised(std::string words) {
-  if (!words.empty() && words[0] >= 'a' && words[0] <= 'z') words[0] = static_cast<char>(words[0] - 'a' + 'A');
-  return words;
-}
 std::string axis(const sim::Column& column) { return column.unit.empty() ? column.words : column.words + " / " + unit_words(column); }
 
 }  // namespace
