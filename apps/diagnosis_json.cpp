@@ -254,7 +254,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   json["explained_share"] = d.explained_share;
   json["visibility"] = d.visibility;
   json["unrest"] = {{"core", d.search.core.process_noise}};
-  if (!d.by_paths) json["unrest"]["repaired"] = d.chosen.process_noise;  // a path fitted by least squares has none
+  if (!d.by_paths) json["unrest"]["repaired"] = d.chosen.process_noise;  // an open-loop simulation fitted by least squares has none
   if (d.process_noise_beyond_ordinary) json["process_noise_beyond_ordinary"] = *d.process_noise_beyond_ordinary;
   if (d.process_noise_after_refit) json["unrest"]["after_refit"] = *d.process_noise_after_refit;
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);

@@ -18,14 +18,10 @@ std::string_view text_of(Verdict verdict) {
 }
 
 Verdict verdict_of(const Answer& answer) {
-  return std::visit(Overloaded{[](const NothingMissing&) { return Verdict::consistent; },
-                               [](const Found& found) {
-                                 if (!found.is_named) return Verdict::unexplained;
-                                 return found.leaves_something ? Verdict::named_in_part : Verdict::missing_physics;
-                               },
-                               [](const NoConstant&) { return Verdict::unexplained; },
-                               [](const Unexplained&) { return Verdict::unexplained; }},
-                    answer);
+  if (std::holds_alternative<NothingMissing>(answer)) return Verdict::consistent;
+  const auto* found = std::get_if<Found>(&answer);
+  if (!found || !found->is_named) return Verdict::unexplained;
+  return found->leaves_something ? Verdict::named_in_part : Verdict::missing_physics;
 }
 
 const std::vector<FoundEffect>& effects_in(const Answer& answer) {

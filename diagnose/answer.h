@@ -78,12 +78,4 @@ const std::vector<FoundLaw>& laws_in(const Answer& answer);
 const std::vector<FoundApart>& apart_in(const Answer& answer);
 const std::vector<plant::EffectId>& ambiguous_in(const Answer& answer);
 
-// For std::visit.
-template <class... Cases>
-struct Overloaded : Cases... {
-  using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
-
 }  // namespace sinew::diagnose

@@ -37,8 +37,8 @@ struct Diagnosis {
   std::vector<GateNotes> gate;
   Search search;
   Located located;
-  // Of the core's misfit, by what was found or by what stands in for it; of whole paths, where `by_paths`. What varies has a share of its
-  // own.
+  // Of the core's misfit, by what was found or by what stands in for it; of the errors of open-loop simulations, where `by_paths`. What
+  // varies has a share of its own.
   double explained_share = 0.0;
   bool by_paths = false;  // what was found, was by open-loop simulation (proposals.h)
   Proposals proposals;    // that were compared then
