@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew dataset: many runs of one scenario, each on a plant of its own.
-#include <atomic>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "apps/app.h"
 #include "apps/outputs.h"
 #include "apps/ranks.h"
 #include "model/set.h"
 #include "sim/input_error.h"
-#include "sim/parallel.h"
 #include "sim/text.h"
 
 namespace sinew::apps {
@@ -22,7 +20,7 @@ namespace {
 struct DatasetArguments {
   std::string scenario, randomise, out;
   std::int64_t runs = 16, seed = -1;
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  int threads = usual_threads();
   bool overwrite = false;
 };
 
@@ -81,9 +79,34 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
   if (!same) remove_set(outputs.folder());
 }
 
+// How many runs are taken at a time: so few that ranks end together, so many that short runs do not wait for the counter.
+std::size_t chunk_of(std::size_t runs, const Ranks& ranks) {
+  constexpr std::size_t parts_of_a_rank = 64, longest = 64;
+  return std::clamp<std::size_t>(runs / (parts_of_a_rank * static_cast<std::size_t>(ranks.size())), 1, longest);
+}
+
+// In order; all ranks look, and all know. Nothing after an interrupt.
+std::optional<std::vector<std::int64_t>> runs_missing(const model::SetPlan& plan, const std::filesystem::path& out, Ranks& ranks,
+                                                      int threads) {
+  std::vector<std::int64_t> missing;
+  std::mutex keeping;
+  const auto runs = static_cast<std::size_t>(plan.runs);
+  const bool whole = ranks.share(runs, {threads, chunk_of(runs, ranks)}, [&](std::size_t i) {
+    const auto run = static_cast<std::int64_t>(i);
+    if (model::is_there(plan, out, run)) return;
+    const std::scoped_lock lock(keeping);
+    missing.push_back(run);
+  });
+  if (!whole) return std::nullopt;
+  nlohmann::json all = nlohmann::json::array();
+  for (const std::string& of_rank : ranks.gather(nlohmann::json(missing).dump()))
+    for (const auto& run : nlohmann::json::parse(of_rank)) all.push_back(run);
+  std::sort(all.begin(), all.end());
+  return nlohmann::json::parse(ranks.from_first(all.dump())).get<std::vector<std::int64_t>>();
+}
+
 int dataset_command(const DatasetArguments& arguments) {
   Ranks ranks;
-  const bool first = ranks.rank() == 0;
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
@@ -99,42 +122,24 @@ int dataset_command(const DatasetArguments& arguments) {
   plan.runs = arguments.runs;
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
-  if (first) {
-    try {
-      outputs.emplace(out, InputPaths{.yaml = {arguments.scenario, arguments.randomise}}, arguments.overwrite);
-      prepare(*outputs, plan);
-    } catch (const sim::InputError& e) {
-      if (ranks.size() > 1) std::fprintf(stderr, "%s\n", e.what());  // the other ranks are ended before it comes to be said
-      throw;
-    }
-  }
-  ranks.wait_for_all();
-
-  // Each rank takes every size-th of the runs that are missing; who is restarted finds what the others left.
-  std::vector<std::int64_t> open;
-  std::int64_t there = 0;
-  for (std::int64_t run = ranks.rank(); run < plan.runs; run += ranks.size())
-    if (model::is_there(plan, out, run))
-      ++there;
-    else
-      open.push_back(run);
-  if (there > 0) std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(there));
-  Progress progress("dataset");
-  std::mutex telling;
-  std::size_t done = 0;
-  const auto should_stop = [&] { return ranks.any_interrupted(); };
-  sim::in_parallel(open.size(), arguments.threads, [&](std::size_t i) {
-    if (should_stop()) return;
-    model::make_run(plan, out, open[i], should_stop);
-    const std::scoped_lock lock(telling);
-    if (first) progress.show(static_cast<double>(++done) / static_cast<double>(open.size()));
+  ranks.first_alone([&] {
+    outputs.emplace(out, InputPaths{.yaml = {arguments.scenario, arguments.randomise}}, arguments.overwrite);
+    prepare(*outputs, plan);
   });
-  // All have done their share, or all stop: where one was interrupted, runs are missing, and none may gather.
-  if (ranks.agree_on_interrupt()) {
-    if (first) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
+
+  const auto open = runs_missing(plan, out, ranks, arguments.threads);
+  if (open && ranks.first() && plan.runs > std::ssize(*open))
+    std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(plan.runs - std::ssize(*open)));
+  Progress progress("dataset");
+  const bool whole = open && ranks.share(open->size(), {arguments.threads, chunk_of(open->size(), ranks)}, [&](std::size_t i) {
+    model::make_run(plan, out, (*open)[i], [&] { return ranks.any_interrupted(); });
+    if (ranks.first()) progress.show(static_cast<double>(i + 1) / static_cast<double>(open->size()));
+  });
+  if (!whole) {
+    if (ranks.first()) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
     return interrupted_exit_code;
   }
-  if (!first) return 0;
+  if (!ranks.first()) return 0;
   outputs->stage("set.h5", model::set_in_hdf5(plan, out));
   outputs->stage("manifest.json", model::manifest_of(plan, out));
   outputs->commit();

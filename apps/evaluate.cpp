@@ -10,14 +10,16 @@
 // A row is a domain (model/dataset.h): what it draws or sets. Each is run with `seeds` seeds.
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "apps/app.h"
 #include "apps/ends_soon.h"
 #include "apps/outputs.h"
+#include "apps/ranks.h"
 #include "apps/training.h"
 #include "model/dataset.h"
 #include "model/predictor.h"
@@ -28,7 +30,6 @@
 #include "report/svg.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
-#include "sim/parallel.h"
 #include "sim/simulation.h"
 #include "sim/text.h"
 
@@ -37,7 +38,7 @@ namespace {
 
 struct EvaluateArguments {
   std::string model, stress, out;
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  int threads = usual_threads();
   bool json = false, overwrite = false;
 };
 
@@ -107,6 +108,8 @@ struct Outcome {
   double inside = std::nan(""), inside_one_step = std::nan(""), outside = std::nan("");  // shares: of the interval, of training
   std::string outside_words, failure;
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Outcome, name, scenario_file, rmse, one_step, last_minute, hold, arx, inside, inside_one_step, outside,
+                                   outside_words, failure)
 
 report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task,
                             const Trust& trust, const std::string& name) {
@@ -116,85 +119,111 @@ report::TimePlot drift_plot(const model::Series& series, const model::Vector<dou
   return plot;
 }
 
-int evaluate_command(const EvaluateArguments& arguments) {
-  std::optional<Outputs> outputs;
-  const InputPaths read{.files = {arguments.model}, .yaml = {arguments.stress}};
-  if (arguments.out.empty())
-    finish_interrupted(read);
-  else
-    outputs.emplace(arguments.out, read, arguments.overwrite);
-  const StressFile stress = read_stress(arguments.stress);
-  const sim::Columns columns = sim::columns_of(stress.base.plant.system());
-  struct Job {
-    std::size_t row;
-    std::int64_t seed;
-  };
+struct Job {
+  std::size_t row;
+  std::int64_t seed;
+};
+std::vector<Job> jobs_of(const StressFile& stress) {
   std::vector<Job> jobs;
   for (std::size_t r = 0; r < stress.rows.size(); ++r)
     for (std::int64_t seed = 0; seed < stress.seeds; ++seed) jobs.push_back({r, seed});
-  std::vector<Outcome> outcomes(jobs.size());
-  std::vector<std::string> names{"README.md", "stress.svg", "report.html", "stress.json"};
-  for (std::size_t j = 0; j < jobs.size(); ++j) {
-    const Stress& row = stress.rows[jobs[j].row];
-    outcomes[j].scenario_file = file_name(row.name, model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed).scenario.seed);
-    names.push_back("scenarios/" + outcomes[j].scenario_file);
+  return jobs;
+}
+model::DrawnRun drawn_job(const StressFile& stress, const Job& job) {
+  return model::drawn_run(stress.base, stress.rows[job.row].domain, first_run + job.seed);
+}
+std::string scenario_file(const StressFile& stress, const Job& job) {
+  return file_name(stress.rows[job.row].name, drawn_job(stress, job).scenario.seed);
+}
+
+struct Judged {
+  Outcome outcome;
+  std::optional<report::TimePlot> plot;  // none where it failed
+};
+Judged judged(const StressFile& stress, const Job& job, const model::Predictor& predictor) {
+  const model::AboutPredictor& about = predictor.about();
+  const model::DrawnRun one = drawn_job(stress, job);
+  Judged result;
+  Outcome& outcome = result.outcome;
+  outcome.name = stress.rows[job.row].name;
+  outcome.scenario_file = scenario_file(stress, job);
+  const sim::RunResult run = sim::run(one.scenario);
+  if (run.failure) {
+    outcome.failure = "the simulation failed: " + run.failure->reason;
+    return result;
   }
-  if (outputs) outputs->claim(names);
+  try {
+    const sim::Columns columns = sim::columns_of(stress.base.plant.system());
+    const model::Series series =
+        model::series_of(sim::parse_recording(run.recording_csv, outcome.scenario_file, columns), about.task, model::Missing::held);
+    const auto own = predictor.copy();
+    const model::Vector<double> open = model::rollout(*own, series);
+    const model::Errors off = model::errors_of(open, series);
+    outcome.rmse = off.rmse;
+    outcome.last_minute = off.last_minute;
+    const Baselines baselines = baselines_of(predictor, series);
+    outcome.hold = baselines.hold;
+    outcome.arx = baselines.arx.value_or(std::nan(""));
+    const model::Vector<double> step = model::one_step_ahead(*own, series);
+    outcome.one_step = model::errors_of(step, series).rmse;
+    const Trust trust = trust_in(about, series, series, 0, 0, open, step);
+    if (trust.interval) {
+      outcome.inside = trust.interval->inside_open_loop;
+      outcome.inside_one_step = trust.interval->inside_one_step;
+    }
+    if (trust.departures) {
+      outcome.outside = trust.departures->share();
+      if (trust.departures->outside > 0) outcome.outside_words = departure_sentence(trust, about, series.first_s);
+    }
+    result.plot = drift_plot(series, open, about.task, trust, outcome.name);
+  } catch (const sim::InputError& e) {
+    outcome.failure = e.advice;
+  }
+  return result;
+}
+
+int evaluate_command(const EvaluateArguments& arguments) {
+  Ranks ranks;
+  std::optional<Outputs> outputs;
+  ranks.first_alone([&] {
+    const InputPaths read{.files = {arguments.model}, .yaml = {arguments.stress}};
+    if (arguments.out.empty())
+      finish_interrupted(read);
+    else
+      outputs.emplace(arguments.out, read, arguments.overwrite);
+    const StressFile stress = read_stress(arguments.stress);
+    std::vector<std::string> names{"README.md", "stress.svg", "report.html", "stress.json"};
+    for (const Job& job : jobs_of(stress)) names.push_back("scenarios/" + scenario_file(stress, job));
+    if (outputs) outputs->claim(names);
+    read_predictor_at(arguments.model);  // what is wrong with it is said once
+  });
   std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
+  const StressFile stress = read_stress(arguments.stress);
+  const std::vector<Job> jobs = jobs_of(stress);
   const auto predictor = read_predictor_at(arguments.model);
   const model::AboutPredictor& about = predictor->about();
   const sim::Column& predicted = about.task.predicted;
   const std::string unit = unit_words(predicted);
-  std::vector<std::optional<report::TimePlot>> plots(jobs.size());
-  std::vector<std::string> scenarios(jobs.size());
   Progress progress("stress");
-  std::mutex telling;
-  std::size_t done = 0;
-  sim::in_parallel(jobs.size(), arguments.threads, [&](std::size_t j) {
-    if (interrupted()) return;
-    const Stress& row = stress.rows[jobs[j].row];
-    const model::DrawnRun one = model::drawn_run(stress.base, row.domain, first_run + jobs[j].seed);
-    Outcome& outcome = outcomes[j];
-    outcome.name = row.name;
-    scenarios[j] = "# Stress on a predictor: " + row.name + ".\n" + sim::to_yaml(one.scenario);
-    const sim::RunResult result = sim::run(one.scenario);
-    if (result.failure) {
-      outcome.failure = "the simulation failed: " + result.failure->reason;
-    } else
-      try {
-        const model::Series series =
-            model::series_of(sim::parse_recording(result.recording_csv, outcome.scenario_file, columns), about.task, model::Missing::held);
-        const auto own = predictor->copy();
-        const model::Vector<double> open = model::rollout(*own, series);
-        const model::Errors off = model::errors_of(open, series);
-        outcome.rmse = off.rmse;
-        outcome.last_minute = off.last_minute;
-        const Baselines baselines = baselines_of(*predictor, series);
-        outcome.hold = baselines.hold;
-        outcome.arx = baselines.arx.value_or(std::nan(""));
-        const model::Vector<double> step = model::one_step_ahead(*own, series);
-        outcome.one_step = model::errors_of(step, series).rmse;
-        const Trust trust = trust_in(about, series, series, 0, 0, open, step);
-        if (trust.interval) {
-          outcome.inside = trust.interval->inside_open_loop;
-          outcome.inside_one_step = trust.interval->inside_one_step;
-        }
-        if (trust.departures) {
-          outcome.outside = trust.departures->share();
-          if (trust.departures->outside > 0) outcome.outside_words = departure_sentence(trust, about, series.first_s);
-        }
-        plots[j] = drift_plot(series, open, about.task, trust, row.name);
-      } catch (const sim::InputError& e) {
-        outcome.failure = e.advice;
-      }
-    const std::scoped_lock lock(telling);
-    progress.show(static_cast<double>(++done) / static_cast<double>(jobs.size()), row.name);
+  std::mutex keeping;
+  std::map<std::size_t, Outcome> own;  // by job
+  const bool whole = ranks.share(jobs.size(), {.threads = arguments.threads}, [&](std::size_t j) {
+    Outcome outcome = judged(stress, jobs[j], *predictor).outcome;
+    const std::scoped_lock lock(keeping);
+    if (ranks.first()) progress.show(static_cast<double>(j + 1) / static_cast<double>(jobs.size()), outcome.name);
+    own.emplace(j, std::move(outcome));
   });
   ends_soon.reset();
-  if (interrupted()) {
-    std::fputs("stopped; nothing was written\n", stderr);
+  if (!whole) {
+    if (ranks.first()) std::fputs("stopped; nothing was written\n", stderr);
     return interrupted_exit_code;
   }
+  std::string bytes;
+  nlohmann::json::to_cbor(nlohmann::json(own), bytes);  // keeps what is not a number, which text does not
+  std::vector<Outcome> outcomes(jobs.size());
+  for (const std::string& of_rank : ranks.gather(bytes))
+    for (auto& [j, outcome] : nlohmann::json::from_cbor(of_rank).get<std::map<std::size_t, Outcome>>()) outcomes[j] = outcome;
+  if (!ranks.first()) return 0;
   struct Row {
     std::string name;
     double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0, hold = 0.0, arx = 0.0, inside = 0.0, inside_one_step = 0.0, outside = 0.0;
@@ -294,14 +323,17 @@ int evaluate_command(const EvaluateArguments& arguments) {
     section.heading = "The worst three, and no stress";
     page.blocks.push_back(section);
     std::vector<report::TimePlot> shown;
+    const auto plot_of = [&](const Row& row) { return judged(stress, jobs[row.worst_job], *predictor).plot; };
     for (std::size_t r = 0; r < rows.size() && shown.size() < 3; ++r)
-      if (plots[rows[r].worst_job]) shown.push_back(*plots[rows[r].worst_job]);
-    if (plots[base.worst_job]) shown.push_back(*plots[base.worst_job]);
+      if (const auto plot = plot_of(rows[r])) shown.push_back(*plot);
+    if (const auto plot = plot_of(base)) shown.push_back(*plot);
     for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + about.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);
-    for (std::size_t j = 0; j < jobs.size(); ++j) outputs->stage("scenarios/" + outcomes[j].scenario_file, scenarios[j]);
+    for (const Job& job : jobs)
+      outputs->stage("scenarios/" + scenario_file(stress, job),
+                     "# Stress on a predictor: " + stress.rows[job.row].name + ".\n" + sim::to_yaml(drawn_job(stress, job).scenario));
     outputs->stage("README.md", "# Where the predictor fails\n\nMade by `sinew evaluate " + arguments.model + " --stress " +
                                     arguments.stress + " --out " + arguments.out + "`. " + page.lead + " " + table.caption +
                                     "\n\n![worst three, and no stress](stress.svg)\n\n" + report::to_markdown(table));
@@ -331,7 +363,10 @@ void add_evaluate(CLI::App& program, int& exit_code) {
   command->add_option("--threads", arguments->threads, "simulations at a time")->check(CLI::Range(1, 1024))->capture_default_str();
   command->add_flag("--json", arguments->json, "print JSON");
   add_overwrite(*command, arguments->overwrite);
-  command->footer("Example:\n  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4");
+  command->footer(
+      "Examples:\n"
+      "  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4\n"
+      "  mpirun -n 8 sinew evaluate results/lstm4 --stress scenarios/stress.yaml --threads 1 --out /scratch/stress4");
   command->callback([arguments, &exit_code] { exit_code = evaluate_command(*arguments); });
 }
 

@@ -8,11 +8,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
-#include <thread>
+#include <optional>
 
 #include "apps/app.h"
 #include "apps/outputs.h"
+#include "apps/ranks.h"
 #include "apps/training.h"
 #include "hil/limits.h"
 #include "model/drift.h"
@@ -65,7 +67,7 @@ struct PaperArguments {
   double thermostat_degC = 0.01 * LIMIT_HOST_cdegC;
   std::vector<int> cases{1, 2, 3, 4};
   std::vector<std::string> methods = method_names();
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  int threads = usual_threads();
   bool overwrite = false;
 };
 
@@ -76,7 +78,8 @@ static_assert(static_cast<int>(paper_training_fraction * paper_samples) == 169 *
 constexpr std::int64_t first_drift_seed = 2001;
 
 // A session of a babbling controller with the limb's thermostat: whoever drives a part whose sensor reads more than the limit waits.
-model::Series session(const std::string& file, const model::Task& task, std::int64_t seed, model::Index samples, double thermostat_degC) {
+model::Series session(const std::string& file, const model::Task& task, std::int64_t seed, model::Index samples, double thermostat_degC,
+                      const std::function<bool()>& should_stop) {
   sim::Scenario scenario = sim::read_scenario(file);
   scenario.seed = seed;
   const plant::System& system = scenario.plant.system();
@@ -87,7 +90,7 @@ model::Series session(const std::string& file, const model::Task& task, std::int
   recording.columns = sim::columns_of(system);
   sim::Measurement measured = limb.begin();
   for (model::Index k = 0;; ++k) {
-    if (interrupted()) throw model::Stopped{};
+    if (should_stop()) throw model::Stopped{};
     if (limb.failure()) throw std::runtime_error(file + ": " + limb.failure()->reason);
     sim::Command command = driver.command(measured, scenario.time_s(measured.tick));
     for (const plant::ChannelId c : system.channels().ids())
@@ -172,122 +175,188 @@ std::string csv_of(const model::Series& test, const model::Vector<double>& open,
   return csv;
 }
 
-int paper_command(const PaperArguments& arguments) {
-  const std::filesystem::path out = arguments.out;
-  Outputs outputs(out, {.yaml = {arguments.settings, arguments.one_coil, arguments.two_coils}}, arguments.overwrite);
-  outputs.claim({"README.md", "table.json"}, holds_table(out));
-  for (const char* part : {"cells", "weights", "rollouts"}) outputs.claim_in_parts(part);
-  std::vector<int> cases = arguments.cases;
-  std::sort(cases.begin(), cases.end());
-  cases.erase(std::unique(cases.begin(), cases.end()), cases.end());
-  std::vector<Method> methods;
-  for (const Method& method : all_methods())
-    if (std::find(arguments.methods.begin(), arguments.methods.end(), method.name) != arguments.methods.end()) methods.push_back(method);
-  // A cell of other settings, scenario or sessions is made again. All settings count, defaults too.
-  const auto mark_of = [&](int paper_case, const Method& method) {
-    const model::TrainingFile settings = settings_for(method, arguments.settings);
-    std::string all = model::predictor_kind(method.predictor).settings_text(settings);
-    if (method.predictor == "corrected") all += model::predictor_kind("stateful").settings_text(settings);
-    all += sim::to_yaml(sim::read_scenario(paper_case <= 2 ? arguments.one_coil : arguments.two_coils));
-    all += sim::shortest(arguments.thermostat_degC) + " " + std::to_string(method.keeps_drift ? arguments.drift_sessions : 0);
-    return sim::sha256(all).substr(0, 8);
-  };
-  const auto cell_file = [&](const std::string& id) { return out / "cells" / (id + ".json"); };
-  if (!arguments.overwrite)
-    for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
-      for (const int paper_case : cases)
-        for (const Method& method : methods) {
-          const std::filesystem::path file = cell_file(cell_name(paper_case, method.name, seed));
-          if (const Json cell = read_cell(file); !cell.is_null() && !is_of(cell, mark_of(paper_case, method)))
-            throw sim::InputError({.file = file.string(),
-                                   .key = "--out",
-                                   .value = out.string(),
-                                   .advice =
-                                       "other settings, scenarios or sessions, or other code of plant, sim and model, made this cell\n"
-                                       "give another folder, or make the cells again with --overwrite"});
-        }
-  for (const int paper_case : cases)
-    for (const Method& method : methods) mark_of(paper_case, method);  // what cannot be read is said before anything is made
-  for (const char* part : {"cells", "weights", "rollouts"}) std::filesystem::create_directories(out / part);
-  Progress progress("paper table");
-  const std::size_t all = cases.size() * methods.size() * static_cast<std::size_t>(arguments.seeds);
-  std::size_t done = 0;
-  Json cells = Json::array();
-  for (const int paper_case : cases) {
-    const std::string& scenario = paper_case <= 2 ? arguments.one_coil : arguments.two_coils;
-    const model::Task task = model::task_of(sim::read_scenario(scenario).plant.system(), paper_case);
-    std::vector<model::Series> drift_sessions;  // made where the first cell needs them
-    for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed) {
-      std::optional<model::Series> whole;
-      for (const Method& method : methods) {
-        const std::string id = cell_name(paper_case, method.name, seed), mark = mark_of(paper_case, method);
-        ++done;
-        if (const Json there = read_cell(cell_file(id)); !there.is_null() && is_of(there, mark)) {
-          cells.push_back(there);
-          continue;
-        }
-        progress.show(static_cast<double>(done - 1) / static_cast<double>(all), id);
-        if (!whole) whole = session(scenario, task, seed, paper_samples, arguments.thermostat_degC);
-        model::TrainingRun run;
-        run.task = task;
-        run.seed = static_cast<std::uint64_t>(seed);
-        run.threads = arguments.threads;
-        run.should_stop = interrupted;
-        // Corrected takes the weights of the stateful cell where they are.
-        std::unique_ptr<model::Predictor> from;
-        const std::string stateful_id = cell_name(paper_case, "stateful", seed);
-        const std::filesystem::path stateful = out / "weights" / (stateful_id + ".h5");
-        if (method.predictor == "corrected" && std::filesystem::exists(stateful) &&
-            is_of(read_cell(cell_file(stateful_id)), mark_of(paper_case, method_named("stateful"))))
-          from = model::read_predictor(stateful);
-        const model::TrainingFile settings = settings_for(method, arguments.settings);
-        const model::TrainedPredictor trained =
-            model::predictor_kind(method.predictor).train({{*whole}, settings, run, from.get(), nullptr});
-        const model::Index begin = whole->samples() * 2 / 3 + static_cast<model::Index>(std::lround(test_begins_s / model::period_s));
-        const model::Series test = model::part_of(*whole, begin, whole->samples() - begin);
-        const model::Vector<double> open = model::rollout(*trained.predictor, test), step = model::one_step_ahead(*trained.predictor, test);
-        const model::Errors off = model::errors_of(open, test);
-        Json cell{{"case", paper_case},
-                  {"method", method.name},
-                  {"seed", seed},
-                  {"settings", mark},
-                  {"version", sim::this_build().version},
-                  {"code", sim::code_identity()},
-                  {"rollout_deg", off.rmse},
-                  {"largest_deg", off.largest},
-                  {"one_step_deg", model::errors_of(step, test).rmse}};
-        if (!trained.curve.empty()) {
-          cell["updates"] = trained.best_update;
-          cell["last_update"] = trained.curve.back().update;
-        }
-        if (method.keeps_drift && arguments.drift_sessions > 0) {
-          if (drift_sessions.empty()) {
-            drift_sessions.resize(static_cast<std::size_t>(arguments.drift_sessions));
-            sim::in_parallel(drift_sessions.size(), arguments.threads, [&](std::size_t i) {
-              if (interrupted()) return;
-              drift_sessions[i] = session(scenario, task, first_drift_seed + static_cast<std::int64_t>(i),
-                                          static_cast<model::Index>(drift_session_s / model::period_s) + 1, arguments.thermostat_degC);
-            });
-            if (interrupted()) throw model::Stopped{};
-          }
-          std::vector<double> slopes(drift_sessions.size()), squares(drift_sessions.size());
-          sim::in_parallel(drift_sessions.size(), arguments.threads, [&](std::size_t i) {
-            const auto own = trained.predictor->copy();
-            const model::Vector<double> error = model::rollout(*own, drift_sessions[i]) - drift_sessions[i].y;
-            slopes[i] = model::squared_error_slope_1_min(error);
-            squares[i] = error.tail(error.size() - model::drift_from).squaredNorm() / static_cast<double>(error.size() - model::drift_from);
-          });
-          cell["session_slope_deg2_min"] = slopes;
-          cell["session_mean_square_deg2"] = squares;
-        }
-        trained.predictor->about().trained_on = whole->name;
-        sim::write_file_whole(out / "weights" / (id + ".h5"), model::bytes_of(*trained.predictor));
-        sim::write_file_whole(out / "rollouts" / (id + ".csv"), csv_of(test, open, step));
-        sim::write_file_whole(cell_file(id), cell.dump(1) + "\n");
-        cells.push_back(cell);
-      }
+// A cell of the table: a method's figures on the session of a case and a seed.
+struct Cell {
+  int paper_case;
+  const Method* method;
+  int seed;
+  std::string id() const { return cell_name(paper_case, method->name, seed); }
+};
+
+// The table's cells on disk: each is made once, and kept with its weights and its rollout.
+class Cells {
+ public:
+  explicit Cells(const PaperArguments& arguments) : arguments_(arguments), out_(arguments.out) {
+    cases_ = arguments.cases;
+    std::sort(cases_.begin(), cases_.end());
+    cases_.erase(std::unique(cases_.begin(), cases_.end()), cases_.end());
+    for (const Method& method : all_methods())
+      if (std::find(arguments.methods.begin(), arguments.methods.end(), method.name) != arguments.methods.end())
+        methods_.push_back(&method);
+    for (const int paper_case : cases_)
+      for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
+        for (const Method* method : methods_) all_.push_back({paper_case, method, seed});
+  }
+  const std::vector<int>& cases() const { return cases_; }
+  const std::vector<const Method*>& methods() const { return methods_; }
+  const std::vector<Cell>& all() const { return all_; }
+
+  // Throws InputError where a cell that is there is another's, and where something cannot be read.
+  void check() const {
+    for (const Cell& cell : all_) {
+      const std::string mark = mark_of(cell);
+      if (const Json there = read_cell(file_of(cell)); !arguments_.overwrite && !there.is_null() && !is_of(there, mark))
+        throw sim::InputError({.file = file_of(cell).string(),
+                               .key = "--out",
+                               .value = out_.string(),
+                               .advice = "other settings, scenarios or sessions, or other code of plant, sim and model, made this cell\n"
+                                         "give another folder, or make the cells again with --overwrite"});
     }
   }
+
+  // What is asked for in one go: corrected takes the weights of the stateful cell before it, and whoever trains that has them.
+  std::vector<std::vector<Cell>> shares() const {
+    std::vector<std::vector<Cell>> shares;
+    for (const Cell& cell : all_)
+      if (cell.method->predictor == "corrected" && !shares.empty() && shares.back().back().method->predictor == "stateful")
+        shares.back().push_back(cell);
+      else
+        shares.push_back({cell});
+    return shares;
+  }
+
+  // Null where there is none of these settings and this code.
+  Json there(const Cell& cell) const {
+    const Json kept = read_cell(file_of(cell));
+    return !kept.is_null() && is_of(kept, mark_of(cell)) ? kept : Json();
+  }
+
+  // Throws Stopped.
+  Json make(const Cell& cell, const std::function<bool()>& should_stop) {
+    const Method& method = *cell.method;
+    const std::string& scenario = scenario_of(cell.paper_case);
+    const model::Task task = model::task_of(sim::read_scenario(scenario).plant.system(), cell.paper_case);
+    const model::Series whole = session(scenario, task, cell.seed, paper_samples, arguments_.thermostat_degC, should_stop);
+    model::TrainingRun run;
+    run.task = task;
+    run.seed = static_cast<std::uint64_t>(cell.seed);
+    run.threads = arguments_.threads;
+    run.should_stop = should_stop;
+    std::unique_ptr<model::Predictor> from;
+    const Cell stateful{cell.paper_case, &method_named("stateful"), cell.seed};
+    if (method.predictor == "corrected" && std::filesystem::exists(weights_of(stateful)) && !there(stateful).is_null())
+      from = model::read_predictor(weights_of(stateful));
+    const model::TrainingFile settings = settings_for(method, arguments_.settings);
+    const model::TrainedPredictor trained = model::predictor_kind(method.predictor).train({{whole}, settings, run, from.get(), nullptr});
+    const model::Index begin = whole.samples() * 2 / 3 + static_cast<model::Index>(std::lround(test_begins_s / model::period_s));
+    const model::Series test = model::part_of(whole, begin, whole.samples() - begin);
+    const model::Vector<double> open = model::rollout(*trained.predictor, test), step = model::one_step_ahead(*trained.predictor, test);
+    const model::Errors off = model::errors_of(open, test);
+    Json made{{"case", cell.paper_case},
+              {"method", method.name},
+              {"seed", cell.seed},
+              {"settings", mark_of(cell)},
+              {"version", sim::this_build().version},
+              {"code", sim::code_identity()},
+              {"rollout_deg", off.rmse},
+              {"largest_deg", off.largest},
+              {"one_step_deg", model::errors_of(step, test).rmse}};
+    if (!trained.curve.empty()) {
+      made["updates"] = trained.best_update;
+      made["last_update"] = trained.curve.back().update;
+    }
+    if (method.keeps_drift && arguments_.drift_sessions > 0) {
+      const std::vector<model::Series>& sessions = drift_sessions(cell.paper_case, task, should_stop);
+      std::vector<double> slopes(sessions.size()), squares(sessions.size());
+      sim::in_parallel(sessions.size(), arguments_.threads, [&](std::size_t i) {
+        const auto own = trained.predictor->copy();
+        const model::Vector<double> error = model::rollout(*own, sessions[i]) - sessions[i].y;
+        slopes[i] = model::squared_error_slope_1_min(error);
+        squares[i] = error.tail(error.size() - model::drift_from).squaredNorm() / static_cast<double>(error.size() - model::drift_from);
+      });
+      made["session_slope_deg2_min"] = slopes;
+      made["session_mean_square_deg2"] = squares;
+    }
+    trained.predictor->about().trained_on = whole.name;
+    sim::write_file_whole(weights_of(cell), model::bytes_of(*trained.predictor));
+    sim::write_file_whole(out_ / "rollouts" / (cell.id() + ".csv"), csv_of(test, open, step));
+    sim::write_file_whole(file_of(cell), made.dump(1) + "\n");
+    return made;
+  }
+
+ private:
+  const std::string& scenario_of(int paper_case) const { return paper_case <= 2 ? arguments_.one_coil : arguments_.two_coils; }
+  std::filesystem::path file_of(const Cell& cell) const { return out_ / "cells" / (cell.id() + ".json"); }
+  std::filesystem::path weights_of(const Cell& cell) const { return out_ / "weights" / (cell.id() + ".h5"); }
+
+  // A cell of other settings, scenario or sessions is made again. All settings count, defaults too.
+  std::string mark_of(const Cell& cell) const {
+    const Method& method = *cell.method;
+    const model::TrainingFile settings = settings_for(method, arguments_.settings);
+    std::string all = model::predictor_kind(method.predictor).settings_text(settings);
+    if (method.predictor == "corrected") all += model::predictor_kind("stateful").settings_text(settings);
+    all += sim::to_yaml(sim::read_scenario(scenario_of(cell.paper_case)));
+    all += sim::shortest(arguments_.thermostat_degC) + " " + std::to_string(method.keeps_drift ? arguments_.drift_sessions : 0);
+    return sim::sha256(all).substr(0, 8);
+  }
+
+  // Made where a case's first cell needs them.
+  const std::vector<model::Series>& drift_sessions(int paper_case, const model::Task& task, const std::function<bool()>& should_stop) {
+    std::vector<model::Series>& sessions = drift_sessions_[paper_case];
+    if (!sessions.empty()) return sessions;
+    std::vector<model::Series> made(static_cast<std::size_t>(arguments_.drift_sessions));
+    sim::in_parallel(made.size(), arguments_.threads, [&](std::size_t i) {
+      made[i] = session(scenario_of(paper_case), task, first_drift_seed + static_cast<std::int64_t>(i),
+                        static_cast<model::Index>(drift_session_s / model::period_s) + 1, arguments_.thermostat_degC, should_stop);
+    });
+    return sessions = std::move(made);
+  }
+
+  const PaperArguments& arguments_;
+  const std::filesystem::path out_;
+  std::vector<int> cases_;
+  std::vector<const Method*> methods_;
+  std::vector<Cell> all_;
+  std::map<int, std::vector<model::Series>> drift_sessions_;  // by case
+};
+
+int paper_command(const PaperArguments& arguments) {
+  Ranks ranks;
+  Cells table_cells(arguments);
+  const std::filesystem::path out = arguments.out;
+  std::optional<Outputs> outputs;
+  ranks.first_alone([&] {
+    outputs.emplace(out, InputPaths{.yaml = {arguments.settings, arguments.one_coil, arguments.two_coils}}, arguments.overwrite);
+    outputs->claim({"README.md", "table.json"}, holds_table(out));
+    for (const char* part : {"cells", "weights", "rollouts"}) outputs->claim_in_parts(part);
+    table_cells.check();
+    for (const char* part : {"cells", "weights", "rollouts"}) std::filesystem::create_directories(out / part);
+  });
+  Progress progress("paper table");
+  const auto shares = table_cells.shares();
+  std::map<std::string, Json> own;
+  const bool whole = ranks.share(shares.size(), {}, [&](std::size_t i) {
+    for (const Cell& cell : shares[i]) {
+      if (ranks.first()) progress.show(static_cast<double>(i) / static_cast<double>(shares.size()), cell.id());
+      Json made = table_cells.there(cell);
+      try {
+        if (made.is_null()) made = table_cells.make(cell, [&] { return ranks.any_interrupted(); });
+      } catch (const model::Stopped&) {
+        return;
+      }
+      own.emplace(cell.id(), std::move(made));
+    }
+  });
+  if (!whole) {
+    if (ranks.first()) std::fputs("stopped; the cells that are done are kept, the same command goes on\n", stderr);
+    return interrupted_exit_code;
+  }
+  std::map<std::string, Json> by_id;
+  for (const std::string& of_rank : ranks.gather(Json(own).dump())) by_id.merge(Json::parse(of_rank).get<std::map<std::string, Json>>());
+  if (!ranks.first()) return 0;
+  Json cells = Json::array();
+  for (const Cell& cell : table_cells.all()) cells.push_back(by_id.at(cell.id()));
+  const std::vector<int>& cases = table_cells.cases();
   report::Table table, drift;
   table.header = {"case", "method", "open loop / °", "one step / °"};
   drift.header = {
@@ -296,7 +365,8 @@ int paper_command(const PaperArguments& arguments) {
   std::size_t seeds_compared = 0, seeds_beaten = 0;
   for (const int paper_case : cases) {
     std::map<std::string, std::vector<double>> open;
-    for (const Method& method : methods) {
+    for (const Method* one : table_cells.methods()) {
+      const Method& method = *one;
       std::vector<double> step;
       std::vector<std::vector<double>> slopes, squares;
       for (const Json& cell : cells)
@@ -330,7 +400,8 @@ int paper_command(const PaperArguments& arguments) {
   };
   if (arguments.first_seed != usual.first_seed) options += " --first-seed " + std::to_string(arguments.first_seed);
   if (cases != usual.cases) options += " --cases " + listed(cases, [](int c) { return std::to_string(c); });
-  if (methods.size() != all_methods().size()) options += " --methods '" + listed(methods, [](const Method& m) { return m.name; }) + "'";
+  if (const auto& methods = table_cells.methods(); methods.size() != all_methods().size())
+    options += " --methods '" + listed(methods, [](const Method* m) { return m->name; }) + "'";
   if (arguments.drift_sessions != usual.drift_sessions) options += " --drift-sessions " + std::to_string(arguments.drift_sessions);
   if (arguments.thermostat_degC != usual.thermostat_degC) options += " --thermostat " + sim::shortest(arguments.thermostat_degC);
   if (arguments.one_coil != usual.one_coil) options += " --one-coil " + arguments.one_coil;
@@ -342,7 +413,7 @@ int paper_command(const PaperArguments& arguments) {
                          "trained on up to 67 % and predicted over its last third, from second 15 of that on, from one value measured in "
                          "mid-motion. A coil that reads above " +
                          sim::shortest(arguments.thermostat_degC) + " °C is not driven.\n\n" + report::to_markdown(table) + "\n";
-  for (const Method& method : methods) markdown += "- " + method.name + ": " + method.words + ".\n";
+  for (const Method* method : table_cells.methods()) markdown += "- " + method->name + ": " + method->words + ".\n";
   if (seeds_compared > 0)
     markdown += "\nStateful is at most half as far off in open loop as published, seed by seed: " + std::to_string(seeds_beaten) + " of " +
                 std::to_string(seeds_compared) + ".\n";
@@ -356,9 +427,9 @@ int paper_command(const PaperArguments& arguments) {
   markdown +=
       "\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
       "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
-  outputs.stage("README.md", markdown);
-  outputs.stage("table.json", cells.dump(1) + "\n");
-  outputs.commit();
+  outputs->stage("README.md", markdown);
+  outputs->stage("table.json", cells.dump(1) + "\n");
+  outputs->commit();
   std::fputs(report::to_text(table).c_str(), stdout);
   if (!drift.rows.empty()) std::fputs(report::to_text(drift).c_str(), stdout);
   std::printf("written: %s/{README.md, table.json, cells/, weights/, rollouts/}\n", out.string().c_str());
@@ -386,8 +457,9 @@ void add_paper_table(CLI::App& program, int& exit_code) {
   command->add_option("--threads", arguments->threads, "changes no number")->check(CLI::Range(1, 1024))->capture_default_str();
   add_overwrite(*command, arguments->overwrite);
   command->footer(
-      "Ctrl-C keeps the cells that are done; the same command goes on from there.\n\nExample:\n  sinew paper-table --out "
-      "results/paper_table");
+      "Ctrl-C keeps the cells that are done; the same command goes on from there, under mpirun too.\n\nExamples:\n"
+      "  sinew paper-table --out results/paper_table\n"
+      "  mpirun -n 8 sinew paper-table --threads 1 --out /scratch/paper_table");
   command->callback([arguments, &exit_code] { exit_code = paper_command(*arguments); });
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sinew prove: puts the diagnosis to the proof on concealed data that an independent generator makes.
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -9,11 +8,11 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
-#include <thread>
 
 #include "apps/app.h"
 #include "apps/diagnosis_json.h"
 #include "apps/outputs.h"
+#include "apps/ranks.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
 #include "proof/baselines.h"
@@ -42,7 +41,7 @@ struct ProveArguments {
   int seeds = 5;
   int clean = 0;                 // 0: eight for each seed
   std::uint64_t first_seed = 0;  // 0: of the set
-  int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  int threads = usual_threads();
   double training_s = 300.0, held_out_s = 150.0;
   bool few = false, json = false, without_baselines = false, oracle = false, recordings = false, score = false, overwrite = false;
 };
@@ -218,13 +217,13 @@ struct Given {
   std::vector<sim::Recording> training, held_out;
   diagnose::DiagnosisSettings settings;
 
-  Given(const ProofCase& one, const plant::System& system) {
+  Given(const ProofCase& one, const plant::System& system, const std::function<bool()>& should_stop) {
     Made all = make_case(one, system);
     concealed = std::move(all.truth);
     training.push_back(std::move(all.training));
     held_out.push_back(std::move(all.held_out));
     settings.search.threads = 1;
-    settings.search.fit.should_stop = interrupted;
+    settings.search.fit.should_stop = should_stop;
     if (one.removed)
       for (const auto& effect : concealed.effects) settings.search.without.push_back(plant::default_plant().system().effect(effect.name));
   }
@@ -248,7 +247,7 @@ std::vector<prove::Sample> samples_of(const diagnose::Prediction& prediction, bo
 // What the generator's own law reaches (proof/oracle.h), begun at the truth, on the samples that count for the diagnosis.
 Json oracle_json(const ProofCase& one, const Given& given, const diagnose::Diagnosis& diagnosis) {
   if (one.settings.disturbances.mid_motion) return {{"why_not", "the recording begins in mid-motion"}};
-  OracleSettings settings{.noise = {}, .spread = {}, .should_stop = interrupted};
+  OracleSettings settings{.noise = {}, .spread = {}, .should_stop = given.settings.search.fit.should_stop};
   const diagnose::PerChannel& noise = diagnosis.held_out.noise;
   std::copy_n(noise.begin(), settings.noise.size(), settings.noise.begin());
   const prove::Concealed& truth = given.concealed;
@@ -265,8 +264,8 @@ Json oracle_json(const ProofCase& one, const Given& given, const diagnose::Diagn
   return result;
 }
 
-Json diagnose_case(const ProofCase& one, const plant::Plant& nominal) {
-  const Given given(one, nominal.system());
+Json diagnose_case(const ProofCase& one, const plant::Plant& nominal, const std::function<bool()>& should_stop) {
+  const Given given(one, nominal.system(), should_stop);
   const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal, given.training, given.held_out, given.settings);
   Json result = result_of(diagnosis);
   if (one.with_baselines) result["baselines"] = baselines(diagnosis, given.settings);
@@ -280,8 +279,8 @@ bool lacks_baselines(const ProofCase& one, const Json& kept) { return one.with_b
 bool lacks_oracle(const ProofCase& one, const Json& kept) { return one.with_oracle && !kept.contains("oracle"); }
 
 // A case that has been diagnosed, with what it lacks of the simpler methods and the oracle. They begin from the calibrated core.
-Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept) {
-  const Given given(one, nominal.system());
+Json completed(const ProofCase& one, const plant::Plant& nominal, Json kept, const std::function<bool()>& should_stop) {
+  const Given given(one, nominal.system(), should_stop);
   diagnose::DiagnosisSettings core_alone = given.settings;
   core_alone.search.without = all_effects(nominal.system());
   core_alone.search.most_laws = 0;
@@ -394,46 +393,53 @@ std::string command_of(const ProveArguments& arguments) {
 
 const std::vector<std::string> scored_files{"score.json", "README.md", "confusion.svg", "reliability.svg"};
 
-// One run of the command: answers are made and sealed, open cases diagnosed, all scored.
+// One run of the command: answers are made and sealed, open cases diagnosed by all ranks, all scored. The first rank alone has the folder;
+// each writes its cases there.
 class Proof {
  public:
-  explicit Proof(const ProveArguments& arguments)
-      : outputs_(arguments.out, {.yaml = {arguments.plant}}, arguments.overwrite),
-        arguments_(with_all_clean(arguments)),
-        out_(arguments.out),
-        cases_(cases_of(arguments_)),
-        wanted_(cases_.size()) {
-    const bool goes_on = holds_proof(out_);
-    for (const char* name : {"answers.json", "cases", "recordings"}) outputs_.claim_in_parts(name);
-    if (fs::exists(out_ / "answers.json") && !goes_on && !arguments.overwrite)
-      refuse((out_ / "answers.json").string(), "--out", arguments.out,
-             "holds no answers of a proof; give another folder, or replace it with --overwrite");
-    outputs_.claim(scored_files, goes_on);
-    if (!arguments.score) return;
-    std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
-    if (cases_.empty()) refuse("", "--out", arguments.out, "holds none of the cases that --score would score");
+  Proof(const ProveArguments& arguments, Ranks& ranks) : ranks_(ranks), arguments_(with_all_clean(arguments)), out_(arguments.out) {
+    ranks_.first_alone([&] { begin(); });
+    if (!ranks_.first()) cases_ = cases_of(arguments_);
   }
 
   // False where it was interrupted.
   bool run() {
     const plant::Plant nominal = nominal_of(arguments_);
-    make_answers(nominal.system());
-    check_that_it_goes_on();
-    fs::create_directories(out_ / "cases");
-    if (arguments_.recordings) write_recordings(nominal.system());
-    take_what_is_there();
-    seal();
-    diagnose_open(nominal);
-    if (interrupted()) {
+    ranks_.first_alone([&] {
+      make_answers(nominal.system());
+      check_that_it_goes_on();
+      fs::create_directories(out_ / "cases");
+      if (arguments_.recordings) write_recordings(nominal.system());
+      take_what_is_there();
+      seal();
+    });
+    tell_what_is_open();
+    const bool whole = diagnose_open(nominal);
+    if (!ranks_.first()) return whole;
+    if (whole)
+      write_score();
+    else
       std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results_.size(), cases_.size(),
                    out_.c_str());
-      return false;
-    }
-    write_score();
-    return true;
+    return whole;
   }
 
  private:
+  void begin() {
+    outputs_.emplace(out_, InputPaths{.yaml = {arguments_.plant}}, arguments_.overwrite);
+    cases_ = cases_of(arguments_);
+    wanted_ = cases_.size();
+    const bool goes_on = holds_proof(out_);
+    for (const char* name : {"answers.json", "cases", "recordings"}) outputs_->claim_in_parts(name);
+    if (fs::exists(out_ / "answers.json") && !goes_on && !arguments_.overwrite)
+      refuse((out_ / "answers.json").string(), "--out", out_.string(),
+             "holds no answers of a proof; give another folder, or replace it with --overwrite");
+    outputs_->claim(scored_files, goes_on);
+    if (!arguments_.score) return;
+    std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
+    if (cases_.empty()) refuse("", "--out", out_.string(), "holds none of the cases that --score would score");
+  }
+
   fs::path file_of(const ProofCase& one) const { return out_ / "cases" / (one.id() + ".json"); }
   // Empty where there is none, or a damaged one.
   Json kept_case(const ProofCase& one) const {
@@ -517,12 +523,23 @@ class Proof {
     std::fflush(stdout);
   }
 
+  void tell_what_is_open() {
+    const std::string told =
+        ranks_.from_first(ranks_.first() ? Json{{"answers", answers_}, {"open", open_}, {"before", diagnosed_before_}}.dump() : "");
+    if (ranks_.first()) return;
+    const Json all = Json::parse(told);
+    answers_ = all["answers"];
+    open_ = all["open"].get<decltype(open_)>();
+    diagnosed_before_ = all["before"].get<decltype(diagnosed_before_)>();
+  }
+
   // What an open case comes to; nothing where only the simpler methods or the oracle were wanted, and failed. Throws Stopped.
   std::optional<Json> result_of_open(std::size_t i, const plant::Plant& nominal) const {
     const ProofCase& one = cases_[i];
+    const auto should_stop = [this] { return ranks_.any_interrupted(); };
     if (const auto kept = diagnosed_before_.find(i); kept != diagnosed_before_.end()) {
       try {
-        return completed(one, nominal, kept->second);
+        return completed(one, nominal, kept->second, should_stop);
       } catch (const diagnose::Stopped&) {
         throw;
       } catch (const std::exception& e) {
@@ -532,7 +549,7 @@ class Proof {
     }
     Json result;
     try {
-      result = diagnose_case(one, nominal);
+      result = diagnose_case(one, nominal, should_stop);
     } catch (const diagnose::Stopped&) {
       throw;
     } catch (const std::exception& e) {
@@ -552,51 +569,50 @@ class Proof {
     return result;
   }
 
-  void diagnose_open(const plant::Plant& nominal) {
+  // False where a rank was interrupted.
+  bool diagnose_open(const plant::Plant& nominal) {
     Progress progress("proving");
-    std::atomic<std::size_t> next{0}, done{0};
     std::mutex keeping;
-    const auto work = [&] {
-      for (std::size_t n = next++; n < open_.size() && !interrupted(); n = next++) {
-        const ProofCase& one = cases_[open_[n]];
-        std::optional<Json> result;
-        try {
-          result = result_of_open(open_[n], nominal);
-        } catch (const diagnose::Stopped&) {
-          return;
-        }
-        if (!result) continue;
-        sim::write_file_whole(file_of(one), result->dump(1) + "\n");
-        const std::scoped_lock lock(keeping);
-        results_[one.id()] = *result;
-        progress.show(static_cast<double>(++done) / static_cast<double>(open_.size()), one.id());
+    Json made = Json::object();
+    const bool whole = ranks_.share(open_.size(), {.threads = arguments_.threads}, [&](std::size_t n) {
+      const ProofCase& one = cases_[open_[n]];
+      std::optional<Json> result;
+      try {
+        result = result_of_open(open_[n], nominal);
+      } catch (const diagnose::Stopped&) {
+        return;
       }
-    };
-    std::vector<std::jthread> others;
-    for (int t = 1; t < arguments_.threads; ++t) others.emplace_back(work);
-    work();
+      if (!result) return;
+      sim::write_file_whole(file_of(one), result->dump(1) + "\n");
+      const std::scoped_lock lock(keeping);
+      made[one.id()] = std::move(*result);
+      if (ranks_.first()) progress.show(static_cast<double>(n + 1) / static_cast<double>(open_.size()), one.id());
+    });
+    for (const std::string& of_rank : ranks_.gather(made.dump())) results_.update(Json::parse(of_rank));
+    return whole;
   }
 
   void write_score() {
     Score score = score_of(read_cases(answers_, results_));
     score.wanted = static_cast<int>(wanted_);
     const std::string json = score_json(score).dump(1) + "\n";
-    outputs_.stage("confusion.svg", confusion_svg(score));
-    outputs_.stage("reliability.svg", reliability_svg(score));
-    outputs_.stage("README.md", score_markdown(score, command_of(arguments_)));
-    outputs_.stage("score.json", json);
-    outputs_.commit();
+    outputs_->stage("confusion.svg", confusion_svg(score));
+    outputs_->stage("reliability.svg", reliability_svg(score));
+    outputs_->stage("README.md", score_markdown(score, command_of(arguments_)));
+    outputs_->stage("score.json", json);
+    outputs_->commit();
     if (arguments_.json)
       std::printf("%s", json.c_str());
     else
       std::printf("\n%s\nevery miss, strata and the confusion matrix: %s\n", figures_text(score).c_str(), (out_ / "README.md").c_str());
   }
 
-  Outputs outputs_;
+  Ranks& ranks_;
+  std::optional<Outputs> outputs_;  // of the first rank
   const ProveArguments arguments_;
   const fs::path out_;
   std::vector<ProofCase> cases_;
-  const std::size_t wanted_;
+  std::size_t wanted_ = 0;
   Json answers_, results_;                        // by case
   std::vector<std::size_t> open_;                 // cases that are still to be done
   std::map<std::size_t, Json> diagnosed_before_;  // of the open ones, those that only lack the simpler methods or the oracle
@@ -616,7 +632,8 @@ void add_prove(CLI::App& program, int& exit_code) {
       "  sinew prove --set development --families clean --seeds 2 --out /tmp/clean\n"
       "  sinew prove --kinds hard_stop.exponential --seeds 1 --recordings --out /tmp/one\n"
       "  sinew prove --out results/proof --score\n"
-      "  sinew prove --few --out /tmp/few");
+      "  sinew prove --few --out /tmp/few\n"
+      "  mpirun -n 8 sinew prove --threads 1 --out /scratch/proof");
   command->add_option("--out", arguments->out, "directory for answers, cases, score")->required();
   command->add_option("--plant", arguments->plant,
                       "nominal plant; without it the paper's limb. plant/limbs/series_limb.yaml: cases of two segments in series");
@@ -646,7 +663,8 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
   add_overwrite(*command, arguments->overwrite);
   command->callback([arguments, &exit_code] {
-    if (!Proof(*arguments).run()) exit_code = interrupted_exit_code;
+    Ranks ranks;
+    if (!Proof(*arguments, ranks).run()) exit_code = interrupted_exit_code;
   });
 }
 
