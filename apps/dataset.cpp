@@ -2,9 +2,12 @@
 // sinew dataset: many runs of one scenario, each on a plant of its own.
 #include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 
 #include "apps/app.h"
@@ -26,8 +29,8 @@ struct DatasetArguments {
 
 nlohmann::json json_of(const std::filesystem::path& file) { return nlohmann::json::parse(sim::read_file(file), nullptr, false); }
 
-// The files of runs/ that a set has: a run's number, .csv or .json.
-std::vector<std::filesystem::path> run_files(const std::filesystem::path& out) {
+// The files of runs/ that a set has: a number, .csv or .json.
+std::vector<std::filesystem::path> part_files(const std::filesystem::path& out) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(out / "runs")) return files;
   for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
@@ -38,15 +41,15 @@ std::vector<std::filesystem::path> run_files(const std::filesystem::path& out) {
   return files;
 }
 
-// Whether all that is in the folder is of this set, as far as it has come; then it can go on. A run's JSON is written before its
-// recording, so that a recording without one is not of a set; a JSON that cannot be read is a run that was damaged.
+// Whether all that is in the folder is of this set, as far as it has come; then it can go on. A JSON that cannot be read is a part that was
+// damaged.
 bool goes_on(const model::SetPlan& plan, const std::filesystem::path& out) {
-  const auto files = run_files(out);
+  const auto files = part_files(out);
   if (std::filesystem::exists(out / "manifest.json")) {
     const auto manifest = json_of(out / "manifest.json");
     if (!manifest.is_object() || manifest.value("mark", nlohmann::json()) != plan.mark()) return false;
     const auto runs = manifest.find("runs");
-    if (runs == manifest.end() || runs->size() > static_cast<std::size_t>(plan.runs)) return false;
+    if (runs == manifest.end() || !runs->is_number_integer() || runs->get<std::int64_t>() > plan.runs) return false;
   } else if (std::filesystem::exists(out / "set.h5") && files.empty()) {
     return false;
   }
@@ -62,7 +65,7 @@ bool goes_on(const model::SetPlan& plan, const std::filesystem::path& out) {
 void remove_set(const std::filesystem::path& out) {
   std::filesystem::remove(out / "manifest.json");
   std::filesystem::remove(out / "set.h5");
-  for (const auto& file : run_files(out)) std::filesystem::remove(file);
+  for (const auto& file : part_files(out)) std::filesystem::remove(file);
 }
 
 void prepare(Outputs& outputs, const model::SetPlan& plan) {
@@ -79,34 +82,58 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
   if (!same) remove_set(outputs.folder());
 }
 
-// How many runs are taken at a time: so few that ranks end together, so many that short runs do not wait for the counter.
-std::size_t chunk_of(std::size_t runs, const Ranks& ranks) {
+// How many parts are taken at a time: so few that ranks end together, so many that short runs do not wait for the counter.
+std::size_t chunk_of(std::size_t parts, const Ranks& ranks) {
   constexpr std::size_t parts_of_a_rank = 64, longest = 64;
-  return std::clamp<std::size_t>(runs / (parts_of_a_rank * static_cast<std::size_t>(ranks.size())), 1, longest);
+  return std::clamp<std::size_t>(parts / (parts_of_a_rank * static_cast<std::size_t>(ranks.size())), 1, longest);
 }
 
-// In order; all ranks look, and all know. Nothing after an interrupt.
-std::optional<std::vector<std::int64_t>> runs_missing(const model::SetPlan& plan, const std::filesystem::path& out, Ranks& ranks,
-                                                      int threads) {
-  std::vector<std::int64_t> missing;
+using Parts = std::map<std::int64_t, model::SetPart>;
+
+// Every rank: those of `parts` that `find` makes or finds, in the first rank. Nothing after an interrupt.
+std::optional<Parts> shared(Ranks& ranks, const std::vector<std::int64_t>& parts, int threads,
+                            const std::function<std::optional<model::SetPart>(std::int64_t)>& find,
+                            const std::function<void(double done_share)>& progress) {
+  nlohmann::json own = nlohmann::json::array();
   std::mutex keeping;
-  const auto runs = static_cast<std::size_t>(plan.runs);
-  const bool whole = ranks.share(runs, {threads, chunk_of(runs, ranks)}, [&](std::size_t i) {
-    const auto run = static_cast<std::int64_t>(i);
-    if (model::is_there(plan, out, run)) return;
+  const bool whole = ranks.share(parts.size(), {threads, chunk_of(parts.size(), ranks)}, [&](std::size_t i) {
+    const auto found = find(parts[i]);
     const std::scoped_lock lock(keeping);
-    missing.push_back(run);
+    if (found) own.push_back({parts[i], found->sha256, found->failed});
+    if (ranks.first()) progress(static_cast<double>(i + 1) / static_cast<double>(parts.size()));
   });
   if (!whole) return std::nullopt;
-  nlohmann::json all = nlohmann::json::array();
-  for (const std::string& of_rank : ranks.gather(nlohmann::json(missing).dump()))
-    for (const auto& run : nlohmann::json::parse(of_rank)) all.push_back(run);
-  std::sort(all.begin(), all.end());
-  return nlohmann::json::parse(ranks.from_first(all.dump())).get<std::vector<std::int64_t>>();
+  Parts all;
+  for (const std::string& of_rank : ranks.gather(own.dump()))
+    for (const auto& one : nlohmann::json::parse(of_rank)) all[one[0]] = {one[1], one[2]};
+  return all;
 }
 
-int dataset_command(const DatasetArguments& arguments) {
-  Ranks ranks;
+// Every rank. Nothing after an interrupt.
+std::optional<Parts> all_parts(Ranks& ranks, const model::SetPlan& plan, const std::filesystem::path& out, int threads) {
+  std::vector<std::int64_t> parts(static_cast<std::size_t>(plan.parts())), open;
+  std::iota(parts.begin(), parts.end(), 0);
+  auto there = shared(
+      ranks, parts, threads, [&](std::int64_t part) { return model::part_in(plan, out, part); }, [](double) {});
+  if (!there) return std::nullopt;
+  std::int64_t runs_there = 0;
+  for (const std::int64_t part : parts)
+    if (there->count(part))
+      runs_there += plan.runs_of(part).count;
+    else
+      open.push_back(part);
+  open = nlohmann::json::parse(ranks.from_first(nlohmann::json(open).dump())).get<std::vector<std::int64_t>>();
+  if (ranks.first() && runs_there > 0) std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(runs_there));
+  Progress progress("dataset");
+  auto made = shared(
+      ranks, open, threads, [&](std::int64_t part) { return model::make_part(plan, out, part, [&] { return ranks.any_interrupted(); }); },
+      [&](double done_share) { progress.show(done_share); });
+  if (!made) return std::nullopt;
+  there->merge(*made);
+  return there;
+}
+
+int dataset_command(const DatasetArguments& arguments, Ranks& ranks) {
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
@@ -127,28 +154,28 @@ int dataset_command(const DatasetArguments& arguments) {
     prepare(*outputs, plan);
   });
 
-  const auto open = runs_missing(plan, out, ranks, arguments.threads);
-  if (open && ranks.first() && plan.runs > std::ssize(*open))
-    std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(plan.runs - std::ssize(*open)));
-  Progress progress("dataset");
-  const bool whole = open && ranks.share(open->size(), {arguments.threads, chunk_of(open->size(), ranks)}, [&](std::size_t i) {
-    model::make_run(plan, out, (*open)[i], [&] { return ranks.any_interrupted(); });
-    if (ranks.first()) progress.show(static_cast<double>(i + 1) / static_cast<double>(open->size()));
-  });
-  if (!whole) {
+  const auto parts = all_parts(ranks, plan, out, arguments.threads);
+  if (!parts) {
     if (ranks.first()) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
     return interrupted_exit_code;
   }
   if (!ranks.first()) return 0;
-  outputs->stage("set.h5", model::set_in_hdf5(plan, out));
-  outputs->stage("manifest.json", model::manifest_of(plan, out));
+  std::vector<model::SetPart> in_order;
+  std::int64_t failed = 0;
+  for (const auto& [number, part] : *parts) {
+    in_order.push_back(part);
+    failed += part.failed;
+  }
+  const std::string manifest = model::manifest_of(plan, in_order);
+  const bool in_hdf5 = plan.runs_in_part() == 1;
+  if (in_hdf5) outputs->stage("set.h5", model::set_in_hdf5(plan, out, manifest));
+  outputs->stage("manifest.json", manifest);
   outputs->commit();
-  const std::int64_t failed = model::failed_runs(plan, out);
   if (failed > 0)
-    std::fprintf(stderr, "%lld of the runs failed; manifest.json says which, and they are not trained on\n",
+    std::fprintf(stderr, "%lld of the runs failed; the JSON files of runs/ say which, and they are not trained on\n",
                  static_cast<long long>(failed));
-  std::printf("%lld runs of %s s\nwritten: %s/{runs/, set.h5, manifest.json}\n", static_cast<long long>(plan.runs),
-              sim::shortest(plan.scenario.duration_s).c_str(), out.string().c_str());
+  std::printf("%lld runs of %s s\nwritten: %s/{runs/, %smanifest.json}\n", static_cast<long long>(plan.runs),
+              sim::shortest(plan.scenario.duration_s).c_str(), out.string().c_str(), in_hdf5 ? "set.h5, " : "");
   return 0;
 }
 
@@ -171,7 +198,8 @@ void add_dataset(CLI::App& program, int& exit_code) {
       "Ctrl-C keeps the runs that are whole; the same command goes on from there, under mpirun too.\n\nExamples:\n"
       "  sinew dataset scenarios/babble_bidirectional.yaml --runs 64 --randomise scenarios/domain.yaml --out results/set\n"
       "  mpirun -n 4 sinew dataset scenarios/babble_bidirectional.yaml --runs 4096 --threads 1 --out /scratch/set");
-  command->callback([arguments, &exit_code] { exit_code = dataset_command(*arguments); });
+  command->callback(
+      [arguments, &exit_code] { exit_code = in_all_ranks([&](Ranks& ranks) { return dataset_command(*arguments, ranks); }); });
 }
 
 }  // namespace sinew::apps

@@ -182,8 +182,7 @@ Judged judged(const StressFile& stress, const Job& job, const model::Predictor& 
   return result;
 }
 
-int evaluate_command(const EvaluateArguments& arguments) {
-  Ranks ranks;
+int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
   std::optional<Outputs> outputs;
   ranks.first_alone([&] {
     const InputPaths read{.files = {arguments.model}, .yaml = {arguments.stress}};
@@ -367,7 +366,8 @@ void add_evaluate(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  sinew evaluate results/lstm4 --stress scenarios/stress.yaml --out results/stress4\n"
       "  mpirun -n 8 sinew evaluate results/lstm4 --stress scenarios/stress.yaml --threads 1 --out /scratch/stress4");
-  command->callback([arguments, &exit_code] { exit_code = evaluate_command(*arguments); });
+  command->callback(
+      [arguments, &exit_code] { exit_code = in_all_ranks([&](Ranks& ranks) { return evaluate_command(*arguments, ranks); }); });
 }
 
 }  // namespace sinew::apps

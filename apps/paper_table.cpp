@@ -320,8 +320,7 @@ class Cells {
   std::map<int, std::vector<model::Series>> drift_sessions_;  // by case
 };
 
-int paper_command(const PaperArguments& arguments) {
-  Ranks ranks;
+int paper_command(const PaperArguments& arguments, Ranks& ranks) {
   Cells table_cells(arguments);
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
@@ -460,7 +459,7 @@ void add_paper_table(CLI::App& program, int& exit_code) {
       "Ctrl-C keeps the cells that are done; the same command goes on from there, under mpirun too.\n\nExamples:\n"
       "  sinew paper-table --out results/paper_table\n"
       "  mpirun -n 8 sinew paper-table --threads 1 --out /scratch/paper_table");
-  command->callback([arguments, &exit_code] { exit_code = paper_command(*arguments); });
+  command->callback([arguments, &exit_code] { exit_code = in_all_ranks([&](Ranks& ranks) { return paper_command(*arguments, ranks); }); });
 }
 
 }  // namespace sinew::apps

@@ -663,8 +663,7 @@ void add_prove(CLI::App& program, int& exit_code) {
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
   add_overwrite(*command, arguments->overwrite);
   command->callback([arguments, &exit_code] {
-    Ranks ranks;
-    if (!Proof(*arguments, ranks).run()) exit_code = interrupted_exit_code;
+    exit_code = in_all_ranks([&](Ranks& ranks) { return Proof(*arguments, ranks).run() ? 0 : interrupted_exit_code; });
   });
 }
 

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 #include <thread>
@@ -104,10 +103,6 @@ Ranks::~Ranks() {
     MPI_Finalize();
 }
 
-void Ranks::say_before_the_end(const std::exception& e) const {
-  if (size_ > 1) std::fprintf(stderr, "%s\n", e.what());  // alone, whoever catches it says it
-}
-
 void Ranks::wait_for_all() {
   const std::scoped_lock lock(talking_);
   if (begun_) wait_for_all_ranks();
@@ -128,12 +123,7 @@ bool Ranks::share(std::size_t count, const Sharing& how, const std::function<voi
         }
       }
   };
-  try {
-    sim::in_parallel(static_cast<std::size_t>(std::max(1, how.threads)), how.threads, take_and_work);
-  } catch (const std::exception& e) {
-    say_before_the_end(e);
-    throw;
-  }
+  sim::in_parallel(static_cast<std::size_t>(std::max(1, how.threads)), how.threads, take_and_work);
   const bool any = agree_on_interrupt();
   counter.close();
   return !any;

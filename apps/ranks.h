@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -13,7 +14,7 @@
 namespace sinew::apps {
 
 // MPI is begun only where mpirun (Open MPI's, or a launcher that speaks PMI) started this process. Where an exception passes
-// this object, all ranks are aborted: none waits for one that is gone. Of a method that says "every rank", the others wait in it.
+// this object, all ranks are aborted: none waits for one that is gone. To a method that says "every rank" all must come.
 class Ranks {
  public:
   Ranks();
@@ -22,19 +23,13 @@ class Ranks {
   Ranks& operator=(const Ranks&) = delete;
   int rank() const { return rank_; }
   int size() const { return size_; }
+  bool are_many() const { return begun_; }  // or may be: under mpirun
   bool first() const { return rank_ == 0; }
 
-  // Every rank: calls `work` in the first one. What it throws is said before all are ended.
+  // Every rank: calls `work` in the first one, for which the others wait.
   template <class Work>
   void first_alone(Work&& work) {
-    if (first()) {
-      try {
-        work();
-      } catch (const std::exception& e) {
-        say_before_the_end(e);
-        throw;
-      }
-    }
+    if (first()) work();
     wait_for_all();
   }
 
@@ -60,7 +55,6 @@ class Ranks {
   void wait_for_all();
   void listen();
   bool agree_on_interrupt();
-  void say_before_the_end(const std::exception& e) const;
 
   bool begun_ = false, told_ = false;
   int rank_ = 0, size_ = 1;
@@ -68,6 +62,18 @@ class Ranks {
   std::vector<bool> heard_from_;  // by rank
   std::chrono::steady_clock::time_point listens_next_{};
 };
+
+// What `command` returns. What it throws is said here where the end of all ranks would leave no time to say it.
+template <class Command>
+int in_all_ranks(Command&& command) {
+  Ranks ranks;
+  try {
+    return command(ranks);
+  } catch (const std::exception& e) {
+    if (ranks.are_many()) std::fprintf(stderr, "%s\n", e.what());
+    throw;
+  }
+}
 
 // The processors that this process may use, shared among the ranks on its machine.
 int usual_threads();

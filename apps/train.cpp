@@ -29,7 +29,7 @@ struct TrainArguments {
   std::string predictor = "stateful", method, settings, out, from, layout = "keras2", plant, predict;
   int paper_case = 3;
   double until_s = std::numeric_limits<double>::infinity();
-  std::int64_t seed = 1, updates = 0;
+  std::int64_t seed = 1, updates = 0, most_runs = usual_most_runs;
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   bool hold_missing = false, resample = false, overwrite = false;
 };
@@ -104,9 +104,9 @@ int train_command(const TrainArguments& arguments) {
   const model::Task task = model::task_of(*system, arguments.paper_case, channel_named(*system, arguments.predict));
   const std::string unit = unit_words(task.predicted);
   const auto data = series_of_paths(arguments.data, sim::columns_of(*system), task, arguments.until_s,
-                                    missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
+                                    missing_by(arguments.hold_missing, arguments.resample), arguments.plant, arguments.most_runs);
   const auto for_intervals = series_of_paths(arguments.intervals, sim::columns_of(*system), task, arguments.until_s,
-                                             missing_by(arguments.hold_missing, arguments.resample), arguments.plant);
+                                             missing_by(arguments.hold_missing, arguments.resample), arguments.plant, arguments.most_runs);
   for (const model::Series& one : for_intervals)
     for (const model::Series& other : data)
       if (one.v.cols() == other.v.cols() && one.v == other.v && one.y == other.y)
@@ -215,6 +215,11 @@ void add_train(CLI::App& program, int& exit_code) {
   command->add_option("--intervals", arguments->intervals,
                       "sets or recordings that were not trained on, to take the prediction intervals from; left out: what follows the "
                       "training part of each recording");
+  command
+      ->add_option("--most-runs", arguments->most_runs,
+                   "of each set at most so many, spread evenly over it: all that is read is held in memory")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000000}))
+      ->capture_default_str();
   command->add_option("--until", arguments->until_s, "leave out what comes later in each recording [s]")->check(positive_number());
   command->add_option("--seed", arguments->seed, "of weights and order")->check(CLI::NonNegativeNumber)->capture_default_str();
   command->add_option("--threads", arguments->threads, "changes no bit of the weights")->check(CLI::Range(1, 1024))->capture_default_str();

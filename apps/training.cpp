@@ -72,11 +72,11 @@ class ColumnCheck {
 }  // namespace
 
 std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
-                                    double until_s, model::Missing missing, const std::string& plant_file) {
+                                    double until_s, model::Missing missing, const std::string& plant_file, std::int64_t most_runs) {
   const ColumnCheck check(plant_file, columns);
   std::vector<Series> all;
-  for (const std::string& path : paths)
-    for (sim::Recording& recording : model::read_set(path, columns)) {
+  for (const std::string& path : paths) {
+    const std::int64_t runs = model::visit_set(path, columns, most_runs, [&](sim::Recording recording) {
       if (!std::filesystem::is_directory(path)) check(recording);
       const auto late =
           std::find_if(recording.samples.begin(), recording.samples.end(), [&](const sim::Sample& s) { return s.time_s > until_s; });
@@ -84,7 +84,11 @@ std::vector<Series> series_of_paths(const std::vector<std::string>& paths, const
       if (recording.samples.size() < 2)
         throw sim::InputError({.file = recording.name, .advice = "has fewer than two samples before the time given"});
       all.push_back(model::series_of(recording, task, missing));
-    }
+    });
+    if (runs > most_runs)
+      std::fprintf(stderr, "%s: %lld runs, of which %lld are read, spread evenly over it (--most-runs)\n", path.c_str(),
+                   static_cast<long long>(runs), static_cast<long long>(most_runs));
+  }
   return all;
 }
 

@@ -24,9 +24,12 @@ std::optional<plant::ChannelId> channel_named(const plant::System& system, const
 sim::Columns columns_for(const model::Task& task);
 // Recordings of sets and files (these with the columns given), as a task sees them. `until_s`: what comes later in a recording
 // is left out. Throws InputError where a column of a file is not what its name says: by the plant file, or where that is empty by the
-// usual plant, if it has these columns. Sets were simulated, and are taken as they are.
+// usual plant, if it has these columns. Sets were simulated, and are taken as they are; of each at most `most_runs`, spread evenly over it,
+// and where that leaves some out, it is said on standard error.
+inline constexpr std::int64_t usual_most_runs = 4096;
 std::vector<model::Series> series_of_paths(const std::vector<std::string>& paths, const sim::Columns& columns, const model::Task& task,
-                                           double until_s, model::Missing missing, const std::string& plant_file);
+                                           double until_s, model::Missing missing, const std::string& plant_file,
+                                           std::int64_t most_runs = usual_most_runs);
 
 // Of --hold-missing and --resample.
 model::Missing missing_by(bool hold_missing, bool resample);

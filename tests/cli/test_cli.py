@@ -10,7 +10,9 @@ import csv
 import hashlib
 import json
 import math
+import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -42,6 +44,25 @@ def check(what, holds, detail=""):
 
 def sinew(*arguments, timeout=120):
     return subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout)
+
+
+def start_ranks(n, *arguments):
+    """The command in `n` processes under mpirun, begun: a Popen."""
+    mpirun = [shutil.which("mpirun") or "mpirun", "--allow-run-as-root", "--oversubscribe"]
+    environment = os.environ | {"OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    return subprocess.Popen([*mpirun, "-n", str(n), program, *map(str, arguments)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            text=True, env=environment)
+
+
+def in_ranks(n, *arguments, timeout=200):
+    process = start_ranks(n, *arguments)
+    stdout, stderr = process.communicate(timeout=timeout)
+    return subprocess.CompletedProcess(process.args, process.returncode, stdout, stderr)
+
+
+def process_ids(process):
+    """Of the ranks that mpirun started, which is no rank itself."""
+    return [int(line) for line in subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()]
 
 
 def said(result):
@@ -710,6 +731,25 @@ def test_prove():
     check("prove: a case that the simpler methods have not seen is put to them, and not diagnosed again", added.returncode == 0
           and "8 of them are there already\nof which 1 are put to the simpler methods now" in added.stdout
           and json.loads(content(f"proof/cases/{case}")) == json.loads(before), said(added))
+    # README.md has the folder's name, and this case's baselines were added in another place.
+    ranks = [*made[:-1], "ranks"]
+    process = start_ranks(2, *ranks, "--threads", 1)
+    deadline = time.monotonic() + 100
+    while not list((folder / "ranks").glob("cases/*.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.kill(process_ids(process)[-1], signal.SIGKILL)
+    process.communicate(timeout=60)
+    left = files_in("ranks/cases")
+    check("prove: a rank that is killed ends the job, and what was done is kept", process.returncode != 0 and 0 < len(left) < 8
+          and "score.json" not in files_in("ranks"), left)
+    on = in_ranks(3, *ranks, "--threads", 1)
+    check("prove: the same command goes on, and three ranks write the files of one process", on.returncode == 0
+          and f"{len(left)} of them are there already" in on.stdout and on.stdout.count("sha256 of the sealed") == 1
+          and files_in("ranks") == files_in("proof"), said(on))
+    different = [name for name in files_in("proof") if (folder / "proof" / name).is_file() and content(f"ranks/{name}") != content(f"proof/{name}")]
+    check("prove: and the bytes of one process", set(different) <= {"README.md", f"cases/{case}"}, different)
+    wrong = in_ranks(2, "prove", "--kinds", "cor", "--out", "p")
+    check("prove: what is wrong is said once, by whatever rank", wrong.returncode != 0 and wrong.stderr.count("no such kind") == 1, said(wrong))
     kept = sinew(*made, "--recordings")
     check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601

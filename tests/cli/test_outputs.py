@@ -298,13 +298,10 @@ def test_one_at_a_time():
     write("wrong.yaml", "format: 1\nduration_s: 5\nplnt: {}\n")
     refused("an error after the lock: neither lock nor folder is left", ["run", "wrong.yaml", "--out", "deep/er/folder"], r"did you mean plant\?")
 
-    mpirun = [shutil.which("mpirun") or "mpirun", "--allow-run-as-root", "--oversubscribe"]
-    environment = os.environ | {"OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
     write("slow.yaml", STEP.replace("duration_s: 5", "duration_s: 3000"))
 
     def ranks(*arguments):
-        return subprocess.Popen([*mpirun, "-n", "2", cli.program, "dataset", "slow.yaml", "--threads", "1", "--out", "ranks", *arguments], cwd=cli.folder,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        return cli.start_ranks(2, "dataset", "slow.yaml", "--threads", "1", "--out", "ranks", *arguments)
     first = ranks("--runs", "60")
     wait_for(lambda: len(list((cli.folder / "ranks").glob("runs/*.csv"))) > 1)
     second = ranks("--runs", "60")

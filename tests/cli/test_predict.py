@@ -53,11 +53,8 @@ def test_dataset():
     check("dataset: what is missing or damaged is made again, and nothing else",
           bytes_of("set1") == bytes_of("set2") and "4 runs are there already" in again.stderr, said(again))
 
-    mpirun = [shutil.which("mpirun") or "mpirun", "--allow-run-as-root", "--oversubscribe"]
-    environment = os.environ | {"OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    def ranks(n, out, arguments=()):
-        return subprocess.Popen([*mpirun, "-n", str(n), cli.program, *map(str, make), *map(str, arguments), "--threads", "1", "--out", out],
-                                cwd=cli.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    def ranks(n, out):
+        return cli.start_ranks(n, *make, "--threads", 1, "--out", out)
     process = ranks(2, "set3")
     output = process.communicate(timeout=120)
     check("dataset: two ranks under mpirun write the same bytes", process.returncode == 0 and bytes_of("set1") == bytes_of("set3"), output)
@@ -69,9 +66,7 @@ def test_dataset():
     deadline = time.time() + 60
     while len(list((cli.folder / "set4").glob("runs/*.json"))) < 3 and time.time() < deadline:
         time.sleep(0.02)
-    victims = subprocess.run(["pgrep", "-f", f"{cli.program} dataset .*set4"], capture_output=True, text=True).stdout.split()
-    ours = [int(v) for v in victims if "mpirun" not in Path(f"/proc/{v}/cmdline").read_bytes().decode().split("\0")[0]]
-    os.kill(ours[-1], signal.SIGKILL)
+    os.kill(cli.process_ids(process)[-1], signal.SIGKILL)
     process.communicate(timeout=60)
     left = len(list((cli.folder / "set4").glob("runs/*.csv")))
     check("dataset: a rank that is killed ends the job with an error, without a manifest",
@@ -87,9 +82,7 @@ def test_dataset():
     deadline = time.time() + 60
     while len(list((cli.folder / "set6").glob("runs/*.json"))) < 3 and time.time() < deadline:
         time.sleep(0.02)
-    members = subprocess.run(["pgrep", "-f", f"{cli.program} dataset .*set6"], capture_output=True, text=True).stdout.split()
-    ours = [int(v) for v in members if "mpirun" not in Path(f"/proc/{v}/cmdline").read_bytes().decode().split("\0")[0]]
-    os.kill(ours[-1], signal.SIGINT)
+    os.kill(cli.process_ids(process)[-1], signal.SIGINT)
     try:
         output = process.communicate(timeout=30)
         ended = True
@@ -158,6 +151,14 @@ def test_train_and_use():
     result = sinew("evaluate", "stateful4", "--stress", stress, "--out", "stress")
     check("evaluate: table, worst first, each with a scenario that runs again", result.returncode == 0 and "hot room" in result.stdout and
           len(list((cli.folder / "stress/scenarios").glob("*.yaml"))) == 2, said(result))
+    # README.md has the name of the folder.
+    result = cli.in_ranks(2, "evaluate", "stateful4", "--stress", stress, "--threads", 1, "--out", "stress_ranks")
+    of_ranks, alone = ({file.relative_to(cli.folder / name): file.read_bytes().replace(f"--out {name}`".encode(), b"")
+                        for file in (cli.folder / name).rglob("*") if file.is_file()} for name in ("stress_ranks", "stress"))
+    check("evaluate: two ranks under mpirun write the same bytes", result.returncode == 0 and of_ranks == alone, said(result))
+    wrong = cli.in_ranks(2, "evaluate", "stateful4", "--stress", "nowhere.yaml", "--out", "never")
+    check("evaluate: what is wrong is said once, and nothing is written", wrong.returncode != 0 and wrong.stderr.count("nowhere.yaml") == 1
+          and not (cli.folder / "never").exists(), said(wrong))
     again = sinew("run", next((cli.folder / "stress/scenarios").glob("hot_room*.yaml")), "--out", "hot")
     check("evaluate: the scenario of a row is the room it says", again.returncode == 0 and
           "ambient_temperature_degC: 40" in (cli.folder / "hot/scenario.yaml").read_text(), said(again))
@@ -232,6 +233,11 @@ def test_train_and_use():
                    "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
     check("paper-table: a part of it", result.returncode == 0 and "ARX" in (cli.folder / "paper/README.md").read_text(), said(result))
     kept = [(cli.folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")]
+    shutil.rmtree(cli.folder / "paper")
+    result = cli.in_ranks(2, "paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX", "--threads", 1,
+                          "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
+    check("paper-table: two ranks under mpirun write the same bytes", result.returncode == 0
+          and kept == [(cli.folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")], said(result))
     shutil.rmtree(cli.folder / "paper")
     sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
           "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")

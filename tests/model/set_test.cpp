@@ -40,6 +40,11 @@ struct Folder {
   std::filesystem::path path = std::filesystem::temp_directory_path() / ("sinew_set_" + std::to_string(::getpid()));
   ~Folder() { std::filesystem::remove_all(path); }
 };
+std::vector<sim::Recording> recordings_of(const std::filesystem::path& set, std::int64_t most = 1000) {
+  std::vector<sim::Recording> all;
+  visit_set(set, {}, most, [&](sim::Recording one) { all.push_back(std::move(one)); });  // a set says its columns
+  return all;
+}
 const std::string domain =
     "parameters: { heat_loss_A_W_K: { relative_deviation: 0.1 }, ambient_temperature_degC: { lowest: 20, highest: 30 } }\n"
     "effects: { thermocouple_lag: { probability: 0.5, time_constant_s: { lowest: 1, highest: 2 } } }\n"
@@ -97,13 +102,13 @@ TEST_CASE("set: of a plant with other inputs and channels, it has its columns") 
   plan.runs = 1;
   CHECK_THROWS_WITH(read_domain(sim::parse_yaml("sensors: { temperature_A: { bias_degC: 1 } }\n", "d.yaml"), plan.scenario.plant.system()),
                     doctest::Contains("no such sensor; there are angle"));
-  make_run(plan, one.path, 0);
-  CHECK(set_in_hdf5(plan, one.path) == set_in_hdf5(plan, one.path));
-  sim::write_file_whole(one.path / "manifest.json", manifest_of(plan, one.path));
-  CHECK(manifest_of(plan, one.path).find("\"time_s, duty_L, angle_deg\"") != std::string::npos);
+  const std::string manifest = manifest_of(plan, {*make_part(plan, one.path, 0)});
+  CHECK(set_in_hdf5(plan, one.path, manifest) == set_in_hdf5(plan, one.path, manifest));
+  sim::write_file_whole(one.path / "manifest.json", manifest);
+  CHECK(manifest.find("\"time_s, duty_L, angle_deg\"") != std::string::npos);
   CHECK(sim::columns_of(*system_of_set(one.path)) == sim::columns_of(plan.scenario.plant.system()));
   CHECK(system_of_set(one.path / "runs/0000.csv") == nullptr);
-  const auto recordings = read_set(one.path, {});
+  const auto recordings = recordings_of(one.path);
   REQUIRE(recordings.size() == 1);
   CHECK(recordings[0].samples[1].inputs == std::vector<double>{0.3});
 }
@@ -118,20 +123,54 @@ TEST_CASE("domain: those that are shipped are read, and draw from what is there"
 TEST_CASE("set: made in any order and taken up again, it has the same bytes; a run that was changed is refused") {
   const Folder one, other;
   const SetPlan plan = plan_of(domain);
-  const sim::Columns columns{};  // of CSV files; a set says its own
   const std::filesystem::path a = one.path / "a", b = one.path / "b";
-  for (const std::int64_t run : {0, 1, 2}) make_run(plan, a, run);
-  for (const std::int64_t run : {2, 0, 1}) make_run(plan, b, run);
-  CHECK(manifest_of(plan, a) == manifest_of(plan, b));
-  CHECK(set_in_hdf5(plan, a) == set_in_hdf5(plan, b));
-  CHECK(is_there(plan, a, 1));
-  CHECK_FALSE(is_there(plan_of("parameters: {}"), a, 1));  // of another plan
-  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);  // no manifest yet
-  sim::write_file_whole(a / "manifest.json", manifest_of(plan, a));
-  CHECK(read_set(a, columns).size() == 3);
+  for (const std::int64_t part : {0, 1, 2}) make_part(plan, a, part);
+  for (const std::int64_t part : {2, 0, 1}) make_part(plan, b, part);
+  const auto manifest = [&](const std::filesystem::path& folder) {
+    std::vector<SetPart> parts;
+    for (const std::int64_t part : {0, 1, 2}) parts.push_back(part_in(plan, folder, part).value());
+    return manifest_of(plan, parts);
+  };
+  CHECK(manifest(a) == manifest(b));
+  CHECK(set_in_hdf5(plan, a, "") == set_in_hdf5(plan, b, ""));
+  CHECK_FALSE(part_in(plan_of("parameters: {}"), a, 1));  // of another plan
+  CHECK_THROWS_AS(recordings_of(a), sim::InputError);     // no manifest yet
+  sim::write_file_whole(a / "manifest.json", manifest(a));
+  CHECK(recordings_of(a).size() == 3);
   sim::write_file_whole(a / "runs/0001.csv", sim::read_file(a / "runs/0000.csv"));
-  CHECK_FALSE(is_there(plan, a, 1));
-  CHECK_THROWS_AS(read_set(a, columns), sim::InputError);
+  CHECK_FALSE(part_in(plan, a, 1));
+  CHECK_THROWS_AS(recordings_of(a), sim::InputError);
+}
+TEST_CASE("set: with several runs a part, it has the recordings of one with one run a part, and a few of them lie evenly") {
+  const Folder one;
+  SetPlan single = plan_of(domain), several = plan_of(domain);
+  single.runs = several.runs = 7;
+  several.most_parts = 3;
+  CHECK(several.runs_in_part() == 3);
+  CHECK(several.parts() == 3);
+  CHECK(several.runs_of(2).count == 1);
+  const auto made = [&](const SetPlan& plan, const std::string& name) {
+    std::vector<SetPart> parts;
+    for (std::int64_t part = 0; part < plan.parts(); ++part) parts.push_back(*make_part(plan, one.path / name, part));
+    sim::write_file_whole(one.path / name / "manifest.json", manifest_of(plan, parts));
+    return recordings_of(one.path / name);
+  };
+  const auto alone = made(single, "single"), together = made(several, "several");
+  REQUIRE(alone.size() == 7);
+  REQUIRE(together.size() == 7);
+  for (std::size_t run = 0; run < 7; ++run) CHECK(sim::to_csv(alone[run]) == sim::to_csv(together[run]));
+  CHECK(std::distance(std::filesystem::directory_iterator(one.path / "several/runs"), {}) == 6);
+  CHECK(part_in(several, one.path / "several", 2));
+  CHECK_FALSE(part_in(single, one.path / "several", 0));
+  std::string wrong = manifest_of(several, {});
+  wrong.replace(wrong.find("\"runs_in_part\": 3"), 17, "\"runs_in_part\": 0");
+  std::filesystem::create_directories(one.path / "wrong");
+  sim::write_file_whole(one.path / "wrong/manifest.json", wrong);
+  CHECK_THROWS_WITH(recordings_of(one.path / "wrong"), doctest::Contains("must be at least 1"));
+  const auto some = recordings_of(one.path / "several", 3);  // runs 0, 2, 4
+  REQUIRE(some.size() == 3);
+  CHECK(sim::to_csv(some[1]) == sim::to_csv(alone[2]));
+  CHECK(sim::to_csv(some[2]) == sim::to_csv(alone[4]));
 }
 
 }  // namespace model_set_test
