@@ -372,11 +372,14 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
 
 // The command that makes these cases again.
 std::string command_of(const ProveArguments& arguments) {
-  if (arguments.few) return "sinew prove --few --out " + arguments.out;
-  std::string command = "sinew prove " +
-                        (arguments.first_seed != 0 ? "--first-seed " + std::to_string(arguments.first_seed) : "--set " + arguments.set) +
-                        " --seeds " + std::to_string(arguments.seeds);
-  if (arguments.clean > clean_per_seed * arguments.seeds) command += " --clean " + std::to_string(arguments.clean);
+  std::string command = "sinew prove";
+  if (arguments.few) {
+    command += " --few";
+  } else {
+    command += (arguments.first_seed != 0 ? " --first-seed " + std::to_string(arguments.first_seed) : " --set " + arguments.set) +
+               " --seeds " + std::to_string(arguments.seeds);
+    if (arguments.clean > clean_per_seed * arguments.seeds) command += " --clean " + std::to_string(arguments.clean);
+  }
   command += " --training " + sim::shortest(arguments.training_s) + " --held-out " + sim::shortest(arguments.held_out_s) + " --out " +
              arguments.out;
   const auto add_list = [&](const std::string& option, const std::vector<std::string>& names) {
