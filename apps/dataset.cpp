@@ -133,7 +133,7 @@ std::optional<Parts> all_parts(Ranks& ranks, const model::SetPlan& plan, const s
   return there;
 }
 
-int dataset_command(const DatasetArguments& arguments, Ranks& ranks) {
+model::SetPlan plan_of(const DatasetArguments& arguments) {
   model::SetPlan plan;
   plan.scenario = sim::read_scenario(arguments.scenario);
   if (arguments.seed >= 0) plan.scenario.seed = arguments.seed;
@@ -147,13 +147,18 @@ int dataset_command(const DatasetArguments& arguments, Ranks& ranks) {
                              .advice = "can be drawn for a babbling scenario alone, which " + arguments.scenario + " is not"});
   }
   plan.runs = arguments.runs;
+  return plan;
+}
+
+int dataset_command(const DatasetArguments& arguments, Ranks& ranks) {
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
   ranks.first_alone([&] {
+    const model::SetPlan plan = plan_of(arguments);  // what is wrong with it is said once
     outputs.emplace(out, InputPaths{.yaml = {arguments.scenario, arguments.randomise}}, arguments.overwrite);
     prepare(*outputs, plan);
   });
-
+  const model::SetPlan plan = plan_of(arguments);
   const auto parts = all_parts(ranks, plan, out, arguments.threads);
   if (!parts) {
     if (ranks.first()) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");

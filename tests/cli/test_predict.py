@@ -60,6 +60,10 @@ def test_dataset():
     check("dataset: two ranks under mpirun write the same bytes", process.returncode == 0 and bytes_of("set1") == bytes_of("set3"), output)
     check("dataset: one rank alone reports", output[0].count("6 runs of 60 s") == 1, output)
 
+    wrong = cli.in_ranks(3, "dataset", "nowhere.yaml", "--runs", 3, "--out", "never")
+    check("dataset: what is wrong is said once, and nothing is written", wrong.returncode != 0 and wrong.stderr.count("nowhere.yaml") == 1
+          and not (cli.folder / "never").exists(), said(wrong))
+
     long_one = write("long.yaml", scenario.read_text().replace("duration_s: 600.0", "duration_s: 900.0"))
     make[1:4] = [long_one, "--runs", 40]
     process = ranks(2, "set4")
