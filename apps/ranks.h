@@ -21,9 +21,8 @@ class Ranks {
   ~Ranks();
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
-  int rank() const { return rank_; }
   int size() const { return size_; }
-  bool are_many() const { return begun_; }  // or may be: under mpirun
+  bool under_mpirun() const { return begun_; }
   bool first() const { return rank_ == 0; }
 
   // Every rank: calls `work` in the first one, for which the others wait.
@@ -70,7 +69,7 @@ int in_all_ranks(Command&& command) {
   try {
     return command(ranks);
   } catch (const std::exception& e) {
-    if (ranks.are_many()) std::fprintf(stderr, "%s\n", e.what());
+    if (ranks.under_mpirun()) std::fprintf(stderr, "%s\n", e.what());
     throw;
   }
 }
