@@ -75,17 +75,16 @@ void prepare(Outputs& outputs, const model::SetPlan& plan) {
     throw sim::InputError({.file = "",
                            .key = "--out",
                            .value = outputs.folder().string(),
-                           .advice =
-                               "holds another set, or a larger one: another scenario, seed, randomisation or code of this program made "
-                               "it\ngive another folder, or replace the set with --overwrite"});
+                           .advice = "holds another set, or a larger one: another scenario, seed, randomisation, number of runs in a file "
+                                     "or code of this program made it\ngive another folder, or replace the set with --overwrite"});
   outputs.claim({"set.h5", "manifest.json"}, same);
   if (!same) remove_set(outputs.folder());
 }
 
-// How many parts are taken at a time: so few that ranks end together, so many that short runs do not wait for the counter.
-std::size_t chunk_of(std::size_t parts, const Ranks& ranks) {
-  constexpr std::size_t parts_of_a_rank = 64, longest = 64;
-  return std::clamp<std::size_t>(parts / (parts_of_a_rank * static_cast<std::size_t>(ranks.size())), 1, longest);
+// How many parts a thread takes at a time: so few that all end together, so many that short runs do not wait for the counter.
+std::size_t chunk_of(std::size_t parts, const Ranks& ranks, int threads) {
+  constexpr std::size_t parts_of_a_thread = 64, longest = 64;
+  return std::clamp<std::size_t>(parts / (parts_of_a_thread * static_cast<std::size_t>(ranks.size() * threads)), 1, longest);
 }
 
 using Parts = std::map<std::int64_t, model::SetPart>;
@@ -96,7 +95,7 @@ std::optional<Parts> shared(Ranks& ranks, const std::vector<std::int64_t>& parts
                             const std::function<void(double done_share)>& progress) {
   nlohmann::json own = nlohmann::json::array();
   std::mutex keeping;
-  const bool whole = ranks.share(parts.size(), {threads, chunk_of(parts.size(), ranks)}, [&](std::size_t i) {
+  const bool whole = ranks.share(parts.size(), {threads, chunk_of(parts.size(), ranks, threads)}, [&](std::size_t i) {
     const auto found = find(parts[i]);
     const std::scoped_lock lock(keeping);
     if (found) own.push_back({parts[i], found->sha256, found->failed});

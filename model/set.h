@@ -34,7 +34,8 @@ struct SetPlan {
     std::int64_t first, count;
   };
   Runs runs_of(std::int64_t part) const { return {part * runs_in_part(), std::min(runs_in_part(), runs - part * runs_in_part())}; }
-  // A hash of all of it but their number, and of the code that makes runs; parts with another mark are not taken over.
+  // A hash of all of it, and of the code that makes runs; parts with another mark are not taken over. Of the number of runs only how many
+  // share a file counts.
   std::string mark() const;
 };
 
