@@ -106,7 +106,8 @@ for name, made, times in (("published", published(), 200), ("stateful", stateful
     update()
     theirs, mine = fastest_s(update, times), ours[name + "_update_s"]
     verdict = "reached" if theirs >= 3.0 * mine else "**missed**"
-    print(f"| {name} | {1e3 * mine:.2f} | {1e3 * theirs:.2f} | {theirs / mine:.2f} | at least 3 | {verdict} | {off:.1e} | {off_gradient:.1e} |")
+    print(f"| {name} | {1e3 * mine:.2f} | {1e3 * theirs:.2f} | {theirs / mine:.2f} | at least 3 | {verdict} "
+          f"| {off:.1e} | {off_gradient:.1e} |")
 
 lstm, dense, out, _ = network("stateful", True)
 torch.set_num_threads(1)

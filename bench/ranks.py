@@ -5,7 +5,8 @@
     bench/ranks.py        build/release and its target bench_queue must be built; an idle machine, some minutes
 
 The replay gives ranks tasks as long as those that one rank has just done, drawn from them with replacement (seed 1), by the rule of
-apps/ranks.h; what a number from the queue costs is that of eight ranks here. The alternative is a fixed share: each rank every size-th task.
+apps/ranks.h; a number from the queue costs what it costs eight ranks here. The alternative is a fixed share: each rank every size-th
+task.
 """
 import heapq
 import os
@@ -69,8 +70,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         made = ["dataset", ROOT / "scenarios/babble_bidirectional.yaml", "--runs", 64, "--randomise", ROOT / "scenarios/domain.yaml"]
-        proof = ["prove", "--families", "clean", "--kinds", "core", "--set", "development", "--seeds", 1, "--training", 60, "--held-out", 60,
-                 "--plant", ROOT / "plant/limbs/paper_limb.yaml", "--without-baselines"]
+        proof = ["prove", "--families", "clean", "--kinds", "core", "--set", "development", "--seeds", 1,
+                 "--training", 60, "--held-out", 60, "--plant", ROOT / "plant/limbs/paper_limb.yaml", "--without-baselines"]
         timed([SINEW, *made, "--out", "set"], folder)
         timed([SINEW, "train", "set", "--case", 3, "--predictor", "arx", "--out", "arx"], folder)
         stress = ["evaluate", "arx", "--stress", ROOT / "scenarios/stress.yaml"]
@@ -78,26 +79,30 @@ def main():
         print("| command | threads 1, no MPI | threads 2, no MPI |" + "".join(f" {n} rank{'s' * (n > 1)} |" for n in RANKS))
         print("|---" * (3 + len(RANKS)) + "|")
         durations = {}
-        for what, command in (("dataset, 64 runs of 10 min", made), ("evaluate, ARX under scenarios/stress.yaml", stress), ("prove, 8 cases of 60 s", proof)):
+        for what, command in (("dataset, 64 runs of 10 min", made), ("evaluate, ARX under scenarios/stress.yaml", stress),
+                              ("prove, 8 cases of 60 s", proof)):
             cells = []
             for before, threads in (([], 1), ([], 2), *(([*MPIRUN, "-n", n], 1) for n in RANKS)):
                 shutil.rmtree(folder / "out", ignore_errors=True)
                 wall, processors = timed([*before, SINEW, *command, "--threads", threads, "--out", "out"], folder)
                 cells.append(f"{wall:.1f}, {processors:.1f}")
                 if not before and threads == 1:
-                    durations[command[0]] = task_seconds(list((folder / "out").glob("runs/*.csv")) + list((folder / "out").glob("cases/*.json")))
+                    out = folder / "out"
+                    durations[command[0]] = task_seconds([*out.glob("runs/*.csv"), *out.glob("cases/*.json")])
             print(f"| {what} |" + "".join(f" {cell} |" for cell in cells), flush=True)
         print("\nA number from the queue, where nothing is done with it:\n")
         print("| ranks | numbers at a time | us each |\n|---|---|---|")
         lines = []
         for n in RANKS:
-            lines += subprocess.check_output([*MPIRUN, "-n", str(n), ROOT / "build/release/bench/bench_queue"], env=ENVIRONMENT, text=True).splitlines()
+            queue = [*MPIRUN, "-n", str(n), ROOT / "build/release/bench/bench_queue"]
+            lines += subprocess.check_output(queue, env=ENVIRONMENT, text=True).splitlines()
         print("\n".join(lines))
         per_number_s = max(1e-6 * float(line.split("|")[3]) for line in lines if line.split("|")[2].strip() == "1")
 
-    print(f"\nReplayed with {1e6 * per_number_s:.1f} us for a number: share of the ranks' time in which they work, and with fixed shares. "
-          "In the last two columns one rank of ten is half as fast.\n")
-    print("| job | task, mean and longest measured | ranks | queue | fixed | queue, ranks unlike | fixed, ranks unlike |\n|---|---|---|---|---|---|---|")
+    print(f"\nReplayed with {1e6 * per_number_s:.1f} us for a number: share of the ranks' time in which they work, and with fixed shares."
+          "\nIn the last two columns one rank of ten is half as fast.\n")
+    print("| job | task, mean and longest measured | ranks | queue | fixed | queue, ranks unlike | fixed, ranks unlike |")
+    print("|---" * 7 + "|")
     for what, command, tasks in (("dataset, a million runs of 10 min", "dataset", 1000000), ("prove, 20000 cases of 60 s", "prove", 20000)):
         some = durations[command]
         drawn = random.Random(1).choices(some, k=tasks)

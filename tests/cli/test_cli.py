@@ -50,8 +50,8 @@ def start_ranks(n, *arguments):
     """The command in `n` processes under mpirun, begun: a Popen."""
     mpirun = [shutil.which("mpirun") or "mpirun", "--allow-run-as-root", "--oversubscribe"]
     environment = os.environ | {"OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    return subprocess.Popen([*mpirun, "-n", str(n), program, *map(str, arguments)], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                            text=True, env=environment)
+    return subprocess.Popen([*mpirun, "-n", str(n), program, *map(str, arguments)], cwd=folder, env=environment, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def in_ranks(n, *arguments, timeout=200):
@@ -746,10 +746,12 @@ def test_prove():
     check("prove: the same command goes on, and three ranks write the files of one process", on.returncode == 0
           and f"{len(left)} of them are there already" in on.stdout and on.stdout.count("sha256 of the sealed") == 1
           and files_in("ranks") == files_in("proof"), said(on))
-    different = [name for name in files_in("proof") if (folder / "proof" / name).is_file() and content(f"ranks/{name}") != content(f"proof/{name}")]
+    files = [name for name in files_in("proof") if (folder / "proof" / name).is_file()]
+    different = [name for name in files if content(f"ranks/{name}") != content(f"proof/{name}")]
     check("prove: and the bytes of one process", set(different) <= {"README.md", f"cases/{case}"}, different)
     wrong = in_ranks(2, "prove", "--kinds", "cor", "--out", "p")
-    check("prove: what is wrong is said once, by whatever rank", wrong.returncode != 0 and wrong.stderr.count("no such kind") == 1, said(wrong))
+    check("prove: what is wrong is said once, by whatever rank",
+          wrong.returncode != 0 and wrong.stderr.count("no such kind") == 1, said(wrong))
     kept = sinew(*made, "--recordings")
     check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601
