@@ -12,8 +12,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <new>
 
 #include "apps/terminal.h"
+#include "diagnose/calibrate.h"
+#include "model/train.h"
 #include "sim/input_error.h"
 #include "sim/plain_text.h"
 
@@ -56,6 +60,34 @@ void check_folder(const std::filesystem::path& out) {
 }
 
 bool interrupted() { return signals_seen > 0; }
+
+int say_what_was_thrown() {
+  constexpr const char* stopped_words = "stopped; nothing was written\n";
+  try {
+    throw;
+  } catch (const diagnose::Stopped&) {
+    std::fputs(stopped_words, stderr);
+    return interrupted_exit_code;
+  } catch (const model::Stopped&) {
+    std::fputs(stopped_words, stderr);
+    return interrupted_exit_code;
+  } catch (const sim::InputError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 2;
+  } catch (const std::filesystem::filesystem_error& e) {  // a path that cannot be followed
+    std::fprintf(stderr, "%s: %s\n", sim::printable(e.path1().string()).c_str(), e.code().message().c_str());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    std::fputs("sinew: out of memory; nothing was written\n", stderr);
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "sinew: %s\n", e.what());
+    return 1;
+  } catch (...) {
+    std::fputs("sinew: stopped by an error without words\n", stderr);
+    return 1;
+  }
+}
 
 void watch_for_interrupts() {
   std::signal(SIGINT, note_signal);
@@ -128,6 +160,7 @@ Progress::~Progress() {
 
 void Progress::show(double done_share, const std::string& detail) {
   if (!on_) return;
+  done_share = shown_share_ = std::max(done_share, shown_share_);
   const double spent_s = seconds_now() - began_s_;
   const double left_s = done_share > 0.0 ? spent_s * (1.0 - done_share) / done_share : 0.0;
   std::fprintf(stderr, "\r\033[K%s: %3.0f %%, about %.0f s left  %s", what_.c_str(), 100.0 * done_share, left_s, detail.c_str());

@@ -56,6 +56,7 @@ class Progress {
   std::string what_;
   bool on_;
   double began_s_;
+  double shown_share_ = 0.0;  // never less than before: threads may tell of what they did out of order
   bool shown_ = false;
 };
 
@@ -63,5 +64,8 @@ class Progress {
 bool interrupted();
 void watch_for_interrupts();
 inline constexpr int interrupted_exit_code = 130;
+
+// Within a handler: says on standard error what was thrown; the exit code.
+int say_what_was_thrown();
 
 }  // namespace sinew::apps

@@ -90,17 +90,16 @@ std::size_t chunk_of(std::size_t parts, const Ranks& ranks, int threads) {
 using Parts = std::map<std::int64_t, model::SetPart>;
 
 // Every rank: those of `parts` that `find` makes or finds, in the first rank. Nothing after an interrupt.
-std::optional<Parts> shared(Ranks& ranks, const std::vector<std::int64_t>& parts, int threads,
-                            const std::function<std::optional<model::SetPart>(std::int64_t)>& find,
-                            const std::function<void(double done_share)>& progress) {
+std::optional<Parts> shared(Ranks& ranks, const std::vector<std::int64_t>& parts, int threads, const std::string& doing,
+                            const std::function<std::optional<model::SetPart>(std::int64_t)>& find) {
   nlohmann::json own = nlohmann::json::array();
   std::mutex keeping;
-  const bool whole = ranks.share(parts.size(), {threads, chunk_of(parts.size(), ranks, threads)}, [&](std::size_t i) {
-    const auto found = find(parts[i]);
-    const std::scoped_lock lock(keeping);
-    if (found) own.push_back({parts[i], found->sha256, found->failed});
-    if (ranks.first()) progress(static_cast<double>(i + 1) / static_cast<double>(parts.size()));
-  });
+  const bool whole =
+      ranks.share(parts.size(), {.threads = threads, .chunk = chunk_of(parts.size(), ranks, threads), .doing = doing}, [&](std::size_t i) {
+        const auto found = find(parts[i]);
+        const std::scoped_lock lock(keeping);
+        if (found) own.push_back({parts[i], found->sha256, found->failed});
+      });
   if (!whole) return std::nullopt;
   Parts all;
   for (const std::string& of_rank : ranks.gather(own.dump()))
@@ -112,8 +111,8 @@ std::optional<Parts> shared(Ranks& ranks, const std::vector<std::int64_t>& parts
 std::optional<Parts> all_parts(Ranks& ranks, const model::SetPlan& plan, const std::filesystem::path& out, int threads) {
   std::vector<std::int64_t> parts(static_cast<std::size_t>(plan.parts())), open;
   std::iota(parts.begin(), parts.end(), 0);
-  auto there = shared(
-      ranks, parts, threads, [&](std::int64_t part) { return model::part_in(plan, out, part); }, [](double) {});
+  auto there =
+      shared(ranks, parts, threads, "looking at what is there", [&](std::int64_t part) { return model::part_in(plan, out, part); });
   if (!there) return std::nullopt;
   std::int64_t runs_there = 0;
   for (const std::int64_t part : parts)
@@ -123,10 +122,8 @@ std::optional<Parts> all_parts(Ranks& ranks, const model::SetPlan& plan, const s
       open.push_back(part);
   open = nlohmann::json::parse(ranks.from_first(nlohmann::json(open).dump())).get<std::vector<std::int64_t>>();
   if (ranks.first() && runs_there > 0) std::fprintf(stderr, "%lld runs are there already\n", static_cast<long long>(runs_there));
-  Progress progress("dataset");
-  auto made = shared(
-      ranks, open, threads, [&](std::int64_t part) { return model::make_part(plan, out, part, [&] { return ranks.any_interrupted(); }); },
-      [&](double done_share) { progress.show(done_share); });
+  auto made = shared(ranks, open, threads, "dataset",
+                     [&](std::int64_t part) { return model::make_part(plan, out, part, [&] { return ranks.any_interrupted(); }); });
   if (!made) return std::nullopt;
   there->merge(*made);
   return there;
@@ -152,17 +149,15 @@ model::SetPlan plan_of(const DatasetArguments& arguments) {
 int dataset_command(const DatasetArguments& arguments, Ranks& ranks) {
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
-  ranks.first_alone([&] {
+  const bool uninterrupted = ranks.first_alone([&] {
     const model::SetPlan plan = plan_of(arguments);  // what is wrong with it is said once
     outputs.emplace(out, InputPaths{.yaml = {arguments.scenario, arguments.randomise}}, arguments.overwrite);
     prepare(*outputs, plan);
   });
+  if (!uninterrupted) return stopped(ranks, "the same command goes on");
   const model::SetPlan plan = plan_of(arguments);
   const auto parts = all_parts(ranks, plan, out, arguments.threads);
-  if (!parts) {
-    if (ranks.first()) std::fprintf(stderr, "stopped; what is done is kept, the same command goes on\n");
-    return interrupted_exit_code;
-  }
+  if (!parts) return stopped(ranks, "what is done is kept, the same command goes on");
   if (!ranks.first()) return 0;
   std::vector<model::SetPart> in_order;
   std::int64_t failed = 0;

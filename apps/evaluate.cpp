@@ -8,8 +8,10 @@
 //       - { name: hot room, parameters: { ambient_temperature_degC: 40 } }
 //
 // A row is a domain (model/dataset.h): what it draws or sets. Each is run with `seeds` seeds.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -23,6 +25,7 @@
 #include "apps/training.h"
 #include "model/dataset.h"
 #include "model/predictor.h"
+#include "model/train.h"
 #include "model/weights_file.h"
 #include "report/console.h"
 #include "report/markdown.h"
@@ -140,14 +143,21 @@ struct Judged {
   Outcome outcome;
   std::optional<report::TimePlot> plot;  // none where it failed
 };
-Judged judged(const StressFile& stress, const Job& job, const model::Predictor& predictor) {
+// Throws Stopped.
+Judged judged(const StressFile& stress, const Job& job, const model::Predictor& predictor, const std::function<bool()>& should_stop) {
   const model::AboutPredictor& about = predictor.about();
   const model::DrawnRun one = drawn_job(stress, job);
   Judged result;
   Outcome& outcome = result.outcome;
   outcome.name = stress.rows[job.row].name;
   outcome.scenario_file = scenario_file(stress, job);
-  const sim::RunResult run = sim::run(one.scenario);
+  sim::RunOptions options;
+  options.should_stop = should_stop;
+  const sim::RunResult run = sim::run(one.scenario, options);
+  const auto look = [&] {
+    if (should_stop()) throw model::Stopped{};
+  };
+  look();
   if (run.failure) {
     outcome.failure = "the simulation failed: " + run.failure->reason;
     return result;
@@ -158,13 +168,16 @@ Judged judged(const StressFile& stress, const Job& job, const model::Predictor& 
         model::series_of(sim::parse_recording(run.recording_csv, outcome.scenario_file, columns), about.task, model::Missing::held);
     const auto own = predictor.copy();
     const model::Vector<double> open = model::rollout(*own, series);
+    look();
     const model::Errors off = model::errors_of(open, series);
     outcome.rmse = off.rmse;
     outcome.last_minute = off.last_minute;
     const Baselines baselines = baselines_of(predictor, series);
     outcome.hold = baselines.hold;
     outcome.arx = baselines.arx.value_or(std::nan(""));
+    look();
     const model::Vector<double> step = model::one_step_ahead(*own, series);
+    look();
     outcome.one_step = model::errors_of(step, series).rmse;
     const Trust trust = trust_in(about, series, series, 0, 0, open, step);
     if (trust.interval) {
@@ -184,7 +197,7 @@ Judged judged(const StressFile& stress, const Job& job, const model::Predictor& 
 
 int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
   std::optional<Outputs> outputs;
-  ranks.first_alone([&] {
+  const bool uninterrupted = ranks.first_alone([&] {
     const InputPaths read{.files = {arguments.model}, .yaml = {arguments.stress}};
     if (arguments.out.empty())
       finish_interrupted(read);
@@ -196,27 +209,31 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
     if (outputs) outputs->claim(names);
     read_predictor_at(arguments.model);  // what is wrong with it is said once
   });
-  std::optional<EndsSoon> ends_soon(outputs ? &*outputs : nullptr);
+  const char* const nothing_written = "nothing was written";
+  if (!uninterrupted) return stopped(ranks, nothing_written);
   const StressFile stress = read_stress(arguments.stress);
   const std::vector<Job> jobs = jobs_of(stress);
   const auto predictor = read_predictor_at(arguments.model);
   const model::AboutPredictor& about = predictor->about();
   const sim::Column& predicted = about.task.predicted;
   const std::string unit = unit_words(predicted);
-  Progress progress("stress");
+  const auto should_stop = [&] { return ranks.any_interrupted(); };
+  std::optional<EndsSoon> ends_soon;
+  if (!ranks.under_mpirun()) ends_soon.emplace(outputs ? &*outputs : nullptr);
   std::mutex keeping;
   std::map<std::size_t, Outcome> own;  // by job
-  const bool whole = ranks.share(jobs.size(), {.threads = arguments.threads}, [&](std::size_t j) {
-    Outcome outcome = judged(stress, jobs[j], *predictor).outcome;
+  const auto name = [&](std::size_t j) { return stress.rows[jobs[j].row].name; };
+  const bool whole = ranks.share(jobs.size(), {.threads = arguments.threads, .doing = "stress", .name = name}, [&](std::size_t j) {
+    Outcome outcome;
+    try {
+      outcome = judged(stress, jobs[j], *predictor, should_stop).outcome;
+    } catch (const model::Stopped&) {
+      return;
+    }
     const std::scoped_lock lock(keeping);
-    if (ranks.first()) progress.show(static_cast<double>(j + 1) / static_cast<double>(jobs.size()), outcome.name);
     own.emplace(j, std::move(outcome));
   });
-  ends_soon.reset();
-  if (!whole) {
-    if (ranks.first()) std::fputs("stopped; nothing was written\n", stderr);
-    return interrupted_exit_code;
-  }
+  if (!whole) return stopped(ranks, nothing_written);
   std::string bytes;
   nlohmann::json::to_cbor(nlohmann::json(own), bytes);  // keeps what is not a number, which text does not
   std::vector<Outcome> outcomes(jobs.size());
@@ -322,11 +339,14 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
     section.heading = "The worst three, and no stress";
     page.blocks.push_back(section);
     std::vector<report::TimePlot> shown;
-    const auto plot_of = [&](const Row& row) { return judged(stress, jobs[row.worst_job], *predictor).plot; };
-    for (std::size_t r = 0; r < rows.size() && shown.size() < 3; ++r)
-      if (const auto plot = plot_of(rows[r])) shown.push_back(*plot);
-    if (const auto plot = plot_of(base)) shown.push_back(*plot);
+    const auto show = [&](const Row& row) {
+      if (row.counted == 0) return;
+      if (const auto plot = judged(stress, jobs[row.worst_job], *predictor, should_stop).plot) shown.push_back(*plot);
+    };
+    for (std::size_t r = 0; r < rows.size() && shown.size() < 3; ++r) show(rows[r]);
+    show(base);
     for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
+    ends_soon.reset();
     page.footer = {"weights: " + weights_path(arguments.model) + ", trained on " + about.trained_on, "stress: " + arguments.stress,
                    "sinew " + sim::this_build().version + " (" + sim::this_build().commit + ")"};
     const std::string html = report::to_html(page);

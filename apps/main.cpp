@@ -6,14 +6,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
-#include <new>
 #include <sstream>
 
 #include "apps/app.h"
-#include "diagnose/calibrate.h"
-#include "model/train.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 
@@ -90,24 +86,8 @@ int main(int argc, char** argv) {
     for (std::string line; std::getline(wrong, line);)  // may quote an argument, with whatever is in it
       std::fprintf(stderr, "%s\n", sim::printable(line, std::string::npos).c_str());
     return code == 0 ? written(0) : 2;
-  } catch (const diagnose::Stopped&) {
-    std::fputs("stopped; nothing was written\n", stderr);
-    return apps::interrupted_exit_code;
-  } catch (const model::Stopped&) {
-    std::fputs("stopped; nothing was written\n", stderr);
-    return apps::interrupted_exit_code;
-  } catch (const sim::InputError& e) {
-    std::fprintf(stderr, "%s\n", e.what());
-    return 2;
-  } catch (const std::filesystem::filesystem_error& e) {  // a path that cannot be followed
-    std::fprintf(stderr, "%s: %s\n", sim::printable(e.path1().string()).c_str(), e.code().message().c_str());
-    return 2;
-  } catch (const std::bad_alloc&) {
-    std::fputs("sinew: out of memory; nothing was written\n", stderr);
-    return 2;
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "sinew: %s\n", e.what());
-    return 1;
+  } catch (...) {
+    return apps::say_what_was_thrown();
   }
   return written(exit_code);
 }

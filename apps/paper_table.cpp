@@ -236,7 +236,7 @@ class Cells {
     const Method& method = *cell.method;
     const std::string& scenario = scenario_of(cell.paper_case);
     const model::Task task = model::task_of(sim::read_scenario(scenario).plant.system(), cell.paper_case);
-    const model::Series whole = session(scenario, task, cell.seed, paper_samples, arguments_.thermostat_degC, should_stop);
+    const model::Series& whole = training_session(cell, task, should_stop);
     model::TrainingRun run;
     run.task = task;
     run.seed = static_cast<std::uint64_t>(cell.seed);
@@ -300,6 +300,15 @@ class Cells {
     return sim::sha256(all).substr(0, 8);
   }
 
+  // The last one is kept: all methods have the same.
+  const model::Series& training_session(const Cell& cell, const model::Task& task, const std::function<bool()>& should_stop) {
+    const std::pair which{cell.paper_case, cell.seed};
+    if (!last_session_ || last_session_->first != which)
+      last_session_.emplace(which,
+                            session(scenario_of(cell.paper_case), task, cell.seed, paper_samples, arguments_.thermostat_degC, should_stop));
+    return last_session_->second;
+  }
+
   // Made where a case's first cell needs them.
   const std::vector<model::Series>& drift_sessions(int paper_case, const model::Task& task, const std::function<bool()>& should_stop) {
     std::vector<model::Series>& sessions = drift_sessions_[paper_case];
@@ -317,26 +326,27 @@ class Cells {
   std::vector<int> cases_;
   std::vector<const Method*> methods_;
   std::vector<Cell> all_;
-  std::map<int, std::vector<model::Series>> drift_sessions_;  // by case
+  std::optional<std::pair<std::pair<int, int>, model::Series>> last_session_;  // case and seed
+  std::map<int, std::vector<model::Series>> drift_sessions_;                   // by case
 };
 
 int paper_command(const PaperArguments& arguments, Ranks& ranks) {
   Cells table_cells(arguments);
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
-  ranks.first_alone([&] {
+  const bool uninterrupted = ranks.first_alone([&] {
     outputs.emplace(out, InputPaths{.yaml = {arguments.settings, arguments.one_coil, arguments.two_coils}}, arguments.overwrite);
     outputs->claim({"README.md", "table.json"}, holds_table(out));
     for (const char* part : {"cells", "weights", "rollouts"}) outputs->claim_in_parts(part);
     table_cells.check();
     for (const char* part : {"cells", "weights", "rollouts"}) std::filesystem::create_directories(out / part);
   });
-  Progress progress("paper table");
+  if (!uninterrupted) return stopped(ranks, "the same command goes on");
   const auto shares = table_cells.shares();
   std::map<std::string, Json> own;
-  const bool whole = ranks.share(shares.size(), {}, [&](std::size_t i) {
+  const auto name = [&](std::size_t i) { return shares[i].back().id(); };
+  const bool whole = ranks.share(shares.size(), {.doing = "paper table", .name = name}, [&](std::size_t i) {
     for (const Cell& cell : shares[i]) {
-      if (ranks.first()) progress.show(static_cast<double>(i) / static_cast<double>(shares.size()), cell.id());
       Json made = table_cells.there(cell);
       try {
         if (made.is_null()) made = table_cells.make(cell, [&] { return ranks.any_interrupted(); });
@@ -346,10 +356,7 @@ int paper_command(const PaperArguments& arguments, Ranks& ranks) {
       own.emplace(cell.id(), std::move(made));
     }
   });
-  if (!whole) {
-    if (ranks.first()) std::fputs("stopped; the cells that are done are kept, the same command goes on\n", stderr);
-    return interrupted_exit_code;
-  }
+  if (!whole) return stopped(ranks, "the cells that are done are kept, the same command goes on");
   std::map<std::string, Json> by_id;
   for (const std::string& of_rank : ranks.gather(Json(own).dump())) by_id.merge(Json::parse(of_rank).get<std::map<std::string, Json>>());
   if (!ranks.first()) return 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -400,31 +401,27 @@ const std::vector<std::string> scored_files{"score.json", "README.md", "confusio
 // each writes its cases there.
 class Proof {
  public:
-  Proof(const ProveArguments& arguments, Ranks& ranks) : ranks_(ranks), arguments_(with_all_clean(arguments)), out_(arguments.out) {
-    ranks_.first_alone([&] { begin(); });
-    if (!ranks_.first()) cases_ = cases_of(arguments_);
-  }
+  Proof(const ProveArguments& arguments, Ranks& ranks) : ranks_(ranks), arguments_(with_all_clean(arguments)), out_(arguments.out) {}
 
-  // False where it was interrupted.
-  bool run() {
+  // The exit code.
+  int run() {
+    if (!ranks_.first_alone([&] { begin(); })) return stopped(ranks_, "nothing was written");
+    tell_which_cases();
     const plant::Plant nominal = nominal_of(arguments_);
-    ranks_.first_alone([&] {
-      make_answers(nominal.system());
+    if (!make_answers(nominal.system())) return stopped(ranks_, "nothing was written");
+    const bool all_go_on = ranks_.first_alone([&] {
       check_that_it_goes_on();
       fs::create_directories(out_ / "cases");
-      if (arguments_.recordings) write_recordings(nominal.system());
       take_what_is_there();
       seal();
     });
+    if (!all_go_on || (arguments_.recordings && !write_recordings(nominal.system()))) return stopped(ranks_, "the same command goes on");
     tell_what_is_open();
-    const bool whole = diagnose_open(nominal);
-    if (!ranks_.first()) return whole;
-    if (whole)
-      write_score();
-    else
-      std::fprintf(stderr, "stopped; %zu of %zu cases are kept in %s, the same command goes on\n", results_.size(), cases_.size(),
-                   out_.c_str());
-    return whole;
+    if (!diagnose_open(nominal))
+      return stopped(ranks_, std::to_string(results_.size()) + " of " + std::to_string(cases_.size()) + " cases are kept in " +
+                                 out_.string() + ", the same command goes on");
+    if (ranks_.first()) write_score();
+    return 0;
   }
 
  private:
@@ -432,15 +429,23 @@ class Proof {
     outputs_.emplace(out_, InputPaths{.yaml = {arguments_.plant}}, arguments_.overwrite);
     cases_ = cases_of(arguments_);
     wanted_ = cases_.size();
+    if (arguments_.score) std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
     const bool goes_on = holds_proof(out_);
     for (const char* name : {"answers.json", "cases", "recordings"}) outputs_->claim_in_parts(name);
     if (fs::exists(out_ / "answers.json") && !goes_on && !arguments_.overwrite)
       refuse((out_ / "answers.json").string(), "--out", out_.string(),
              "holds no answers of a proof; give another folder, or replace it with --overwrite");
     outputs_->claim(scored_files, goes_on);
-    if (!arguments_.score) return;
-    std::erase_if(cases_, [&](const ProofCase& one) { return !fs::exists(file_of(one)); });
     if (cases_.empty()) refuse("", "--out", out_.string(), "holds none of the cases that --score would score");
+  }
+
+  void tell_which_cases() {
+    Json ids = Json::object();
+    for (const ProofCase& one : cases_) ids[one.id()] = true;
+    ids = Json::parse(ranks_.from_first(ids.dump()));
+    if (ranks_.first()) return;
+    cases_ = cases_of(arguments_);
+    std::erase_if(cases_, [&](const ProofCase& one) { return !ids.contains(one.id()); });
   }
 
   fs::path file_of(const ProofCase& one) const { return out_ / "cases" / (one.id() + ".json"); }
@@ -452,13 +457,35 @@ class Proof {
   }
   std::string seal_of(const ProofCase& one) const { return sim::sha256(answers_[one.id()].dump()); }
 
-  void make_answers(const plant::System& system) {
-    Progress making("making recordings");
-    for (const ProofCase& one : cases_) {
-      if (interrupted()) throw diagnose::Stopped{};  // nothing is written yet
-      making.show(static_cast<double>(answers_.size()) / static_cast<double>(cases_.size()), one.id());
-      answers_[one.id()] = answer_of(one, make_case(one, system).truth);
-    }
+  // Every rank: calls work(i) for each i of `which`, somewhere. What it gives goes into `all` of the first rank, by case. False after an
+  // interrupt of any rank.
+  bool by_case(const std::vector<std::size_t>& which, const char* doing, const std::function<std::optional<Json>(std::size_t)>& work,
+               Json& all) const {
+    std::mutex keeping;
+    Json own = Json::object();
+    const auto id = [&](std::size_t n) { return cases_[which[n]].id(); };
+    const bool whole = ranks_.share(which.size(), {.threads = arguments_.threads, .doing = doing, .name = id}, [&](std::size_t n) {
+      std::optional<Json> made = work(which[n]);
+      const std::scoped_lock lock(keeping);
+      if (made) own[id(n)] = std::move(*made);
+    });
+    for (const std::string& of_rank : ranks_.gather(own.dump())) all.update(Json::parse(of_rank));
+    return whole;
+  }
+  std::vector<std::size_t> all_cases() const {
+    std::vector<std::size_t> all(cases_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+  }
+
+  // False after an interrupt.
+  bool make_answers(const plant::System& system) {
+    Json by_id = Json::object();
+    const auto answer = [&](std::size_t i) -> std::optional<Json> { return answer_of(cases_[i], make_case(cases_[i], system).truth); };
+    const bool whole = by_case(all_cases(), "making recordings", answer, by_id);
+    if (ranks_.first() && whole)
+      for (const ProofCase& one : cases_) answers_[one.id()] = by_id[one.id()];  // in the order of the cases
+    return whole;
   }
 
   // A case in the folder that has another answer is of another proof, and so is one whose answer was not sealed there.
@@ -475,15 +502,18 @@ class Proof {
     }
   }
 
-  void write_recordings(const plant::System& system) const {
-    for (const ProofCase& one : cases_) {
-      if (interrupted()) return;
-      const Made of_case = make_case(one, system);
-      const fs::path folder = out_ / "recordings" / one.id();
+  // False after an interrupt.
+  bool write_recordings(const plant::System& system) const {
+    Json nothing;
+    const auto write = [&](std::size_t i) -> std::optional<Json> {
+      const Made of_case = make_case(cases_[i], system);
+      const fs::path folder = out_ / "recordings" / cases_[i].id();
       fs::create_directories(folder);
       sim::write_recording(folder / "training.csv", of_case.training);
       sim::write_recording(folder / "heldout.csv", of_case.held_out);
-    }
+      return std::nullopt;
+    };
+    return by_case(all_cases(), "writing recordings", write, nothing);
   }
 
   // What is there already of the same answers is not done again; README.md says which programs made the cases.
@@ -574,25 +604,16 @@ class Proof {
 
   // False where a rank was interrupted.
   bool diagnose_open(const plant::Plant& nominal) {
-    Progress progress("proving");
-    std::mutex keeping;
-    Json made = Json::object();
-    const bool whole = ranks_.share(open_.size(), {.threads = arguments_.threads}, [&](std::size_t n) {
-      const ProofCase& one = cases_[open_[n]];
-      std::optional<Json> result;
+    const auto diagnosed = [&](std::size_t i) -> std::optional<Json> {
       try {
-        result = result_of_open(open_[n], nominal);
+        std::optional<Json> result = result_of_open(i, nominal);
+        if (result) sim::write_file_whole(file_of(cases_[i]), result->dump(1) + "\n");
+        return result;
       } catch (const diagnose::Stopped&) {
-        return;
+        return std::nullopt;
       }
-      if (!result) return;
-      sim::write_file_whole(file_of(one), result->dump(1) + "\n");
-      const std::scoped_lock lock(keeping);
-      made[one.id()] = std::move(*result);
-      if (ranks_.first()) progress.show(static_cast<double>(n + 1) / static_cast<double>(open_.size()), one.id());
-    });
-    for (const std::string& of_rank : ranks_.gather(made.dump())) results_.update(Json::parse(of_rank));
-    return whole;
+    };
+    return by_case(open_, "proving", diagnosed, results_);
   }
 
   void write_score() {
@@ -665,9 +686,7 @@ void add_prove(CLI::App& program, int& exit_code) {
                     "write each case's recordings, too, for `sinew diagnose --train ... --heldout ...`");
   command->add_flag("--json", arguments->json, "the score as JSON on standard output");
   add_overwrite(*command, arguments->overwrite);
-  command->callback([arguments, &exit_code] {
-    exit_code = in_all_ranks([&](Ranks& ranks) { return Proof(*arguments, ranks).run() ? 0 : interrupted_exit_code; });
-  });
+  command->callback([arguments, &exit_code] { exit_code = in_all_ranks([&](Ranks& ranks) { return Proof(*arguments, ranks).run(); }); });
 }
 
 }  // namespace sinew::apps

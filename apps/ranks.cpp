@@ -3,38 +3,24 @@
 
 #define OMPI_SKIP_MPICXX 1  // the C interface alone
 #include <mpi.h>
+#include <sched.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
-#include <stdexcept>
+#include <mutex>
+#include <optional>
 #include <thread>
 
-#include "apps/app.h"
 #include "sim/parallel.h"
 
 namespace sinew::apps {
 namespace {
 
-constexpr int interrupt_tag = 1, text_tag = 2;
 constexpr std::size_t longest_message = std::size_t{1} << 30;  // MPI counts in int
-
-// Where ranks share a processor, MPI gives it away whenever it is asked for messages.
-constexpr std::chrono::milliseconds listening_period{10};
-
-// MPI's own waiting keeps a processor busy, which may be one that another rank works on.
-void wait_asleep(MPI_Request request) {
-  int done = 0;
-  for (MPI_Test(&request, &done, MPI_STATUS_IGNORE); !done; MPI_Test(&request, &done, MPI_STATUS_IGNORE))
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-}
-void wait_for_all_ranks() {
-  MPI_Request request;
-  MPI_Ibarrier(MPI_COMM_WORLD, &request);
-  wait_asleep(request);
-}
 
 // Calls transfer(where, count) for the text's parts, each so long that MPI can count it.
 template <class Transfer>
@@ -45,97 +31,140 @@ void in_messages(std::string& text, Transfer&& transfer) {
 
 }  // namespace
 
-// A number that all ranks count up.
-class Ranks::Counter {
+// Two numbers in the first rank's memory: what the work is counted with, and whether any rank was interrupted. A thread looks at the second
+// one; in the first rank that also lets others reach both, where the network cannot do so alone.
+class Ranks::Shared {
  public:
-  explicit Counter(Ranks& ranks) : ranks_(ranks) {
-    if (!ranks_.begun_) return;
-    const std::scoped_lock lock(ranks_.talking_);
+  explicit Shared(bool first) : period_(first ? 10 : 300) {
     void* memory = nullptr;
-    MPI_Win_allocate(ranks_.first() ? sizeof(std::int64_t) : 0, sizeof(std::int64_t), MPI_INFO_NULL, MPI_COMM_WORLD, &memory, &window_);
+    MPI_Win_allocate(first ? 2 * sizeof(std::int64_t) : 0, sizeof(std::int64_t), MPI_INFO_NULL, MPI_COMM_WORLD, &memory, &window_);
     MPI_Win_lock_all(MPI_MODE_NOCHECK, window_);
-    if (ranks_.first()) at_first(0, MPI_REPLACE);
-    wait_for_all_ranks();
+    if (first)
+      for (const MPI_Aint which : {counter, interrupts}) at_first(which, 0, MPI_REPLACE);
+    MPI_Barrier(MPI_COMM_WORLD);
+    listener_ = std::jthread([this](std::stop_token ended) { listen(ended); });
   }
-  // What it was, and `more` is added.
-  std::size_t take(std::size_t more) {
-    if (!ranks_.begun_) return alone_.fetch_add(more);
-    const std::scoped_lock lock(ranks_.talking_);
-    return static_cast<std::size_t>(at_first(static_cast<std::int64_t>(more), MPI_SUM));
-  }
-  // Every rank. Not in the destructor, which an exception would bring one rank to alone.
-  void close() {
-    if (!ranks_.begun_) return;
-    const std::scoped_lock lock(ranks_.talking_);
+  // Every rank.
+  ~Shared() {
+    stop_listening();
     MPI_Win_unlock_all(window_);
     MPI_Win_free(&window_);
   }
+  void stop_listening() {
+    listener_.request_stop();
+    listener_.join();
+  }
 
- private:
-  std::int64_t at_first(std::int64_t value, MPI_Op operation) {
+  static constexpr MPI_Aint counter = 0, interrupts = 1;
+  // What the number was.
+  std::int64_t at_first(MPI_Aint which, std::int64_t value, MPI_Op operation) {
+    const std::scoped_lock lock(talking_);
     std::int64_t before = 0;
-    MPI_Fetch_and_op(&value, &before, MPI_INT64_T, 0, 0, operation, window_);
+    MPI_Fetch_and_op(&value, &before, MPI_INT64_T, 0, which, operation, window_);
     MPI_Win_flush(0, window_);
     return before;
   }
 
-  Ranks& ranks_;
+  // Begins with `begin` and waits; MPI's own waiting would keep a processor busy, which may be one that another rank works on.
+  template <class Begin>
+  void wait_for(Begin&& begin) {
+    MPI_Request request;
+    const auto speaks = [this](auto&& call) {
+      const std::scoped_lock lock(talking_);
+      return call();
+    };
+    speaks([&] { begin(&request); });
+    const auto is_done = [&] {
+      int done = 0;
+      MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+      return done != 0;
+    };
+    while (!speaks(is_done)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+  bool any_interrupted() const { return any_interrupted_; }
+
+ private:
+  void listen(const std::stop_token& ended) {
+    std::mutex sleeping;
+    std::condition_variable_any wakes;
+    for (bool told = false; !ended.stop_requested();) {
+      if (!told && interrupted()) {
+        at_first(interrupts, 1, MPI_REPLACE);
+        told = true;
+      }
+      if (at_first(interrupts, 0, MPI_NO_OP) != 0) any_interrupted_ = true;
+      std::unique_lock lock(sleeping);
+      wakes.wait_for(lock, ended, period_, [] { return false; });
+    }
+  }
+
   MPI_Win window_ = MPI_WIN_NULL;
-  std::atomic<std::size_t> alone_{0};
+  std::mutex talking_;  // MPI_THREAD_SERIALIZED: one thread at a time
+  std::atomic<bool> any_interrupted_{false};
+  const std::chrono::milliseconds period_;
+  std::jthread listener_;
 };
 
 Ranks::Ranks() {
   if (!std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMI_SIZE") && !std::getenv("PMIX_RANK")) return;
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
-  if (provided < MPI_THREAD_SERIALIZED) throw std::runtime_error("this MPI lets one thread alone speak; Sinew needs MPI_THREAD_SERIALIZED");
-  begun_ = true;
+  if (provided < MPI_THREAD_SERIALIZED) {
+    std::fputs("sinew: this MPI lets one thread alone speak; MPI_THREAD_SERIALIZED is needed\n", stderr);
+    MPI_Abort(MPI_COMM_WORLD, 1);
+  }
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
-  heard_from_.assign(static_cast<std::size_t>(size_), false);
+  shared_ = std::make_unique<Shared>(first());
 }
 
 Ranks::~Ranks() {
-  if (!begun_) return;
-  if (std::uncaught_exceptions() > 0)
-    MPI_Abort(MPI_COMM_WORLD, 1);
-  else
-    MPI_Finalize();
+  if (!shared_) return;
+  agree_on_interrupt();  // waits for the first one, which may still write, without keeping processors busy
+  shared_.reset();
+  MPI_Finalize();
 }
 
-void Ranks::wait_for_all() {
-  const std::scoped_lock lock(talking_);
-  if (begun_) wait_for_all_ranks();
+void Ranks::abort(int exit_code) {
+  shared_->stop_listening();
+  MPI_Abort(MPI_COMM_WORLD, exit_code);
+  std::_Exit(exit_code);
 }
 
 bool Ranks::share(std::size_t count, const Sharing& how, const std::function<void(std::size_t)>& work) {
-  Counter counter(*this);
-  std::atomic<bool> failed{false};
+  std::atomic<std::size_t> next{0};  // of one process alone
+  const auto take = [&] {
+    if (!shared_) return next.fetch_add(how.chunk);
+    return static_cast<std::size_t>(shared_->at_first(Shared::counter, static_cast<std::int64_t>(how.chunk), MPI_SUM));
+  };
+  if (first() && shared_) shared_->at_first(Shared::counter, 0, MPI_REPLACE);
+  if (agree_on_interrupt()) return false;
+  std::optional<Progress> progress;
+  if (first() && !how.doing.empty()) progress.emplace(how.doing);
+  std::mutex showing;
   const auto take_and_work = [&](std::size_t) {
-    for (std::size_t begin = counter.take(how.chunk); begin < count; begin = counter.take(how.chunk))
+    for (std::size_t begin = take(); begin < count; begin = take())
       for (std::size_t i = begin; i < std::min(begin + how.chunk, count); ++i) {
-        if (failed || any_interrupted()) return;
+        if (any_interrupted()) return;
         try {
           work(i);
         } catch (...) {
-          failed = true;
+          failed_ = true;
           throw;
         }
+        const std::scoped_lock lock(showing);
+        if (progress) progress->show(static_cast<double>(i + 1) / static_cast<double>(count), how.name ? how.name(i) : "");
       }
   };
   sim::in_parallel(static_cast<std::size_t>(std::max(1, how.threads)), how.threads, take_and_work);
-  const bool any = agree_on_interrupt();
-  counter.close();
-  return !any;
+  return !agree_on_interrupt();
 }
 
 std::string Ranks::from_first(std::string text) {
   if (size_ == 1) return text;
-  const std::scoped_lock lock(talking_);
-  const auto broadcast = [](void* what, int count, MPI_Datatype type) {
-    MPI_Request request;
-    MPI_Ibcast(what, count, type, 0, MPI_COMM_WORLD, &request);
-    wait_asleep(request);
+  const auto broadcast = [&](void* what, int count, MPI_Datatype type) {
+    shared_->wait_for([&](MPI_Request* request) { MPI_Ibcast(what, count, type, 0, MPI_COMM_WORLD, request); });
   };
   std::uint64_t length = text.size();
   broadcast(&length, 1, MPI_UINT64_T);
@@ -146,13 +175,11 @@ std::string Ranks::from_first(std::string text) {
 
 std::vector<std::string> Ranks::gather(std::string own) {
   if (size_ == 1) return {std::move(own)};
-  const std::scoped_lock lock(talking_);
+  constexpr int tag = 1;
   std::uint64_t length = own.size();
   if (!first()) {
-    const auto send = [](const void* what, int count, MPI_Datatype type) {
-      MPI_Request request;
-      MPI_Isend(what, count, type, 0, text_tag, MPI_COMM_WORLD, &request);
-      wait_asleep(request);
+    const auto send = [&](const void* what, int count, MPI_Datatype type) {
+      shared_->wait_for([&](MPI_Request* request) { MPI_Isend(what, count, type, 0, tag, MPI_COMM_WORLD, request); });
     };
     send(&length, 1, MPI_UINT64_T);
     in_messages(own, [&](char* part, int count) { send(part, count, MPI_CHAR); });
@@ -160,10 +187,8 @@ std::vector<std::string> Ranks::gather(std::string own) {
   }
   std::vector<std::string> all{std::move(own)};
   for (int other = 1; other < size_; ++other) {
-    const auto receive = [other](void* what, int count, MPI_Datatype type) {
-      MPI_Request request;
-      MPI_Irecv(what, count, type, other, text_tag, MPI_COMM_WORLD, &request);
-      wait_asleep(request);
+    const auto receive = [&](void* what, int count, MPI_Datatype type) {
+      shared_->wait_for([&](MPI_Request* request) { MPI_Irecv(what, count, type, other, tag, MPI_COMM_WORLD, request); });
     };
     receive(&length, 1, MPI_UINT64_T);
     std::string text(length, '\0');
@@ -173,58 +198,30 @@ std::vector<std::string> Ranks::gather(std::string own) {
   return all;
 }
 
-bool Ranks::any_interrupted() {
-  if (size_ == 1) return interrupted();
-  const std::scoped_lock lock(talking_);
-  if (interrupted() && !told_) {
-    told_ = true;
-    char nothing = 0;  // a message of one byte is sent at once, and does not wait for its reader
-    for (int other = 0; other < size_; ++other)
-      if (other != rank_) MPI_Send(&nothing, 1, MPI_CHAR, other, interrupt_tag, MPI_COMM_WORLD);
-  }
-  if (const auto now = std::chrono::steady_clock::now(); now >= listens_next_) {
-    listens_next_ = now + listening_period;
-    listen();
-  }
-  return told_ || std::find(heard_from_.begin(), heard_from_.end(), true) != heard_from_.end();
-}
+bool Ranks::any_interrupted() const { return failed_ || interrupted() || (shared_ && shared_->any_interrupted()); }
 
-void Ranks::listen() {
-  int waiting = 0;
-  MPI_Status status;
-  for (MPI_Iprobe(MPI_ANY_SOURCE, interrupt_tag, MPI_COMM_WORLD, &waiting, &status); waiting != 0;
-       MPI_Iprobe(MPI_ANY_SOURCE, interrupt_tag, MPI_COMM_WORLD, &waiting, &status)) {
-    char nothing = 0;
-    MPI_Recv(&nothing, 1, MPI_CHAR, status.MPI_SOURCE, interrupt_tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-    heard_from_[static_cast<std::size_t>(status.MPI_SOURCE)] = true;
-  }
-}
-
-// When the work is over. Whether any rank was interrupted: the same answer in all.
+// Every rank. Whether any was interrupted: the same answer in all.
 bool Ranks::agree_on_interrupt() {
-  if (!begun_) return interrupted();
-  const std::scoped_lock lock(talking_);
-  int own[2] = {interrupted() ? 1 : 0, told_ ? 1 : 0};
-  std::vector<int> all(2 * static_cast<std::size_t>(size_));
-  MPI_Request request;
-  MPI_Iallgather(own, 2, MPI_INT, all.data(), 2, MPI_INT, MPI_COMM_WORLD, &request);
-  wait_asleep(request);
-  bool any = false;
-  for (int other = 0; other < size_; ++other) {
-    const auto at = static_cast<std::size_t>(other);
-    any = any || all[2 * at] != 0;
-    if (other == rank_ || all[2 * at + 1] == 0 || heard_from_[at]) continue;
-    char nothing = 0;  // told, and not heard yet: no message is left behind
-    MPI_Recv(&nothing, 1, MPI_CHAR, other, interrupt_tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-  }
-  return any;
+  const int own = any_interrupted() ? 1 : 0;
+  int any = own;
+  if (shared_) shared_->wait_for([&](MPI_Request* request) { MPI_Iallreduce(&own, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD, request); });
+  return any != 0;
+}
+
+int stopped(const Ranks& ranks, const std::string& what) {
+  if (ranks.first()) std::fprintf(stderr, "stopped; %s\n", what.c_str());
+  return interrupted_exit_code;
 }
 
 int usual_threads() {
   int here = 1;
-  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"})
+  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"}  // the last one: "32(x4)"
+  )
     if (const char* text = std::getenv(name)) here = std::max(here, std::atoi(text));
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / here);
+  const int share = static_cast<int>(std::thread::hardware_concurrency()) / here;
+  cpu_set_t bound_to;
+  const bool known = sched_getaffinity(0, sizeof bound_to, &bound_to) == 0;  // fails where a machine has more than 1024
+  return std::max(1, known ? std::min(CPU_COUNT(&bound_to), share) : share);
 }
 
 }  // namespace sinew::apps

@@ -9,12 +9,14 @@
 
 int main() {
   using namespace sinew;
-  apps::Ranks ranks;
-  constexpr std::size_t numbers = 20000;
-  for (const std::size_t chunk : {std::size_t{1}, std::size_t{64}}) {
-    const auto began = std::chrono::steady_clock::now();
-    ranks.share(numbers, {.threads = 1, .chunk = chunk}, [](std::size_t) {});
-    const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    if (ranks.first()) std::printf("| %d | %zu | %.3f |\n", ranks.size(), chunk, 1e6 * took_s / static_cast<double>(numbers));
-  }
+  return apps::in_all_ranks([](apps::Ranks& ranks) {
+    constexpr std::size_t numbers = 20000;
+    for (const std::size_t chunk : {std::size_t{1}, std::size_t{64}}) {
+      const auto began = std::chrono::steady_clock::now();
+      ranks.share(numbers, {.threads = 1, .chunk = chunk}, [](std::size_t) {});
+      const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+      if (ranks.first()) std::printf("| %d | %zu | %.3f |\n", ranks.size(), chunk, 1e6 * took_s / static_cast<double>(numbers));
+    }
+    return 0;
+  });
 }

@@ -65,6 +65,27 @@ def process_ids(process):
     return [int(line) for line in subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()]
 
 
+def processor_seconds(pid):
+    """That the process has used by itself."""
+    return int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[11]) / os.sysconf("SC_CLK_TCK")
+
+
+def interrupted_in_ranks(n, has_begun, *arguments):
+    """The command in `n` processes, of which the last one alone gets SIGINT as soon as each has computed for half a second and has_begun()."""
+    process = start_ranks(n, *arguments)
+    ranks = []
+    try:
+        while process.poll() is None and not (len(ranks) == n and min(map(processor_seconds, ranks)) > 0.5 and has_begun()):
+            time.sleep(0.02)
+            ranks = process_ids(process)
+        os.kill(ranks[-1], signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=30)
+    except (IndexError, OSError, subprocess.TimeoutExpired):  # it had ended by itself, or did not end
+        process.kill()
+        stdout, stderr = process.communicate()
+    return subprocess.CompletedProcess(process.args, process.returncode, stdout, stderr)
+
+
 def said(result):
     return f"exit code {result.returncode}\nstdout: {result.stdout}\nstderr: {result.stderr}"
 
@@ -742,6 +763,10 @@ def test_prove():
     left = files_in("ranks/cases")
     check("prove: a rank that is killed ends the job, and what was done is kept", process.returncode != 0 and 0 < len(left) < 8
           and "score.json" not in files_in("ranks"), left)
+    stopped = interrupted_in_ranks(2, lambda: len(files_in("ranks/cases")) > len(left), *ranks, "--threads", 1)
+    left = files_in("ranks/cases")
+    check("prove: an interrupt of one rank stops both, which had both worked", stopped.returncode == 130 and len(left) < 8
+          and f"stopped; {len(left)} of 8 cases are kept" in stopped.stderr, said(stopped))
     on = in_ranks(3, *ranks, "--threads", 1)
     check("prove: the same command goes on, and three ranks write the files of one process", on.returncode == 0
           and f"{len(left)} of them are there already" in on.stdout and on.stdout.count("sha256 of the sealed") == 1
@@ -751,7 +776,7 @@ def test_prove():
     check("prove: and the bytes of one process", set(different) <= {"README.md", f"cases/{case}"}, different)
     wrong = in_ranks(2, "prove", "--kinds", "cor", "--out", "p")
     check("prove: what is wrong is said once, by whatever rank",
-          wrong.returncode != 0 and wrong.stderr.count("no such kind") == 1, said(wrong))
+          wrong.returncode == 2 and wrong.stderr.count("no such kind") == 1, said(wrong))
     kept = sinew(*made, "--recordings")
     check("prove: writes the recordings of its cases", kept.returncode == 0 and "8 of them are there already" in kept.stdout
           and len(columns(f"proof/recordings/{case[:-5]}/training.csv")["time_s"]) == 601

@@ -61,7 +61,7 @@ def test_dataset():
     check("dataset: one rank alone reports", output[0].count("6 runs of 60 s") == 1, output)
 
     wrong = cli.in_ranks(3, "dataset", "nowhere.yaml", "--runs", 3, "--out", "never")
-    check("dataset: what is wrong is said once, and nothing is written", wrong.returncode != 0 and wrong.stderr.count("nowhere.yaml") == 1
+    check("dataset: what is wrong is said once, and nothing is written", wrong.returncode == 2 and wrong.stderr.count("nowhere.yaml") == 1
           and not (cli.folder / "never").exists(), said(wrong))
 
     long_one = write("long.yaml", scenario.read_text().replace("duration_s: 600.0", "duration_s: 900.0"))
@@ -82,21 +82,11 @@ def test_dataset():
           process.returncode == 0 and "there already" in output[1] and
           (cli.folder / "set4/manifest.json").read_bytes() == (cli.folder / "set5/manifest.json").read_bytes(), output)
 
-    process = ranks(2, "set6")
-    deadline = time.time() + 60
-    while len(list((cli.folder / "set6").glob("runs/*.json"))) < 3 and time.time() < deadline:
-        time.sleep(0.02)
-    os.kill(cli.process_ids(process)[-1], signal.SIGINT)
-    try:
-        output = process.communicate(timeout=30)
-        ended = True
-    except subprocess.TimeoutExpired:
-        process.kill()
-        output, ended = process.communicate(), False
+    result = cli.interrupted_in_ranks(2, lambda: len(list((cli.folder / "set6").glob("runs/*.json"))) > 3, *make, "--threads", 1, "--out", "set6")
     left = len(list((cli.folder / "set6").glob("runs/*.csv")))
-    check("dataset: an interrupt to one rank of two stops both, what is whole is kept and nothing gathered",
-          ended and process.returncode != 0 and "stopped; what is done is kept" in output[1] and
-          not (cli.folder / "set6/manifest.json").exists() and 0 < left < 40, (ended, left, output))
+    check("dataset: an interrupt of one rank stops both, which had both worked, what is whole is kept and nothing gathered",
+          result.returncode == 130 and "stopped; what is done is kept" in result.stderr and
+          not (cli.folder / "set6/manifest.json").exists() and 0 < left < 40, (said(result), left))
     process = ranks(2, "set6")
     output = process.communicate(timeout=200)
     check("dataset: and the same command goes on", process.returncode == 0 and
@@ -160,8 +150,12 @@ def test_train_and_use():
     of_ranks, alone = ({file.relative_to(cli.folder / name): file.read_bytes().replace(f"--out {name}`".encode(), b"")
                         for file in (cli.folder / name).rglob("*") if file.is_file()} for name in ("stress_ranks", "stress"))
     check("evaluate: two ranks under mpirun write the same bytes", result.returncode == 0 and of_ranks == alone, said(result))
+    long_stress = write("long_stress.yaml", "format: 1\nbase: long.yaml\nseeds: 40\n")
+    result = cli.interrupted_in_ranks(2, lambda: True, "evaluate", "stateful4", "--stress", long_stress, "--threads", 1, "--out", "never")
+    check("evaluate: an interrupt of one rank stops both, which had both worked", result.returncode == 130
+          and result.stderr.count("stopped; nothing was written") == 1 and not (cli.folder / "never").exists(), said(result))
     wrong = cli.in_ranks(2, "evaluate", "stateful4", "--stress", "nowhere.yaml", "--out", "never")
-    check("evaluate: what is wrong is said once, and nothing is written", wrong.returncode != 0 and wrong.stderr.count("nowhere.yaml") == 1
+    check("evaluate: what is wrong is said once, and nothing is written", wrong.returncode == 2 and wrong.stderr.count("nowhere.yaml") == 1
           and not (cli.folder / "never").exists(), said(wrong))
     again = sinew("run", next((cli.folder / "stress/scenarios").glob("hot_room*.yaml")), "--out", "hot")
     check("evaluate: the scenario of a row is the room it says", again.returncode == 0 and
@@ -242,6 +236,11 @@ def test_train_and_use():
                           "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
     check("paper-table: two ranks under mpirun write the same bytes", result.returncode == 0
           and kept == [(cli.folder / "paper" / name).read_bytes() for name in ("table.json", "README.md")], said(result))
+    result = cli.interrupted_in_ranks(2, lambda: list((cli.folder / "stopped_paper").glob("cells/*.json")), "paper-table", "--cases", 1,
+                                      "--seeds", 9, "--methods", "least squares,ARX,published", "--threads", 1,
+                                      "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "stopped_paper")
+    check("paper-table: an interrupt of one rank stops both", result.returncode == 130
+          and result.stderr.count("stopped; the cells that are done are kept") == 1, said(result))
     shutil.rmtree(cli.folder / "paper")
     sinew("paper-table", "--cases", 1, "--seeds", 1, "--methods", "least squares,ARX",
           "--one-coil", ROOT / "scenarios/babble_unidirectional.yaml", "--out", "paper")
