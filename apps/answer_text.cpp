@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/comparison_page.h"
+#include "plant/contains.h"
 #include "report/number.h"
 
 namespace sinew::apps {
@@ -209,7 +210,7 @@ std::string more_explained_words(const Diagnosis& d, const Found& answer, plant:
     const plant::EffectId name = plant::family_of(effects_of(d), one.effect);  // another form of it is no rival
     if (name == plant::family_of(effects_of(d), found) || name == plant::family_of(effects_of(d), runner_up)) continue;
     if (!one.explanation.usable) continue;
-    if (std::find(answer.ambiguous_with.begin(), answer.ambiguous_with.end(), one.effect) != answer.ambiguous_with.end()) continue;
+    if (contains(answer.ambiguous_with, one.effect)) continue;
     if (!most || share(one) > share(*most)) most = &one;
   }
   if (!most || percent(share(*most)) == percent(share(*likeliest)) || share(*most) < share(*likeliest)) return "";
@@ -219,9 +220,7 @@ std::string more_explained_words(const Diagnosis& d, const Found& answer, plant:
 
 std::string rivals_words(const Diagnosis& d, const Found& answer, const diagnose::FoundEffect& found) {
   std::vector<std::pair<plant::EffectId, double>> rivals = found.rivals;
-  std::erase_if(rivals, [&](const auto& rival) {
-    return std::find(answer.ambiguous_with.begin(), answer.ambiguous_with.end(), rival.first) != answer.ambiguous_with.end();
-  });
+  std::erase_if(rivals, [&](const auto& rival) { return contains(answer.ambiguous_with, rival.first); });
   std::string text;
   if (!rivals.empty()) {
     const auto& [effect, loss] = rivals.front();
@@ -373,10 +372,10 @@ std::vector<std::string> fitted_but_idle(const Diagnosis& d) {
   if (!d.by_paths) return names;
   const auto& kept = d.proposals.all[d.proposals.answer].effects;
   const auto& likeliest = likeliest_by_fit(d).effects;
-  const auto is_there = [&](plant::EffectId e) { return std::find(likeliest.begin(), likeliest.end(), e) != likeliest.end(); };
+  const auto is_there = [&](plant::EffectId e) { return contains(likeliest, e); };
   if (!std::all_of(kept.begin(), kept.end(), is_there)) return names;
   for (const plant::EffectId e : likeliest)
-    if (std::find(kept.begin(), kept.end(), e) == kept.end())
+    if (!contains(kept, e))
       names.push_back(effects_of(d)[e].law       ? std::string(effects_of(d)[e].words)
                       : effects_of(d)[e].sharing ? "that " + std::string(effects_of(d)[e].words)
                                                  : "that " + std::string(effects_of(d)[e].words) + " (" + effect_name(d, e) + ")");

@@ -18,6 +18,7 @@
 #include "apps/terminal.h"
 #include "diagnose/calibrate.h"
 #include "model/train.h"
+#include "plant/contains.h"
 #include "sim/input_error.h"
 #include "sim/plain_text.h"
 
@@ -143,7 +144,7 @@ std::string command_meant(const CLI::App& program, int argc, const char* const* 
   const std::string given = argv[1];
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; })) names.push_back(command->get_name());
-  if (given.starts_with("-") || std::find(names.begin(), names.end(), given) != names.end()) return "";
+  if (given.starts_with("-") || contains(names, given)) return "";
   const std::string near = given == "help" || given == "version" ? "--" + given : sim::nearest(given, names);
   return sim::printable(given) + " is no command; " + (near.empty() ? "`sinew --help` lists them" : "did you mean " + near + "?");
 }

@@ -9,6 +9,7 @@
 #include "apps/diagnosis_text.h"
 #include "diagnose/columns.h"
 #include "diagnose/suitability.h"
+#include "plant/contains.h"
 #include "report/number.h"
 #include "sim/input_error.h"
 #include "sim/log_map.h"
@@ -216,7 +217,7 @@ std::vector<report::Block> comparison_blocks(const diagnose::Comparison& compari
   const auto name_in_legend = [&](ChannelId c) { return channels[c].part.empty() ? channels[c].words : channels[c].part; };
   std::vector<std::string> kinds;
   for (const auto& channel : channels)
-    if (std::find(kinds.begin(), kinds.end(), channel.kind) == kinds.end()) kinds.push_back(channel.kind);
+    if (!contains(kinds, channel.kind)) kinds.push_back(channel.kind);
   for (const std::string& kind : kinds) {
     std::vector<report::ScatterSeries> series;
     std::string unit;

@@ -22,6 +22,7 @@
 #include "apps/ignore.h"
 #include "apps/outputs.h"
 #include "diagnose/calibrate.h"
+#include "plant/contains.h"
 #include "report/console.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
@@ -54,7 +55,7 @@ void check_apart(const DiagnoseArguments& arguments) {
   std::vector<std::filesystem::path> seen;
   const auto check = [&](const std::string& key, const std::string& path) {
     const std::filesystem::path file = std::filesystem::weakly_canonical(path);
-    if (std::find(seen.begin(), seen.end(), file) != seen.end())
+    if (contains(seen, file))
       throw sim::InputError({.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
     seen.push_back(file);
   };
@@ -109,11 +110,11 @@ std::vector<plant::EffectId> chosen_effects(const std::vector<std::string>& name
   for (const auto& effect : system.effects()) all.push_back(std::string(effect.name));
   std::vector<plant::EffectId> chosen;
   for (const std::string& name : names) {
-    if (std::find(all.begin(), all.end(), name) == all.end()) {
+    if (!contains(all, name)) {
       const std::string advice = "no such effect" + sim::did_you_mean(name, all);
       throw sim::InputError({.file = "", .key = "--without", .value = name, .advice = advice + "\n`sinew effects` lists all of them"});
     }
-    if (const plant::EffectId e = system.effect(name); std::find(chosen.begin(), chosen.end(), e) == chosen.end()) chosen.push_back(e);
+    if (const plant::EffectId e = system.effect(name); !contains(chosen, e)) chosen.push_back(e);
   }
   std::size_t names_there_are = 0, left = 0;
   for (const plant::EffectId e : system.effects().ids()) {
@@ -233,7 +234,7 @@ int diagnose_command(const DiagnoseArguments& arguments) {
   if (interrupted()) throw diagnose::Stopped{};
   for (const auto& [name, content] : result.files) {
     // Parts between pauses are predicted one by one: further files, none of which was there.
-    if (std::find(names.begin(), names.end(), name) == names.end()) outputs.claim({name});
+    if (!contains(names, name)) outputs.claim({name});
     outputs.stage(name, content);
   }
   outputs.commit();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/comparison_page.h"
+#include "plant/contains.h"
 #include "report/number.h"
 #include "sim/manifest.h"
 #include "sim/plant_file.h"
@@ -22,9 +23,6 @@ namespace colors = report::okabe_ito;
 std::string effect_words(const Diagnosis& d, plant::EffectId effect) { return std::string(effects_of(d)[effect].words); }
 std::string with_channel_unit(const plant::ChannelInfo& channel) { return channel.words + " / " + channel.unit_words; }
 
-bool among(const std::vector<plant::EffectId>& effects, plant::EffectId e) {
-  return std::find(effects.begin(), effects.end(), e) != effects.end();
-}
 bool varies(const Diagnosis& d) { return std::holds_alternative<diagnose::NoConstant>(d.answer); }
 
 report::Section section(std::string heading, int depth = 1) {
@@ -191,7 +189,7 @@ report::Table rival_table(const Diagnosis& d, const diagnose::FoundEffect& found
   for (const auto& [effect, loss] : found.rivals) {
     report::Row row;
     row.cells = {effect_name(d, effect), effect_words(d, effect), odds_words(loss)};
-    row.emphasis = among(ambiguous_in(d.answer), effect);
+    row.emphasis = contains(ambiguous_in(d.answer), effect);
     table.rows.push_back(row);
   }
   table.caption = "With the other effects kept. Bold: cannot be told from it by this data.";
@@ -306,7 +304,7 @@ report::Table parameter_table(const Diagnosis& d) {
     const auto& unknown = unknowns[u];
     const auto& info = parameters_of(d)[parameter];
     const double unit = unknown.internal_per_unit;
-    const bool new_here = info.effect && std::find(added.begin(), added.end(), *info.effect) != added.end();
+    const bool new_here = info.effect && contains(added, *info.effect);
     report::Row row;
     row.cells = {info.key(), std::string(info.declaration.meaning),
                  rounded(unknown.centre / unit, (unknown.centre - unknown.deviation) / unit, (unknown.centre + unknown.deviation) / unit) +
@@ -668,11 +666,11 @@ report::Table effect_table(const Diagnosis& d) {
     if (const diagnose::FoundEffect* found = found_of(d, e)) {
       answer = varies(d) ? "perhaps, but not constant" : found->confidence < diagnose::doubtful_below ? "perhaps" : "found";
       row.emphasis = true;
-    } else if (among(substitutes, e)) {
+    } else if (contains(substitutes, e)) {
       answer = "stands in for what is missing";
-    } else if (among(before, e)) {
+    } else if (contains(before, e)) {
       answer = "was in the given plant";
-    } else if (among(ambiguous_in(d.answer), e)) {
+    } else if (contains(ambiguous_in(d.answer), e)) {
       answer = "cannot be told from what was found";
       row.emphasis = true;
     } else if (other != others.end()) {

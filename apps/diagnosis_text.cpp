@@ -6,6 +6,7 @@
 
 #include "apps/answer_text.h"
 #include "apps/comparison_page.h"
+#include "plant/contains.h"
 #include "report/number.h"
 #include "sim/plant_file.h"
 
@@ -23,9 +24,7 @@ std::vector<std::string> apart_clauses(const Diagnosis& d) {
 }
 
 // Several groups may have one place: two tanks, two balances of flows.
-bool enters_at(const plant::EntryGroup& group, std::string_view place) {
-  return group.name == place || std::find(group.places.begin(), group.places.end(), place) != group.places.end();
-}
+bool enters_at(const plant::EntryGroup& group, std::string_view place) { return group.name == place || contains(group.places, place); }
 
 std::string share_of_mismatch(const Diagnosis& d, const diagnose::PlaceShare& share) {
   return std::string(groups_of(d)[share.group].words) + " (share " + report::fixed(share.share, 2) + " [" + report::fixed(share.lowest, 2) +
@@ -469,7 +468,7 @@ std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& d) {
   const std::vector<plant::EffectId> before = d.search.core.effects();
   std::vector<plant::EffectId> added;
   for (const plant::EffectId e : effects_of(d).ids())
-    if (d.repaired.is_on(e) && std::find(before.begin(), before.end(), e) == before.end()) added.push_back(e);
+    if (d.repaired.is_on(e) && !contains(before, e)) added.push_back(e);
   return added;
 }
 
@@ -495,9 +494,7 @@ std::pair<std::string, double> law_unit(const diagnose::Diagnosis& d, const plan
 std::vector<diagnose::Visibility> not_found(const diagnose::Diagnosis& d) {
   std::vector<diagnose::Visibility> all = d.others;
   const std::vector<plant::EffectId> added = added_effects(d);
-  std::erase_if(all, [&](const auto& other) {
-    return std::find(added.begin(), added.end(), other.effect) != added.end() || is_found(d, other.effect);
-  });
+  std::erase_if(all, [&](const auto& other) { return contains(added, other.effect) || is_found(d, other.effect); });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.effect < b.effect; });
   return all;
 }

@@ -9,6 +9,7 @@
 //
 // A row is a domain (model/dataset.h): what it draws or sets. Each is run with `seeds` seeds.
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -105,14 +106,21 @@ StressFile read_stress(const std::filesystem::path& path) {
   return file;
 }
 
+// What is said of one run or, as a mean, of a row. Errors in the unit of what is predicted; the last three are shares.
+struct Figures {
+  double rmse = std::nan(""), last_minute = std::nan(""), one_step = std::nan(""), hold = std::nan(""), arx = std::nan("");
+  double inside = std::nan(""), inside_one_step = std::nan(""), outside = std::nan("");
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Figures, rmse, last_minute, one_step, hold, arx, inside, inside_one_step, outside)
+constexpr std::array all_figures{&Figures::rmse, &Figures::last_minute, &Figures::one_step,        &Figures::hold,
+                                 &Figures::arx,  &Figures::inside,      &Figures::inside_one_step, &Figures::outside};
+
 struct Outcome {
-  std::string name, scenario_file;
-  double rmse = std::nan(""), one_step = std::nan(""), last_minute = std::nan(""), hold = std::nan(""), arx = std::nan("");
-  double inside = std::nan(""), inside_one_step = std::nan(""), outside = std::nan("");  // shares: of the interval, of training
+  std::string scenario_file;
+  Figures figures;
   std::string outside_words, failure;
 };
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Outcome, name, scenario_file, rmse, one_step, last_minute, hold, arx, inside, inside_one_step, outside,
-                                   outside_words, failure)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Outcome, scenario_file, figures, outside_words, failure)
 
 report::TimePlot drift_plot(const model::Series& series, const model::Vector<double>& predicted, const model::Task& task,
                             const Trust& trust, const std::string& name) {
@@ -149,7 +157,7 @@ Judged judged(const StressFile& stress, const Job& job, const model::Predictor& 
   const model::DrawnRun one = drawn_job(stress, job);
   Judged result;
   Outcome& outcome = result.outcome;
-  outcome.name = stress.rows[job.row].name;
+  Figures& figures = outcome.figures;
   outcome.scenario_file = scenario_file(stress, job);
   sim::RunOptions options;
   options.should_stop = should_stop;
@@ -170,29 +178,130 @@ Judged judged(const StressFile& stress, const Job& job, const model::Predictor& 
     const model::Vector<double> open = model::rollout(*own, series);
     look();
     const model::Errors off = model::errors_of(open, series);
-    outcome.rmse = off.rmse;
-    outcome.last_minute = off.last_minute;
+    figures.rmse = off.rmse;
+    figures.last_minute = off.last_minute;
     const Baselines baselines = baselines_of(predictor, series);
-    outcome.hold = baselines.hold;
-    outcome.arx = baselines.arx.value_or(std::nan(""));
+    figures.hold = baselines.hold;
+    figures.arx = baselines.arx.value_or(std::nan(""));
     look();
     const model::Vector<double> step = model::one_step_ahead(*own, series);
     look();
-    outcome.one_step = model::errors_of(step, series).rmse;
+    figures.one_step = model::errors_of(step, series).rmse;
     const Trust trust = trust_in(about, series, series, 0, 0, open, step);
     if (trust.interval) {
-      outcome.inside = trust.interval->inside_open_loop;
-      outcome.inside_one_step = trust.interval->inside_one_step;
+      figures.inside = trust.interval->inside_open_loop;
+      figures.inside_one_step = trust.interval->inside_one_step;
     }
     if (trust.departures) {
-      outcome.outside = trust.departures->share();
+      figures.outside = trust.departures->share();
       if (trust.departures->outside > 0) outcome.outside_words = departure_sentence(trust, about, series.first_s);
     }
-    result.plot = drift_plot(series, open, about.task, trust, outcome.name);
+    result.plot = drift_plot(series, open, about.task, trust, stress.rows[job.row].name);
   } catch (const sim::InputError& e) {
     outcome.failure = e.advice;
   }
   return result;
+}
+
+// A row of the stress file, and what its seeds came to.
+struct StressRow {
+  std::string name;
+  Figures mean;                 // over the seeds that finished
+  double worst = std::nan("");  // of their errors in open loop
+  std::size_t worst_job = 0;    // the first one where none finished
+  std::int64_t counted = 0;     // seeds that finished
+  std::string failure;          // of the last one that did not
+};
+
+StressRow row_of(const StressFile& stress, std::size_t r, const std::vector<Outcome>& outcomes) {
+  const auto seeds = static_cast<std::size_t>(stress.seeds);
+  StressRow row{.name = stress.rows[r].name, .mean = {}, .worst_job = r * seeds, .failure = {}};
+  for (std::size_t j = r * seeds; j < (r + 1) * seeds; ++j) {
+    const Outcome& one = outcomes[j];
+    if (!one.failure.empty()) {
+      row.failure = one.failure;
+      continue;
+    }
+    for (const auto figure : all_figures) {
+      double& sum = row.mean.*figure;
+      sum = row.counted == 0 ? one.figures.*figure : sum + one.figures.*figure;
+    }
+    if (row.counted == 0 || one.figures.rmse > row.worst) {
+      row.worst = one.figures.rmse;
+      row.worst_job = j;
+    }
+    ++row.counted;
+  }
+  for (const auto figure : all_figures) row.mean.*figure /= static_cast<double>(row.counted);
+  return row;
+}
+
+// The base first.
+std::vector<StressRow> rows_of(const StressFile& stress, const std::vector<Outcome>& outcomes) {
+  std::vector<StressRow> rows;
+  for (std::size_t r = 0; r < stress.rows.size(); ++r) rows.push_back(row_of(stress, r, outcomes));
+  return rows;
+}
+
+// Rows that did not finish last.
+std::vector<StressRow> worst_first(std::vector<StressRow> rows) {
+  std::stable_sort(rows.begin(), rows.end(), [](const StressRow& a, const StressRow& b) {
+    return b.mean.rmse < a.mean.rmse || (std::isnan(a.mean.rmse) && !std::isnan(b.mean.rmse));
+  });
+  return rows;
+}
+
+std::string scenario_of(const StressRow& row, const std::vector<Outcome>& outcomes) {
+  return "scenarios/" + outcomes[row.worst_job].scenario_file;
+}
+
+report::Table table_of(const std::vector<StressRow>& rows, const StressRow& base, const std::vector<Outcome>& outcomes, std::int64_t seeds,
+                       const model::AboutPredictor& about) {
+  const std::string unit = unit_words(about.task.predicted);
+  const auto number = [](double value) { return report::significant(value, 3); };
+  const auto percent = [&](double share) { return std::isnan(share) ? "–" : number(100.0 * share) + " %"; };
+  report::Table table;
+  table.header = {
+      "stress",         "open loop / " + unit, "against no stress",   "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
+      "held / " + unit, "ARX / " + unit,       "inside the interval", "outside of training",  "again: sinew run"};
+  for (const StressRow& row : rows)
+    table.rows.push_back(
+        {{row.name, number(row.mean.rmse), number(row.mean.rmse / base.mean.rmse), number(row.worst), number(row.mean.last_minute),
+          number(row.mean.one_step), number(row.mean.hold), about.arx ? number(row.mean.arx) : "–", percent(row.mean.inside),
+          percent(row.mean.outside), scenario_of(row, outcomes)},
+         row.name == base.name,
+         row.failure});
+  const model::IntervalSteps* at_first = about.intervals ? about.intervals->steps_for(model::Beginning::at_first) : nullptr;
+  table.caption =
+      "Root mean square error of rollouts from one measured value, mean of " + std::to_string(seeds) +
+      " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
+      "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
+      (about.arx ? "." : ", which this weights file lacks.") +
+      (at_first ? " Inside the interval: share of samples in open loop; it was made for " +
+                      report::significant(100.0 * model::promised_share(*at_first), 2) + " % of rollouts without stress."
+                : " This weights file has no intervals.") +
+      (about.region ? " Outside of training: share of samples whose inputs, their past or the prediction were not trained on." : "");
+  return table;
+}
+
+nlohmann::ordered_json json_of(const std::vector<StressRow>& rows, const std::vector<Outcome>& outcomes, const sim::Column& predicted) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const StressRow& row : rows)
+    json.push_back({{"stress", row.name},
+                    {key_in_unit("rollout_rmse", predicted), row.mean.rmse},
+                    {key_in_unit("worst_seed", predicted), row.worst},
+                    {key_in_unit("last_minute", predicted), row.mean.last_minute},
+                    {key_in_unit("one_step_rmse", predicted), row.mean.one_step},
+                    {key_in_unit("hold_rmse", predicted), row.mean.hold},
+                    {key_in_unit("arx_rmse", predicted), row.mean.arx},
+                    {"inside_interval_open_loop", row.mean.inside},
+                    {"inside_interval_one_step", row.mean.inside_one_step},
+                    {"outside_of_training", row.mean.outside},
+                    {"outside_words", outcomes[row.worst_job].outside_words},
+                    {"seeds_counted", row.counted},
+                    {"failure", row.failure},
+                    {"scenario", scenario_of(row, outcomes)}});
+  return json;
 }
 
 int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
@@ -215,8 +324,6 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
   const std::vector<Job> jobs = jobs_of(stress);
   const auto predictor = read_predictor_at(arguments.model);
   const model::AboutPredictor& about = predictor->about();
-  const sim::Column& predicted = about.task.predicted;
-  const std::string unit = unit_words(predicted);
   const auto should_stop = [&] { return ranks.any_interrupted(); };
   std::optional<EndsSoon> ends_soon;
   if (!ranks.under_mpirun()) ends_soon.emplace(outputs ? &*outputs : nullptr);
@@ -224,14 +331,13 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
   std::map<std::size_t, Outcome> own;  // by job
   const auto name = [&](std::size_t j) { return stress.rows[jobs[j].row].name; };
   const bool whole = ranks.share(jobs.size(), {.threads = arguments.threads, .doing = "stress", .name = name}, [&](std::size_t j) {
-    Outcome outcome;
     try {
-      outcome = judged(stress, jobs[j], *predictor, should_stop).outcome;
+      Outcome outcome = judged(stress, jobs[j], *predictor, should_stop).outcome;
+      const std::scoped_lock lock(keeping);
+      own.emplace(j, std::move(outcome));
     } catch (const model::Stopped&) {
       return;
     }
-    const std::scoped_lock lock(keeping);
-    own.emplace(j, std::move(outcome));
   });
   if (!whole) return stopped(ranks, nothing_written);
   std::string bytes;
@@ -240,110 +346,29 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
   for (const std::string& of_rank : ranks.gather(bytes))
     for (auto& [j, outcome] : nlohmann::json::from_cbor(of_rank).get<std::map<std::size_t, Outcome>>()) outcomes[j] = outcome;
   if (!ranks.first()) return 0;
-  struct Row {
-    std::string name;
-    double mean = 0.0, worst = 0.0, one_step = 0.0, last = 0.0, hold = 0.0, arx = 0.0, inside = 0.0, inside_one_step = 0.0, outside = 0.0;
-    std::size_t worst_job = 0;
-    std::int64_t counted = 0;
-    std::string failure;
-  };
-  std::vector<Row> rows;
-  for (std::size_t r = 0; r < stress.rows.size(); ++r) {
-    Row row{.name = stress.rows[r].name, .worst_job = r * static_cast<std::size_t>(stress.seeds), .failure = {}};
-    std::int64_t count = 0;
-    for (std::size_t j = 0; j < jobs.size(); ++j) {
-      if (jobs[j].row != r) continue;
-      if (!outcomes[j].failure.empty()) {
-        row.failure = outcomes[j].failure;
-        continue;
-      }
-      ++count;
-      row.mean += outcomes[j].rmse;
-      row.one_step += outcomes[j].one_step;
-      row.last += outcomes[j].last_minute;
-      row.hold += outcomes[j].hold;
-      row.arx += outcomes[j].arx;
-      row.inside += outcomes[j].inside;
-      row.inside_one_step += outcomes[j].inside_one_step;
-      row.outside += outcomes[j].outside;
-      if (outcomes[j].rmse > row.worst) {
-        row.worst = outcomes[j].rmse;
-        row.worst_job = j;
-      }
-    }
-    const double n = static_cast<double>(count);
-    row.mean /= n;
-    row.one_step /= n;
-    row.last /= n;
-    row.hold /= n;
-    row.arx /= n;
-    row.inside /= n;
-    row.inside_one_step /= n;
-    row.outside /= n;
-    row.counted = count;
-    if (count == 0) row.worst = std::nan("");
-    rows.push_back(row);
-  }
-  const Row base = rows.front();
-  std::stable_sort(rows.begin(), rows.end(),
-                   [](const Row& a, const Row& b) { return b.mean < a.mean || (std::isnan(a.mean) && !std::isnan(b.mean)); });
-  report::Table table;
-  table.header = {
-      "stress",         "open loop / " + unit, "against no stress",   "worst seed / " + unit, "last minute / " + unit, "one step / " + unit,
-      "held / " + unit, "ARX / " + unit,       "inside the interval", "outside of training",  "again: sinew run"};
-  const auto percent = [](double share) { return std::isnan(share) ? "–" : report::significant(100.0 * share, 3) + " %"; };
-  nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
-                              {"case", about.task.paper_case},
-                              {"method", about.kind},
-                              {"seeds", stress.seeds},
-                              {"rows", nlohmann::ordered_json::array()}};
-  for (const Row& row : rows) {
-    table.rows.push_back({{row.name, report::significant(row.mean, 3), report::significant(row.mean / base.mean, 3),
-                           report::significant(row.worst, 3), report::significant(row.last, 3), report::significant(row.one_step, 3),
-                           report::significant(row.hold, 3), about.arx ? report::significant(row.arx, 3) : "–", percent(row.inside),
-                           percent(row.outside), "scenarios/" + outcomes[row.worst_job].scenario_file},
-                          row.name == base.name,
-                          row.failure});
-    json["rows"].push_back({{"stress", row.name},
-                            {key_in_unit("rollout_rmse", predicted), row.mean},
-                            {key_in_unit("worst_seed", predicted), row.worst},
-                            {key_in_unit("last_minute", predicted), row.last},
-                            {key_in_unit("one_step_rmse", predicted), row.one_step},
-                            {key_in_unit("hold_rmse", predicted), row.hold},
-                            {key_in_unit("arx_rmse", predicted), row.arx},
-                            {"inside_interval_open_loop", row.inside},
-                            {"inside_interval_one_step", row.inside_one_step},
-                            {"outside_of_training", row.outside},
-                            {"outside_words", outcomes[row.worst_job].outside_words},
-                            {"seeds_counted", row.counted},
-                            {"failure", row.failure},
-                            {"scenario", "scenarios/" + outcomes[row.worst_job].scenario_file}});
-  }
-  const model::IntervalSteps* at_first = about.intervals ? about.intervals->steps_for(model::Beginning::at_first) : nullptr;
-  table.caption =
-      "Root mean square error of rollouts from one measured value, mean of " + std::to_string(stress.seeds) +
-      " seeds (of those that finished), worst first. Missing samples are held. Baselines in open loop: "
-      "the first value held, and a linear model (ARX) fitted to what the predictor was trained on" +
-      (about.arx ? "." : ", which this weights file lacks.") +
-      (at_first ? " Inside the interval: share of samples in open loop; it was made for " +
-                      report::significant(100.0 * model::promised_share(*at_first), 2) + " % of rollouts without stress."
-                : " This weights file has no intervals.") +
-      (about.region ? " Outside of training: share of samples whose inputs, their past or the prediction were not trained on." : "");
+  const std::vector<StressRow> in_order = rows_of(stress, outcomes), rows = worst_first(in_order);
+  const StressRow& base = in_order.front();
+  const report::Table table = table_of(rows, base, outcomes, stress.seeds, about);
+  const nlohmann::ordered_json json{{"model", weights_path(arguments.model)},
+                                    {"case", about.task.paper_case},
+                                    {"method", about.kind},
+                                    {"seeds", stress.seeds},
+                                    {"rows", json_of(rows, outcomes, about.task.predicted)}};
   if (outputs) {
+    const std::string unit = unit_words(about.task.predicted);
     report::Page page;
     page.title = "Where the predictor fails";
-    page.lead = "Without stress it is " + report::significant(base.mean, 3) + unit + " off in open loop; worst under \"" +
-                rows.front().name + "\", " + report::significant(rows.front().mean, 3) + unit + ".";
+    page.lead = "Without stress it is " + report::significant(base.mean.rmse, 3) + unit + " off in open loop; worst under \"" +
+                rows.front().name + "\", " + report::significant(rows.front().mean.rmse, 3) + unit + ".";
     page.blocks.push_back(table);
     report::Section section;
     section.heading = "The worst three, and no stress";
     page.blocks.push_back(section);
     std::vector<report::TimePlot> shown;
-    const auto show = [&](const Row& row) {
-      if (row.counted == 0) return;
-      if (const auto plot = judged(stress, jobs[row.worst_job], *predictor, should_stop).plot) shown.push_back(*plot);
+    const auto show = [&](const StressRow& row) {
+      if (row.counted > 0) shown.push_back(judged(stress, jobs[row.worst_job], *predictor, should_stop).plot.value());
     };
-    for (std::size_t r = 0; r < rows.size() && shown.size() < 3; ++r) show(rows[r]);
+    for (std::size_t r = 0; r < std::min<std::size_t>(3, rows.size()); ++r) show(rows[r]);
     show(base);
     for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
     ends_soon.reset();

@@ -31,6 +31,7 @@
 #include "hil/replay.h"
 #include "hil/timed_recording.h"
 #include "hil/wire_log.h"
+#include "plant/contains.h"
 #include "prove/generator.h"
 #include "report/console.h"
 #include "sim/input_error.h"
@@ -333,7 +334,7 @@ class KeptLimb : public investigate::Limb {
   }
   sim::Recording read(const std::string& name) override { return read_kept(out_ / name, plant_); }
   void differs(const std::string& file) {
-    if (std::find(different_.begin(), different_.end(), file) == different_.end()) different_.push_back(file);
+    if (!contains(different_, file)) different_.push_back(file);
   }
   const std::vector<std::string>& different() const { return different_; }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "apps/investigation_page.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 
 #include "diagnose/channels.h"
+#include "plant/contains.h"
 
 namespace sinew::apps {
 namespace {
@@ -24,8 +24,7 @@ report::Table beliefs_table(const investigate::Investigation& investigation) {
     if (step.after) {
       believed.push_back(&step);
       for (const auto& answer : step.after->answers)
-        if (answer.probability >= 0.02 && std::find(answers.begin(), answers.end(), answer.key) == answers.end())
-          answers.push_back(answer.key);
+        if (answer.probability >= 0.02 && !contains(answers, answer.key)) answers.push_back(answer.key);
     }
   report::Table table;
   table.title = "What was believed after each recording";
@@ -73,7 +72,7 @@ void add_plots(report::Page& page, const std::string& name, const plant::System&
   plot("Duty", "duty", std::move(duty));
   std::vector<std::string> kinds;
   for (const plant::ChannelInfo& channel : system.channels())
-    if (std::find(kinds.begin(), kinds.end(), channel.kind) == kinds.end()) kinds.push_back(channel.kind);
+    if (!contains(kinds, channel.kind)) kinds.push_back(channel.kind);
   for (const std::string& kind : kinds) {
     std::vector<report::Series> series;
     std::string unit;

@@ -16,6 +16,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "plant/contains.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 #include "sim/yaml.h"
@@ -311,7 +312,7 @@ void check_output_file(const fs::path& file, const InputPaths& inputs, bool over
   if (!is_there(file) || is_device) return;
   if (fs::is_directory(file, none)) throw sim::InputError({.file = file.string(), .advice = "is a folder; name a file to write"});
   const auto session = files_of_physical_session(file.has_parent_path() ? file.parent_path() : fs::path("."));
-  if (std::find(session.begin(), session.end(), file.filename().string()) != session.end())
+  if (contains(session, file.filename().string()))
     throw sim::InputError(
         {.file = file.string(), .advice = "belongs to a session with the limb, which cannot be made again; name another file"});
   if (!overwrite)
@@ -371,7 +372,7 @@ void Outputs::claim(const std::vector<std::string>& names, bool goes_on) {
     if (fs::is_directory(fs::symlink_status(file))) refuse(folder_, name + " there is a folder; give another folder");
     if (!sessions.contains(around)) sessions[around] = files_of_physical_session(around);
     const std::vector<std::string>& session = sessions[around];
-    if (std::find(session.begin(), session.end(), file.filename().string()) != session.end())
+    if (contains(session, file.filename().string()))
       throw sim::InputError({.file = (around / "session.json").string(),
                              .key = "--out",
                              .value = folder_.string(),
@@ -406,7 +407,7 @@ fs::path Outputs::scratch(const std::string& name) {
 }
 
 fs::path Outputs::stage(const std::string& name, std::string_view content) {
-  if (std::find(claimed_.begin(), claimed_.end(), name) == claimed_.end()) throw std::logic_error(name + " is written but was not claimed");
+  if (!contains(claimed_, name)) throw std::logic_error(name + " is written but was not claimed");
   fs::path file = scratch(name);
   sim::write_file_whole(file, content);
   staged_.push_back(name);
@@ -418,7 +419,7 @@ void Outputs::discard(const std::string& name) { replaced_.push_back(name); }
 void Outputs::commit() {
   std::string order;
   for (const std::string& name : replaced_)
-    if (std::find(staged_.begin(), staged_.end(), name) == staged_.end()) order += "remove " + name + "\n";
+    if (!contains(staged_, name)) order += "remove " + name + "\n";
   for (const std::string& name : staged_) order += "move " + name + "\n";
   sim::write_file_whole(scratch(order_name), order);
   to_disk(folder_ / staging_name);

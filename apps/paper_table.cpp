@@ -18,6 +18,7 @@
 #include "apps/training.h"
 #include "hil/limits.h"
 #include "model/drift.h"
+#include "plant/contains.h"
 #include "report/console.h"
 #include "report/markdown.h"
 #include "report/number.h"
@@ -191,8 +192,7 @@ class Cells {
     std::sort(cases_.begin(), cases_.end());
     cases_.erase(std::unique(cases_.begin(), cases_.end()), cases_.end());
     for (const Method& method : all_methods())
-      if (std::find(arguments.methods.begin(), arguments.methods.end(), method.name) != arguments.methods.end())
-        methods_.push_back(&method);
+      if (contains(arguments.methods, method.name)) methods_.push_back(&method);
     for (const int paper_case : cases_)
       for (int seed = arguments.first_seed; seed < arguments.first_seed + arguments.seeds; ++seed)
         for (const Method* method : methods_) all_.push_back({paper_case, method, seed});
@@ -330,26 +330,113 @@ class Cells {
   std::map<int, std::vector<model::Series>> drift_sessions_;                   // by case
 };
 
+// What the cells come to.
+struct Tables {
+  report::Table errors, drift;
+  std::size_t seeds_compared = 0, seeds_beaten = 0;  // stateful at most half as far off as published
+};
+Tables tables_of(const Cells& cells, const std::map<std::string, Json>& by_id) {
+  Tables tables;
+  tables.errors.header = {"case", "method", "open loop / °", "one step / °"};
+  tables.drift.header = {
+      "case",          "method", "open loop / °, from the second minute on", "slope of the squared error, % of its mean a minute",
+      "95 % interval", "drifts"};
+  const auto error_in = [](const Json& cell, const char* key) { return cell.at(key).is_null() ? HUGE_VAL : cell.at(key).get<double>(); };
+  for (const int paper_case : cells.cases()) {
+    std::map<std::string, std::vector<double>> open;
+    for (const Method* method : cells.methods()) {
+      std::vector<double> step;
+      std::vector<std::vector<double>> slopes, squares;
+      for (const Cell& one : cells.all()) {
+        if (one.paper_case != paper_case || one.method != method) continue;
+        const Json& cell = by_id.at(one.id());
+        open[method->name].push_back(error_in(cell, "rollout_deg"));
+        step.push_back(error_in(cell, "one_step_deg"));
+        if (cell.contains("session_slope_deg2_min")) {
+          slopes.push_back(cell.at("session_slope_deg2_min"));
+          squares.push_back(cell.at("session_mean_square_deg2"));
+        }
+      }
+      const std::string which = std::to_string(paper_case) + ", " + case_words(paper_case);
+      tables.errors.rows.push_back({{which, method->name, text_of(spread(open[method->name])), text_of(spread(step))}});
+      if (slopes.empty()) continue;
+      const model::Drift drift = model::drift_of(slopes, squares);
+      tables.drift.rows.push_back(
+          {{which, method->name, report::significant(drift.rmse, 3), report::significant(100.0 * drift.relative_slope_1_min, 2),
+            report::significant(100.0 * drift.lowest, 2) + " to " + report::significant(100.0 * drift.highest, 2),
+            drift.lowest > 0.0 ? "yes" : "no"}});
+    }
+    if (open.count("published") && open.count("stateful"))
+      for (std::size_t s = 0; s < open["published"].size(); ++s, ++tables.seeds_compared)
+        tables.seeds_beaten += open["stateful"][s] <= 0.5 * open["published"][s];
+  }
+  return tables;
+}
+
+// The command that makes this table again.
+std::string command_of(const PaperArguments& arguments, const Cells& cells) {
+  const PaperArguments usual;
+  const auto listed = [](const auto& list, auto&& text) {
+    std::string joined;
+    for (const auto& one : list) joined += (joined.empty() ? "" : ",") + text(one);
+    return joined;
+  };
+  std::string command = "sinew paper-table --seeds " + std::to_string(arguments.seeds);
+  if (arguments.first_seed != usual.first_seed) command += " --first-seed " + std::to_string(arguments.first_seed);
+  if (cells.cases() != usual.cases) command += " --cases " + listed(cells.cases(), [](int c) { return std::to_string(c); });
+  if (const auto& methods = cells.methods(); methods.size() != all_methods().size())
+    command += " --methods '" + listed(methods, [](const Method* m) { return m->name; }) + "'";
+  if (arguments.drift_sessions != usual.drift_sessions) command += " --drift-sessions " + std::to_string(arguments.drift_sessions);
+  if (arguments.thermostat_degC != usual.thermostat_degC) command += " --thermostat " + sim::shortest(arguments.thermostat_degC);
+  if (arguments.one_coil != usual.one_coil) command += " --one-coil " + arguments.one_coil;
+  if (arguments.two_coils != usual.two_coils) command += " --two-coils " + arguments.two_coils;
+  if (!arguments.settings.empty()) command += " --settings " + arguments.settings;
+  return command + " --out " + arguments.out;
+}
+
+std::string markdown_of(const PaperArguments& arguments, const Cells& cells, const Tables& tables) {
+  std::string markdown = "# The paper's table on the simulated limb\n\nMade by `" + command_of(arguments, cells) + "`, " +
+                         sim::this_build().version +
+                         ". Root mean square errors of the bend angle; median, lowest and highest of the seeds. A session of 42 minutes is "
+                         "trained on up to 67 % and predicted over its last third, from second 15 of that on, from one value measured in "
+                         "mid-motion. A coil that reads above " +
+                         sim::shortest(arguments.thermostat_degC) + " °C is not driven.\n\n" + report::to_markdown(tables.errors) + "\n";
+  for (const Method* method : cells.methods()) markdown += "- " + method->name + ": " + method->words + ".\n";
+  if (tables.seeds_compared > 0)
+    markdown += "\nStateful is at most half as far off in open loop as published, seed by seed: " + std::to_string(tables.seeds_beaten) +
+                " of " + std::to_string(tables.seeds_compared) + ".\n";
+  if (!tables.drift.rows.empty())
+    markdown +=
+        "\n## Does the error grow?\n\n" + std::to_string(arguments.drift_sessions) +
+        " other sessions of ten minutes, from rest, each rolled out by the weights of every seed. The slope is that of least squares "
+        "through the squared error from the second minute on; its interval is of a bootstrap over sessions, and a predictor drifts "
+        "where all of the interval lies above 0.\n\n" +
+        report::to_markdown(tables.drift);
+  return markdown +
+         "\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
+         "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
+}
+
 int paper_command(const PaperArguments& arguments, Ranks& ranks) {
-  Cells table_cells(arguments);
+  Cells cells(arguments);
   const std::filesystem::path out = arguments.out;
   std::optional<Outputs> outputs;
   const bool uninterrupted = ranks.first_alone([&] {
     outputs.emplace(out, InputPaths{.yaml = {arguments.settings, arguments.one_coil, arguments.two_coils}}, arguments.overwrite);
     outputs->claim({"README.md", "table.json"}, holds_table(out));
     for (const char* part : {"cells", "weights", "rollouts"}) outputs->claim_in_parts(part);
-    table_cells.check();
+    cells.check();
     for (const char* part : {"cells", "weights", "rollouts"}) std::filesystem::create_directories(out / part);
   });
   if (!uninterrupted) return stopped(ranks, "the same command goes on");
-  const auto shares = table_cells.shares();
+  const auto shares = cells.shares();
   std::map<std::string, Json> own;
   const auto name = [&](std::size_t i) { return shares[i].back().id(); };
   const bool whole = ranks.share(shares.size(), {.doing = "paper table", .name = name}, [&](std::size_t i) {
     for (const Cell& cell : shares[i]) {
-      Json made = table_cells.there(cell);
+      Json made = cells.there(cell);
       try {
-        if (made.is_null()) made = table_cells.make(cell, [&] { return ranks.any_interrupted(); });
+        if (made.is_null()) made = cells.make(cell, [&] { return ranks.any_interrupted(); });
       } catch (const model::Stopped&) {
         return;
       }
@@ -360,84 +447,14 @@ int paper_command(const PaperArguments& arguments, Ranks& ranks) {
   std::map<std::string, Json> by_id;
   for (const std::string& of_rank : ranks.gather(Json(own).dump())) by_id.merge(Json::parse(of_rank).get<std::map<std::string, Json>>());
   if (!ranks.first()) return 0;
-  Json cells = Json::array();
-  for (const Cell& cell : table_cells.all()) cells.push_back(by_id.at(cell.id()));
-  const std::vector<int>& cases = table_cells.cases();
-  report::Table table, drift;
-  table.header = {"case", "method", "open loop / °", "one step / °"};
-  drift.header = {
-      "case",          "method", "open loop / °, from the second minute on", "slope of the squared error, % of its mean a minute",
-      "95 % interval", "drifts"};
-  std::size_t seeds_compared = 0, seeds_beaten = 0;
-  for (const int paper_case : cases) {
-    std::map<std::string, std::vector<double>> open;
-    for (const Method* one : table_cells.methods()) {
-      const Method& method = *one;
-      std::vector<double> step;
-      std::vector<std::vector<double>> slopes, squares;
-      for (const Json& cell : cells)
-        if (cell.at("case") == paper_case && cell.at("method") == method.name) {
-          open[method.name].push_back(cell.at("rollout_deg").is_null() ? HUGE_VAL : cell.at("rollout_deg").get<double>());
-          step.push_back(cell.at("one_step_deg").is_null() ? HUGE_VAL : cell.at("one_step_deg").get<double>());
-          if (cell.contains("session_slope_deg2_min")) {
-            slopes.push_back(cell.at("session_slope_deg2_min"));
-            squares.push_back(cell.at("session_mean_square_deg2"));
-          }
-        }
-      const std::string which = std::to_string(paper_case) + ", " + case_words(paper_case);
-      table.rows.push_back({{which, method.name, text_of(spread(open[method.name])), text_of(spread(step))}});
-      if (slopes.empty()) continue;
-      const model::Drift measured = model::drift_of(slopes, squares);
-      drift.rows.push_back(
-          {{which, method.name, report::significant(measured.rmse, 3), report::significant(100.0 * measured.relative_slope_1_min, 2),
-            report::significant(100.0 * measured.lowest, 2) + " to " + report::significant(100.0 * measured.highest, 2),
-            measured.lowest > 0.0 ? "yes" : "no"}});
-    }
-    if (open.count("published") && open.count("stateful"))
-      for (std::size_t s = 0; s < open["published"].size(); ++s, ++seeds_compared)
-        seeds_beaten += open["stateful"][s] <= 0.5 * open["published"][s];
-  }
-  std::string options;
-  const PaperArguments usual;
-  const auto listed = [](const auto& list, auto&& text) {
-    std::string joined;
-    for (const auto& one : list) joined += (joined.empty() ? "" : ",") + text(one);
-    return joined;
-  };
-  if (arguments.first_seed != usual.first_seed) options += " --first-seed " + std::to_string(arguments.first_seed);
-  if (cases != usual.cases) options += " --cases " + listed(cases, [](int c) { return std::to_string(c); });
-  if (const auto& methods = table_cells.methods(); methods.size() != all_methods().size())
-    options += " --methods '" + listed(methods, [](const Method* m) { return m->name; }) + "'";
-  if (arguments.drift_sessions != usual.drift_sessions) options += " --drift-sessions " + std::to_string(arguments.drift_sessions);
-  if (arguments.thermostat_degC != usual.thermostat_degC) options += " --thermostat " + sim::shortest(arguments.thermostat_degC);
-  if (arguments.one_coil != usual.one_coil) options += " --one-coil " + arguments.one_coil;
-  if (arguments.two_coils != usual.two_coils) options += " --two-coils " + arguments.two_coils;
-  if (!arguments.settings.empty()) options += " --settings " + arguments.settings;
-  std::string markdown = "# The paper's table on the simulated limb\n\nMade by `sinew paper-table --seeds " +
-                         std::to_string(arguments.seeds) + options + " --out " + arguments.out + "`, " + sim::this_build().version +
-                         ". Root mean square errors of the bend angle; median, lowest and highest of the seeds. A session of 42 minutes is "
-                         "trained on up to 67 % and predicted over its last third, from second 15 of that on, from one value measured in "
-                         "mid-motion. A coil that reads above " +
-                         sim::shortest(arguments.thermostat_degC) + " °C is not driven.\n\n" + report::to_markdown(table) + "\n";
-  for (const Method* method : table_cells.methods()) markdown += "- " + method->name + ": " + method->words + ".\n";
-  if (seeds_compared > 0)
-    markdown += "\nStateful is at most half as far off in open loop as published, seed by seed: " + std::to_string(seeds_beaten) + " of " +
-                std::to_string(seeds_compared) + ".\n";
-  if (!drift.rows.empty())
-    markdown +=
-        "\n## Does the error grow?\n\n" + std::to_string(arguments.drift_sessions) +
-        " other sessions of ten minutes, from rest, each rolled out by the weights of every seed. The slope is that of least squares "
-        "through the squared error from the second minute on; its interval is of a bootstrap over sessions, and a predictor drifts "
-        "where all of the interval lies above 0.\n\n" +
-        report::to_markdown(drift);
-  markdown +=
-      "\nThe paper's figures for the physical limb: one step 0.209° (case 1) to 2.613° (case 4); open loop 6.296° (case 1), 6.151° "
-      "(case 3), 5.350° (case 4); least squares 19.01° (case 3), 6.372° (case 4).\n";
-  outputs->stage("README.md", markdown);
-  outputs->stage("table.json", cells.dump(1) + "\n");
+  const Tables tables = tables_of(cells, by_id);
+  Json json = Json::array();
+  for (const Cell& cell : cells.all()) json.push_back(by_id.at(cell.id()));
+  outputs->stage("README.md", markdown_of(arguments, cells, tables));
+  outputs->stage("table.json", json.dump(1) + "\n");
   outputs->commit();
-  std::fputs(report::to_text(table).c_str(), stdout);
-  if (!drift.rows.empty()) std::fputs(report::to_text(drift).c_str(), stdout);
+  std::fputs(report::to_text(tables.errors).c_str(), stdout);
+  if (!tables.drift.rows.empty()) std::fputs(report::to_text(tables.drift).c_str(), stdout);
   std::printf("written: %s/{README.md, table.json, cells/, weights/, rollouts/}\n", out.string().c_str());
   return 0;
 }

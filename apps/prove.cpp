@@ -16,6 +16,7 @@
 #include "apps/ranks.h"
 #include "diagnose/calibrate.h"
 #include "diagnose/diagnosis.h"
+#include "plant/contains.h"
 #include "proof/baselines.h"
 #include "proof/case_file.h"
 #include "proof/cases.h"
@@ -307,8 +308,7 @@ void check_kind(const std::string& name) {
   std::vector<std::string> all;
   for (const auto& kinds : {prove::kinds(), prove::unlike_kinds()})
     for (const prove::Kind& kind : kinds) all.push_back(kind.name);
-  if (std::find(all.begin(), all.end(), name) == all.end())
-    refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
+  if (!contains(all, name)) refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
 }
 
 Json sealed_answers(const fs::path& out) {
@@ -352,14 +352,13 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
                                                  : proof_cases(first, arguments.seeds, std::max(arguments.clean, least_clean),
                                                                arguments.training_s, arguments.held_out_s);
   // Beside the others, where they are asked for.
-  const bool unlike =
-      std::find(arguments.families.begin(), arguments.families.end(), "unlike") != arguments.families.end() ||
-      std::any_of(arguments.kinds.begin(), arguments.kinds.end(), [](const auto& kind) { return kind.starts_with("unlike."); });
+  const bool unlike = contains(arguments.families, "unlike") || std::any_of(arguments.kinds.begin(), arguments.kinds.end(),
+                                                                            [](const auto& kind) { return kind.starts_with("unlike."); });
   if (unlike && !series && !arguments.few)
     for (ProofCase& one : unlike_proof_cases(first, arguments.seeds, arguments.training_s, arguments.held_out_s))
       cases.push_back(std::move(one));
   const auto chosen = [](const std::vector<std::string>& wanted, const std::string& name) {
-    return wanted.empty() || std::find(wanted.begin(), wanted.end(), name) != wanted.end();
+    return wanted.empty() || contains(wanted, name);
   };
   std::erase_if(cases,
                 [&](const ProofCase& one) { return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name); });

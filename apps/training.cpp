@@ -10,6 +10,7 @@
 #include "apps/words.h"
 #include "model/linear.h"
 #include "model/set.h"
+#include "plant/contains.h"
 #include "plant/systems.h"
 #include "report/number.h"
 #include "sim/input_error.h"
@@ -39,7 +40,7 @@ std::optional<plant::ChannelId> channel_named(const plant::System& system, const
 sim::Columns columns_for(const model::Task& task) {
   const sim::Columns needed = model::columns_of(task), usual = sim::columns_of(plant::default_plant().system());
   const auto among = [](const std::vector<sim::Column>& some, const std::vector<sim::Column>& all) {
-    return std::all_of(some.begin(), some.end(), [&](const auto& one) { return std::find(all.begin(), all.end(), one) != all.end(); });
+    return std::all_of(some.begin(), some.end(), [&](const auto& one) { return contains(all, one); });
   };
   return among(needed.inputs, usual.inputs) && among(needed.channels, usual.channels) ? usual : needed;
 }

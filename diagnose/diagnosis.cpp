@@ -9,6 +9,7 @@
 
 #include "diagnose/calibrate.h"
 #include "plant/apart.h"
+#include "plant/contains.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -17,11 +18,6 @@ namespace {
 constexpr double two_sided_95 = 1.959964;
 constexpr std::size_t most_samples_at_once = 50'000;  // each fit of an open-loop simulation keeps its path: memory
 constexpr std::size_t most_taken_up = 3;              // of a round's explanations, by open-loop simulation
-
-template <class Id>
-bool contains(const std::vector<Id>& all, Id one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
 
 Agreement agreement_of(const Explanation& explanation, const Fitted& path, const std::vector<FitData>& data,
                        const plant::NumericalSettings& numerics) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "diagnose/bootstrap.h"
+#include "plant/contains.h"
 #include "sim/random.h"
 #include "sim/simulation.h"
 
@@ -101,11 +102,11 @@ Binned binned(const Eigen::VectorXd& variable, const Eigen::VectorXd& forcing, c
 std::vector<std::string_view> places_alike(const plant::System& system, std::string_view place) {
   std::vector<std::string_view> alike{place};
   for (const plant::EntryGroup& group : system.entry_groups()) {
-    if (std::find(group.places.begin(), group.places.end(), place) == group.places.end()) continue;
+    if (!contains(group.places, place)) continue;
     for (const plant::EntryGroup& other : system.entry_groups())
       if (other.name == group.name || (!group.alike.empty() && other.alike == group.alike))
         for (const std::string_view one : other.places)
-          if (std::find(alike.begin(), alike.end(), one) == alike.end()) alike.push_back(one);
+          if (!contains(alike, one)) alike.push_back(one);
   }
   return alike;
 }
@@ -116,7 +117,7 @@ namespace {
 bool is_of_reading(const plant::System& system, std::string_view place) {
   return std::any_of(system.entries().begin(), system.entries().end(), [&](const plant::Entry& entry) {
     const auto& places = system.entry_groups()[entry.group].places;
-    return entry.channel && std::find(places.begin(), places.end(), place) != places.end();
+    return entry.channel && contains(places, place);
   });
 }
 
@@ -126,7 +127,7 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   constexpr double likely = 0.5, sure = 0.9;  // not chosen: what the words mean
   std::vector<std::string> said;
   const auto say = [&](std::string_view one) {
-    if (!one.empty() && std::find(said.begin(), said.end(), one) == said.end()) said.emplace_back(one);
+    if (!one.empty() && !contains(said, one)) said.emplace_back(one);
   };
   if (evidence.name_probability >= likely) say(evidence.name);
   if (evidence.name_probability >= sure) return said;
@@ -141,9 +142,7 @@ std::vector<std::string> places_said(const plant::System& system, const PlaceEvi
   if (!said.empty() && evidence.name_probability < likely && is_of_reading(system, said.front())) {
     const std::string reading = said.front();
     const std::vector<std::string_view> alike = places_alike(system, reading);
-    std::stable_partition(said.begin(), said.end(), [&](const std::string& one) {
-      return one != reading && std::find(alike.begin(), alike.end(), one) != alike.end();
-    });
+    std::stable_partition(said.begin(), said.end(), [&](const std::string& one) { return one != reading && contains(alike, one); });
   }
   return said;
 }
@@ -182,10 +181,7 @@ Dependence depends_on(const Explanation& at, const Eigen::VectorXd& series, cons
   const auto& entries = at.system().entries();
   if (among.empty())
     for (const plant::VariableId v : list.ids())
-      if (std::any_of(entries.begin(), entries.end(), [&](const plant::Entry& entry) {
-            return std::find(entry.may_depend_on.begin(), entry.may_depend_on.end(), v) != entry.may_depend_on.end();
-          }))
-        ask(v);
+      if (std::any_of(entries.begin(), entries.end(), [&](const plant::Entry& entry) { return contains(entry.may_depend_on, v); })) ask(v);
   for (const plant::VariableId v : among) ask(v);
   return result;
 }

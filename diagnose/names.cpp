@@ -5,13 +5,10 @@
 #include <cmath>
 #include <optional>
 
+#include "plant/contains.h"
+
 namespace sinew::diagnose {
 namespace {
-
-template <class Id>
-bool contains(const std::vector<Id>& all, Id one) {
-  return std::find(all.begin(), all.end(), one) != all.end();
-}
 
 // An effect, and what fits in its place. What goes by the same name is no rival.
 FoundEffect described(plant::EffectId effect, const Search& search) {

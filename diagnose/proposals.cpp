@@ -13,6 +13,7 @@
 #include "diagnose/search.h"
 #include "diagnose/thinned.h"
 #include "plant/apart.h"
+#include "plant/contains.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
 
@@ -20,8 +21,6 @@ namespace sinew::diagnose {
 namespace {
 
 using Effects = std::vector<plant::EffectId>;
-
-bool holds(const Effects& all, plant::EffectId one) { return std::find(all.begin(), all.end(), one) != all.end(); }
 
 // A fit that waits to be made: which effects, and from where.
 struct Begun {
@@ -254,7 +253,7 @@ class Proposer {
     if (count_if(parent, [](const plant::EffectInfo& effect) { return effect.sharing.has_value(); }) >= settings_.most_apart) return;
     for (const plant::EffectId apart : sharings_) {
       const auto& needs = given_.system().effects()[apart].needs;
-      if ((!needs || holds(parent, *needs) || given_.is_on(*needs)) && !holds(parent, apart) && !all_.contains(joined(parent, apart)))
+      if ((!needs || contains(parent, *needs) || given_.is_on(*needs)) && !contains(parent, apart) && !all_.contains(joined(parent, apart)))
         begun.push_back({joined(parent, apart), all_.at(parent).as_guess(), {}});
     }
   }
@@ -498,7 +497,7 @@ class Proposer {
         for (const plant::EffectId other : others) {
           Guess typical = own;
           put_typical(typical, other);
-          if (!holds(effects, other)) begun.push_back({joined(rest, other), typical, {}});
+          if (!contains(effects, other)) begun.push_back({joined(rest, other), typical, {}});
         }
         continue;
       }
@@ -506,7 +505,7 @@ class Proposer {
       std::size_t taken = 0;
       for (const std::size_t s : scores.best) {
         const plant::EffectId other = scores.all[s].effect;
-        if (holds(effects, other)) continue;
+        if (contains(effects, other)) continue;
         if (!begins_far(other) && taken++ >= settings_.exchanged) continue;
         const Effects instead = joined(rest, other);
         const Guess scored = guess_with(at->second, scores.all[s]);
@@ -666,7 +665,7 @@ Proposals propose(const Fitted& core, const std::vector<FitData>& data, const Pr
 
 bool is_left_out(const plant::System& system, plant::EffectId effect, const std::vector<plant::EffectId>& without) {
   const auto& form_of = system.effects()[effect].form_of;
-  return holds(without, effect) || (form_of && holds(without, *form_of));
+  return contains(without, effect) || (form_of && contains(without, *form_of));
 }
 
 std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vector<plant::EffectId>& without) {

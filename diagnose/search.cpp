@@ -12,6 +12,7 @@
 #include "diagnose/free_laws.h"
 #include "diagnose/proposals.h"
 #include "plant/apart.h"
+#include "plant/contains.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -318,7 +319,7 @@ class Searcher {
   }
 
   static bool contains_all(const std::vector<plant::EffectId>& all, const std::vector<plant::EffectId>& some) {
-    return std::all_of(some.begin(), some.end(), [&](plant::EffectId e) { return std::find(all.begin(), all.end(), e) != all.end(); });
+    return std::all_of(some.begin(), some.end(), [&](plant::EffectId e) { return contains(all, e); });
   }
 
   bool has_laws(const Explanation& explanation) const { return explanation.system().laws().size() > system_.laws().size(); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant/contains.h"
 #include "sim/parallel.h"
 
 namespace sinew::diagnose {
@@ -14,7 +15,7 @@ constexpr std::array other_times_s{10.0, 100.0};
 
 bool is_upstream(const plant::System& system, std::string_view place) {
   const auto& places = system.upstream_places();
-  return std::find(places.begin(), places.end(), place) != places.end();
+  return contains(places, place);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 
 #include "fmu/description.h"
 #include "fmu/variables.h"
+#include "plant/contains.h"
 #include "plant/integrator.h"
 #include "sim/plant_file.h"
 #include "sim/text.h"
@@ -111,8 +112,7 @@ fmi2Status run(fmi2Component component, const char* call, std::initializer_list<
   auto* const instance = static_cast<Instance*>(component);
   if (!instance) return fmi2Error;
   try {
-    if (std::find(allowed.begin(), allowed.end(), instance->phase) == allowed.end())
-      throw std::runtime_error(std::string("cannot be called ") + words_of(instance->phase));
+    if (!contains(allowed, instance->phase)) throw std::runtime_error(std::string("cannot be called ") + words_of(instance->phase));
     work(*instance);
     return fmi2OK;
   } catch (const std::exception& error) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "diagnose/calibrate.h"
+#include "plant/contains.h"
 #include "sim/text.h"
 
 namespace sinew::investigate {
@@ -349,8 +350,7 @@ class Investigator {
 
   void measure_at(std::string_view place) {
     const std::string what = instrument_for(place);
-    if (!what.empty() && std::find(state_.measure.begin(), state_.measure.end(), what) == state_.measure.end())
-      state_.measure.push_back(what);
+    if (!what.empty() && !contains(state_.measure, what)) state_.measure.push_back(what);
   }
   void ask_to_measure(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
     const plant::System& system = diagnosis.search.core.system();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "plant/contains.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -58,8 +59,7 @@ Task task_of(const plant::System& system, int paper_case, std::optional<plant::C
 sim::Columns columns_of(const Task& task) {
   sim::Columns columns;
   for (const Feature& feature : task.features) (feature.measured ? columns.channels : columns.inputs).push_back(feature.column);
-  if (std::find(columns.channels.begin(), columns.channels.end(), task.predicted) == columns.channels.end())
-    columns.channels.push_back(task.predicted);
+  if (!contains(columns.channels, task.predicted)) columns.channels.push_back(task.predicted);
   return columns;
 }
 

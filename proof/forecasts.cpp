@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "plant/contains.h"
 #include "proof/judged.h"
 
 namespace sinew::proof {
@@ -76,8 +77,7 @@ std::vector<Forecast> forecasts_of(const std::vector<Case>& cases) {
     add_names(forecasts, one, given_by_answer(one));
     const std::vector<std::string> differ = unlike_in(one.truth);
     for (const ReportedApart& apart : one.reported.apart)
-      if (apart.probability > 0.0)
-        forecasts.push_back({apart.probability, std::find(differ.begin(), differ.end(), apart.quantity) != differ.end()});
+      if (apart.probability > 0.0) forecasts.push_back({apart.probability, contains(differ, apart.quantity)});
     if (one.reported.verdict == Verdict::consistent && one.reported.probability_of_nothing)
       forecasts.push_back({*one.reported.probability_of_nothing, is_nothing(one)});
   }

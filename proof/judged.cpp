@@ -4,16 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant/contains.h"
 #include "report/number.h"
 
 namespace sinew::proof {
 namespace {
 
 constexpr std::string_view unlike_effect = "unlike";
-
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 std::vector<std::string> names_given(const Reported& reported) {
   std::vector<std::string> names;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "plant/contains.h"
 #include "proof/forecasts.h"
 #include "proof/judged.h"
 
@@ -66,9 +67,8 @@ bool is_misnamed(By by, const Case& one) {
 }
 bool are_all_named(By by, const Case& one) {
   const Answered answered = by(one);
-  return std::all_of(one.truth.effects.begin(), one.truth.effects.end(), [&](const TrueEffect& effect) {
-    return std::find(answered.names.begin(), answered.names.end(), effect.name) != answered.names.end();
-  });
+  return std::all_of(one.truth.effects.begin(), one.truth.effects.end(),
+                     [&](const TrueEffect& effect) { return contains(answered.names, effect.name); });
 }
 
 using Methods = std::map<std::string, std::optional<double>>;

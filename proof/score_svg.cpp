@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "plant/contains.h"
 #include "plant/systems.h"
 #include "proof/score_files.h"
 #include "report/number.h"
@@ -46,7 +47,7 @@ Labels columns_of(const Score& score) {
   Labels columns;
   for (const auto& [truth, given] : score.confusion)
     for (const auto& [answer, count] : given)
-      if (std::find(columns.begin(), columns.end(), answer) == columns.end()) columns.push_back(answer);
+      if (!contains(columns, answer)) columns.push_back(answer);
   return in_order(columns);
 }
 

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "plant/contains.h"
 #include "sim/input_error.h"
 #include "sim/text.h"
 
@@ -287,7 +288,7 @@ ColumnRule read_column(const YamlValue::Entry& entry, bool written, Links& links
   if ((column != nullptr) + (constant != nullptr) + (difference != nullptr) + (direction != nullptr) != 1) {
     for (const auto& e : entry.value.map) {  // a misspelled one is likelier than none
       const std::vector<std::string> kinds{"column", "constant", "difference", "direction"};
-      const bool is_kind = std::find(kinds.begin(), kinds.end(), e.key) != kinds.end();
+      const bool is_kind = contains(kinds, e.key);
       if (!is_kind && column == nullptr && constant == nullptr && difference == nullptr && direction == nullptr &&
           !nearest(e.key, kinds).empty())
         throw InputError(
@@ -476,7 +477,7 @@ class Application {
       const bool nameless = log_.is_text() && log_.header_line() == 0;
       advice = "no such column in " + where_names_stand() + did_you_mean(named.scalar, log_.names);
       const std::string first_of_matrix = named.scalar + "[1]";
-      if (std::find(log_.names.begin(), log_.names.end(), first_of_matrix) != log_.names.end())
+      if (contains(log_.names, first_of_matrix))
         advice += "\nit is a matrix: name its columns " + first_of_matrix + ", " + named.scalar + "[2] and so on";
       advice += nameless ? "\nthis file has no header: name its columns by number, from 1 to " + std::to_string(log_.columns())
                          : "\nits columns are: " + list(log_.names);
@@ -890,7 +891,7 @@ PauseRule read_pauses(const YamlValue& value, const LogMap& map) {
           all.emplace_back(static_cast<std::size_t>(&column - map.columns.data()), entry.value.number());
         if (column.written) names.push_back(column.name);
       }
-      if (std::find(names.begin(), names.end(), entry.key) == names.end())
+      if (!contains(names, entry.key))
         throw InputError({value.file, entry.line, entry.column, list.path + "." + entry.key, "",
                           "no such column in `columns`" + did_you_mean(entry.key, names)});
     }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "plant/contains.h"
 #include "sim/input_error.h"
 #include "sim/log_map.h"
 #include "sim/plain_text.h"
@@ -364,7 +365,7 @@ class Suggestion {
         name.erase(at, 1);
         name = plain_name(name);
         if (name.empty()) name = "point";
-        const bool zeros = std::find(x.values.begin(), x.values.end(), 0.0) != x.values.end();
+        const bool zeros = contains(x.values, 0.0);
         if (points_.empty()) {
           points_ =
               "# A helper `{direction: {from: ..., to: ...}}` is the direction from one point to another, in degrees; 0 is taken for \"not "
@@ -389,7 +390,7 @@ class Suggestion {
   }
 
   std::string unique(std::string name) {
-    while (std::find(taken_.begin(), taken_.end(), name) != taken_.end()) name += "_2";
+    while (contains(taken_, name)) name += "_2";
     taken_.push_back(name);
     return name;
   }

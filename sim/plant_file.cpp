@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "plant/contains.h"
 #include "plant/laws.h"
 #include "sim/text.h"
 
@@ -259,8 +260,7 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
     const std::filesystem::path file = folder / base->text();
     if (!std::filesystem::exists(file)) base->complain("no such file; a base is paper_limb or a plant file, looked for beside this one");
     below.push_back(std::filesystem::weakly_canonical(value.file));
-    if (std::find(below.begin(), below.end(), std::filesystem::weakly_canonical(file)) != below.end())
-      base->complain("a plant cannot be its own base");
+    if (contains(below, std::filesystem::weakly_canonical(file))) base->complain("a plant cannot be its own base");
     std::tie(plant, making) = read_plant_of(read_yaml(file), file.parent_path(), below);
   }
   const auto needs_format_2 = [&](const YamlValue& what) {
@@ -293,7 +293,7 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
   if (parameters) {
     const std::vector<std::string>& keys = without_own.system().own_keys();
     for (const auto& entry : parameters->map) {
-      if (std::find(keys.begin(), keys.end(), entry.key) == keys.end() || without_own.system().find_parameter(entry.key)) continue;
+      if (!contains(keys, entry.key) || without_own.system().find_parameter(entry.key)) continue;
       needs_format_2(entry.value);
       making.own.push_back({entry.value.path, "", "", entry.key});
       anew = true;
@@ -410,7 +410,7 @@ std::string plant_file_text(const plant::Plant& plant) {
   const auto& all = plant.system().parameters();
   const std::vector<std::string>& own_keys = plant.system().own_keys();
   const bool own = std::any_of(all.begin(), all.end(), [&](const plant::ParameterInfo& info) {
-    if (!info.effect) return std::find(own_keys.begin(), own_keys.end(), info.key()) != own_keys.end();
+    if (!info.effect) return contains(own_keys, info.key());
     return info.owner.find('.') != std::string::npos && plant.is_on(*info.effect);
   });
   return std::string("format: ") + (own || !plant.system().structure_yaml().empty() || !laws_to_yaml(plant, "").empty() ? "2" : "1") +

@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "plant/contains.h"
 #include "plant/systems.h"
 #include "sim/input_error.h"
 #include "sim/log_reader.h"
@@ -258,7 +259,7 @@ class TableReader {
         found[role] = true;
       }
     });
-    if (std::find(found.begin(), found.end(), false) != found.end()) fail_for_missing_columns(names, extra, found);
+    if (contains(found, false)) fail_for_missing_columns(names, extra, found);
     for (const std::string_view name : extra) {
       lines_.count(notes_.extra_columns, line.data());
       notes_.extra_column_names.push_back(name.empty() ? "(no name)" : printable(name));

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "plant/contains.h"
 #include "sim/plain_text.h"
 #include "sim/text.h"
 
@@ -167,7 +168,7 @@ const YamlValue& YamlMap::require(std::string_view key, std::string_view what_fo
 
 void YamlMap::finish(std::string_view advice) const {
   for (const auto& entry : value_.map) {
-    if (std::find(asked_.begin(), asked_.end(), entry.key) != asked_.end()) continue;
+    if (contains(asked_, entry.key)) continue;
     std::string near = nearest(entry.key, asked_);
     // A key with another unit is nearest to the one that shares its first words.
     if (near.empty())

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <set>
 
+#include "plant/contains.h"
+
 namespace sinew::plant {
 namespace {
 
@@ -121,7 +123,7 @@ void Shape::complete() {
       for (std::size_t b = a + 1; b < on_segment.size(); ++b) pairs.push_back({on_segment[a], on_segment[b]});
   for (const Sensor& sensor : sensors) {
     auto& parts = sensor.kind == Sensing::thermocouple ? thermocouple_coils : sensor_bends;
-    if (sensor.kind != Sensing::camera && std::find(parts.begin(), parts.end(), sensor.part) == parts.end()) parts.push_back(sensor.part);
+    if (sensor.kind != Sensing::camera && !contains(parts, sensor.part)) parts.push_back(sensor.part);
   }
 }
 
