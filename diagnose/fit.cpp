@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "plant/contains.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
@@ -51,12 +52,10 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
   for (std::size_t low = 0; low < parameters_.size(); ++low)
     for (std::size_t high = 0; high < parameters_.size(); ++high)
       if (const auto& above = system().parameters()[parameters_[low]].declaration.less_than;
-          std::find(above.begin(), above.end(), system().parameters()[parameters_[high]].key()) != above.end())
+          contains(above, system().parameters()[parameters_[high]].key()))
         orders_.push_back({low, high, order_share * unknowns_[low].deviation});
-  for (const plant::StateId i : states_.ids())
-    if (start_ == StartPolicy::estimated && states_[i].free_at_start) free_states_.push_back(i);
   for (std::size_t r = 0; r < data_.size(); ++r) {
-    if (start_ == StartPolicy::estimated) add_start_unknowns(r);
+    add_start_unknowns(r);
     first_row_.push_back(rows_.size());
     for (std::size_t k = 0; k < data_[r].sample_count; ++k)
       for (const plant::ChannelId c : system().channels().ids())
@@ -65,12 +64,18 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
 }
 
 void FitProblem::add_start_unknowns(std::size_t recording) {
+  first_start_.push_back(unknowns_.size());
+  free_states_.emplace_back();
+  if (start_ == StartPolicy::at_rest) return;
+  for (const plant::StateId i : states_.ids())
+    if (states_[i].at_start == plant::AtStart::open || (states_[i].at_start == plant::AtStart::counted && recording > 0))
+      free_states_[recording].push_back(i);
   const std::string owner = data_.size() == 1 ? "start." : "start[" + std::to_string(recording) + "].";
   std::vector<double> first;
   for (const plant::ChannelId c : system().channels().ids())
     first.push_back(first_measured(data_[recording], c) * system().channels()[c].unit.internal_per_unit);
   const std::vector<plant::StartBelief> beliefs = system().start_beliefs(centres_, first);
-  for (const plant::StateId i : free_states_) {
+  for (const plant::StateId i : free_states_[recording]) {
     const plant::StartBelief& belief = beliefs[i.index];
     unknowns_.push_back({owner + states_[i].key, std::nullopt, belief.centre, belief.deviation, belief.lowest, belief.highest,
                          states_[i].unit.internal_per_unit, states_[i].unit.text});
@@ -89,8 +94,9 @@ plant::Start FitProblem::start_at(const double* z, std::size_t recording) const 
   plant::Start start{std::vector<std::optional<double>>(states_.size()), {}};
   if (start_ == StartPolicy::at_rest) return start;
   if (recording >= idle_before_.size() || !idle_before_[recording]) start.inputs = data_[recording].recording->samples.front().inputs;
-  const std::size_t first = parameters_.size() + recording * free_states_.size();
-  for (std::size_t i = 0; i < free_states_.size(); ++i) start.given[free_states_[i].index] = value(first + i, z[first + i]);
+  const std::size_t first = first_start_[recording];
+  const std::vector<plant::StateId>& free = free_states_[recording];
+  for (std::size_t i = 0; i < free.size(); ++i) start.given[free[i].index] = value(first + i, z[first + i]);
   return start;
 }
 
@@ -115,11 +121,11 @@ bool FitProblem::evaluate(const double* z, double* residuals, double* jacobian) 
   const auto columns = static_cast<Eigen::Index>(unknowns_.size());
   for (std::size_t r = 0; r < data_.size(); ++r) {
     const FitData& data = data_[r];
-    const std::size_t first_start = parameters_.size() + r * free_states_.size();
+    const std::size_t first_start = first_start_[r];
     plant::SensitivityRequest request;
     if (jacobian) {
       request.parameters = parameters_;
-      if (start_ == StartPolicy::estimated) request.initial_states = free_states_;
+      request.initial_states = free_states_[r];
     }
     const std::vector<sim::Sample>& all = data.recording->samples;
     plant::Integrator integrator(plant, start_at(z, r), numerics_, request);

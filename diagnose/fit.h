@@ -67,8 +67,10 @@ class FitProblem {
   const plant::NumericalSettings& numerics() const { return numerics_; }
   const std::vector<plant::ParameterId>& parameters() const { return parameters_; }
   const plant::System& system() const { return centres_.system(); }
-  // States whose first value is unknown, the same for every recording; empty where recordings begin at rest.
-  const std::vector<plant::StateId>& free_states() const { return free_states_; }
+  StartPolicy start_policy() const { return start_; }
+  // States whose first value is unknown where this recording begins, and the first of their unknowns, which stand in this order.
+  const std::vector<plant::StateId>& free_states(std::size_t recording) const { return free_states_[recording]; }
+  std::size_t first_start(std::size_t recording) const { return first_start_[recording]; }
   // Where inputs act late, what was commanded before a recording acts in it: its first command, or nothing.
   void set_idle_before(std::vector<bool> idle) { idle_before_ = std::move(idle); }
   const std::vector<bool>& idle_before() const { return idle_before_; }  // empty: none
@@ -102,8 +104,8 @@ class FitProblem {
     double scale;
   };
   std::vector<Order> orders_;
-  std::vector<plant::StateId> free_states_;
-  std::vector<std::size_t> first_row_;  // of each recording
+  std::vector<std::vector<plant::StateId>> free_states_;  // of each recording, as all below
+  std::vector<std::size_t> first_start_, first_row_;
   std::vector<Row> rows_;
 };
 

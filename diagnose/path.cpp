@@ -322,7 +322,6 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   const plant::Plant plant = problem.plant_at(z);
   const plant::System& system = problem.system();
   const std::size_t unknowns = problem.unknowns().size(), parameters = problem.parameters().size();
-  const std::size_t states = problem.free_states().size();
   path.residuals.assign(problem.rows().size(), 0.0);
   const bool derivatives = want == Want::derivatives || want == Want::everything, points = want == Want::points || want == Want::everything;
   path.jacobian.assign(derivatives ? problem.rows().size() * unknowns : 0, 0.0);
@@ -332,8 +331,8 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   std::size_t row = 0;
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
-    const std::size_t first_start = parameters + r * states;
-    const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states()}};
+    const std::size_t first_start = problem.first_start(r), states = problem.free_states(r).size();
+    const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states(r)}};
     const bool fine = follower.run(derivatives, points ? &path.points[r] : nullptr,
                                    [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
                                      for (const plant::ChannelId c : system.channels().ids()) {

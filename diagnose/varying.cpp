@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "plant/contains.h"
 #include "sim/simulation.h"
 
 namespace sinew::diagnose {
@@ -45,7 +46,7 @@ Wanderer strength_of(const plant::System& system, plant::EffectId effect) {
 
 bool is_upstream_sensor(const plant::System& system, std::string_view place) {
   const auto& upstream = system.upstream_places();
-  return place.starts_with("sensor.") && std::find(upstream.begin(), upstream.end(), place) != upstream.end();
+  return place.starts_with("sensor.") && contains(upstream, place);
 }
 
 }  // namespace
@@ -56,12 +57,12 @@ std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<pla
   const std::size_t states = plant.states().size();
   const double delay_s = plant.equations()->input_delay_s();
   for (const plant::EffectId e : system.effects().ids()) {
-    if (plant.is_on(e) || std::find(without.begin(), without.end(), e) != without.end()) continue;
+    if (plant.is_on(e) || contains(without, e)) continue;
     const Wanderer one = strength_of(system, e);
     const plant::Plant with = changed(plant, one);
     const bool toggle = system.parameters()[system.effects()[e].strength].declaration.kind == plant::Kind::toggle;
-    if (toggle || is_upstream_sensor(system, one.place) || with.states().size() != states || with.equations()->input_delay_s() != delay_s)
-      continue;
+    const bool remembers = with.states().size() != states && system.effects()[e].grown_words.empty();  // more than a time
+    if (toggle || is_upstream_sensor(system, one.place) || remembers || with.equations()->input_delay_s() != delay_s) continue;
     all.push_back(one);
   }
   for (const plant::Constant& constant : system.constants())
@@ -77,8 +78,16 @@ std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<pla
 bool varying_push(const FitProblem& problem, const double* z, const Varying& varying, VaryingPush& push) {
   const plant::System& system = problem.system();
   const plant::Plant plant = problem.plant_at(z);
-  const auto as_it_is = plant.equations(), changed_so = changed(plant, varying.of).equations();
+  const plant::Plant with = changed(plant, varying.of);
+  const auto as_it_is = plant.equations(), changed_so = with.equations();
   const std::size_t states = plant.states().size(), channels = system.channels().size();
+  // Where the plant's states are among those of the changed one, whose others are the time since what grows began to.
+  std::vector<std::size_t> place;
+  const plant::States more = with.states();
+  for (const plant::StateId i : plant.states().ids())
+    place.push_back(std::find_if(more.begin(), more.end(), [&](const auto& one) { return one.key == plant.states()[i].key; }) -
+                    more.begin());
+  std::vector<double> y_with(more.size(), long_since_s), rates_with(more.size());
   const auto& constant = varying.of.constant;
   push = {varying.correlation_time_s, {}, {}};
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
@@ -98,11 +107,13 @@ bool varying_push(const FitProblem& problem, const double* z, const Varying& var
       Eigen::VectorXd was(static_cast<Eigen::Index>(states)), is(was);
       const double* y = integrator.state().data();
       as_it_is->rates(given, y, was.data());
-      changed_so->rates(given, y, is.data());
+      for (std::size_t i = 0; i < states; ++i) y_with[place[i]] = y[i];
+      changed_so->rates(given, y_with.data(), rates_with.data());
+      for (std::size_t i = 0; i < states; ++i) is(static_cast<Eigen::Index>(i)) = rates_with[place[i]];
       push.rates.back().push_back(is - was);
       Eigen::VectorXd shown(static_cast<Eigen::Index>(channels)), other(shown);
       as_it_is->readings(y, shown.data());
-      changed_so->readings(y, other.data());
+      changed_so->readings(y_with.data(), other.data());
       other -= shown;
       if (constant) {
         const double about = constant->about ? plant.get(*constant->about) : 0.0;

@@ -19,7 +19,8 @@ struct StateDeclaration {
   std::string_view name;
   Unit unit;
   double scale;
-  bool free_at_start = true;
+  AtStart at_start = AtStart::open;
+  double start_deviation = 0.5 * scale;
 };
 
 std::string name_in_part(std::string_view pattern, std::string_view part);

@@ -131,7 +131,7 @@ class LawfulSystem final : public System {
       const std::vector<const Entry*> entries = entries_of(*this, law.entry);
       for (std::size_t i = 0; i < entries.size(); ++i)
         list.push_back({law.name + ".slow" + (entries.size() > 1 ? "_" + std::to_string(i + 1) : ""), units::none,
-                        law.knots.back() - law.knots.front(), false});
+                        law.knots.back() - law.knots.front(), AtStart::balanced});
     });
     return list;
   }

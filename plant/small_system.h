@@ -258,8 +258,8 @@ class SmallSystem final : public System {
       if constexpr (HasStates<Effect>)
         if (on[index])
           for (const StateDeclaration& declared : Effect::states)
-            list.push_back(
-                {std::string(Effect::name) + "." + std::string(declared.name), declared.unit, declared.scale, declared.free_at_start});
+            list.push_back({std::string(Effect::name) + "." + std::string(declared.name), declared.unit, declared.scale, declared.at_start,
+                            declared.start_deviation});
     });
     return list;
   }
@@ -296,7 +296,7 @@ class SmallSystem final : public System {
     }
     std::vector<StartBelief> beliefs;
     for (const StateId i : list.ids()) {
-      beliefs.push_back({rest[i.index], 0.5 * list[i].scale});
+      beliefs.push_back({rest[i.index], list[i].start_deviation});
       if (i.index >= lists_.states.size()) continue;
       beliefs.back().lowest = lists_.states[i.index].range.lowest;
       beliefs.back().highest = lists_.states[i.index].range.highest;

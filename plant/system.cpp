@@ -78,7 +78,7 @@ std::vector<StartBelief> System::start_beliefs(const Plant& plant, std::span<con
   given.inputs.assign(inputs_.size(), 0.0);
   const std::vector<double> rest = plant.equations()->rest(given, std::vector<std::optional<double>>(list.size()));
   std::vector<StartBelief> beliefs;
-  for (const StateId i : list.ids()) beliefs.push_back({rest[i.index], 0.5 * list[i].scale});
+  for (const StateId i : list.ids()) beliefs.push_back({rest[i.index], list[i].start_deviation});
   return beliefs;
 }
 

@@ -35,11 +35,19 @@ struct Situation {
   double input(std::size_t i) const { return slopes_1_s.empty() ? inputs[i] : inputs[i] + slopes_1_s[i] * (time_s - inputs_from_s); }
 };
 
+// What is known of a state where a recording begins.
+enum class AtStart {
+  open,      // nothing, if it begins in mid-motion
+  balanced,  // that it is at rest with the others
+  counted,   // in the first recording as `balanced`: what has grown since then is open where others begin
+};
+
 struct StateInfo {
   std::string key;  // "temperature_A_degC", "viscoelastic_creep.angle_rad"; ends in its unit
   Unit unit;
-  double scale;               // a change of this size is large: sets the absolute tolerance and the prior of an unknown start
-  bool free_at_start = true;  // whether a recording that begins in mid-motion leaves its first value open
+  double scale;  // a change of this size is large: sets the absolute tolerance
+  AtStart at_start = AtStart::open;
+  double start_deviation = 0.5 * scale;                         // of the prior of an unknown start
   double safe_until = std::numeric_limits<double>::infinity();  // an experiment that is designed stays below it
 };
 using States = ListOf<StateId, StateInfo>;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plant/limb/limb.h"
 
+#include "plant/contains.h"
+
 namespace sinew::plant {
 namespace {
 
@@ -413,8 +415,8 @@ void LimbSystem::list_loggers() {
 States LimbSystem::states(const EffectsOn& on) const {
   States list;
   const auto names = [&](Part part) { return part_names(shape_, part); };
-  const auto add = [&](std::string_view pattern, const std::string& part, Unit unit, double scale, bool free = true) {
-    list.push_back({name_in_part(pattern, part), unit, scale, free});
+  const auto add = [&](std::string_view pattern, const std::string& part, Unit unit, double scale, AtStart at_start = AtStart::open) {
+    list.push_back({name_in_part(pattern, part), unit, scale, at_start});
   };
   constexpr double hottest_degC = 110.0;
   for (const auto& name : names(Part::coil)) {
@@ -422,15 +424,16 @@ States LimbSystem::states(const EffectsOn& on) const {
     list[StateId{list.size() - 1}].safe_until = hottest_degC;
   }
   for (const auto& name : names(Part::coil)) add("martensite_{}_fraction", name, units::none, 1.0);
-  for (const auto& name : names(Part::bend)) add("angle_{}_rad", name, units::rad, 1.0, false);
-  for (const auto& name : names(Part::bend)) add("angular_velocity_{}_rad_s", name, units::rad_s, 1.0, false);
+  for (const auto& name : names(Part::bend)) add("angle_{}_rad", name, units::rad, 1.0, AtStart::balanced);
+  for (const auto& name : names(Part::bend)) add("angular_velocity_{}_rad_s", name, units::rad_s, 1.0, AtStart::balanced);
   LimbValues<double>(Core<double>(shape_), own_).each_effect([&](auto index, const auto& instances) {
     using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;
     if constexpr (HasStates<Effect>)
       if (on[index])
         for (const auto& part : names(Effect::part))
           for (const StateDeclaration& declared : Effect::states)
-            add(std::string(Effect::name) + "." + std::string(declared.name), part, declared.unit, declared.scale, declared.free_at_start);
+            list.push_back({std::string(Effect::name) + "." + name_in_part(declared.name, part), declared.unit, declared.scale,
+                            declared.at_start, declared.start_deviation});
   });
   return list;
 }
@@ -490,11 +493,11 @@ std::vector<StartBelief> LimbSystem::start_beliefs(const Plant& plant, std::span
   const bool has_junctions = plant.is_on(effect(junction));
   const auto sits_on_wire = [&](std::size_t coil) {
     const auto& with = shape_.thermocouple_coils;
-    return !has_junctions || std::find(with.begin(), with.end(), coil) == with.end();
+    return !has_junctions || !contains(with, coil);
   };
   std::vector<StartBelief> beliefs;
   for (const StateId i : list.ids()) {
-    StartBelief belief{rest[i.index], 0.5 * list[i].scale};
+    StartBelief belief{rest[i.index], list[i].start_deviation};
     if (list[i].key.starts_with(junction + ".")) belief.deviation = near_shown_K;
     if (i.index < at.martensite) {
       belief.deviation = sits_on_wire(i.index - at.temperature) ? near_shown_K : near_body_K;

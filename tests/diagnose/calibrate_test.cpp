@@ -76,6 +76,33 @@ TEST_CASE("calibrate: a recording that begins in mid-motion is fitted with its f
   for (const plant::ChannelId c : testing::limb_system().channels().ids()) CHECK(comparison.fitted[c].rmse < 1.15 * noise[c]);
 }
 
+TEST_CASE("calibrate: the room has warmed on until the second recording begins" * long_when_sanitized) {
+  plant::Plant limb = plant::default_plant();
+  const plant::ParameterId rate = testing::parameter("ambient_drift.rate_K_s");
+  limb.set_in_file_units(rate, 0.02);
+  limb.turn_on_by_strength();
+  sim::Scenario first = testing::babbling(60.0, limb);
+  first.sensors = sim::usual_sensors(limb.system());
+  sim::Scenario second = first;
+  second.seed = first.seed + 1;
+  second.start.assign(limb.states().size(), std::nullopt);
+  for (const plant::StateId i : limb.states().ids())
+    if (limb.states()[i].key == "ambient_drift.elapsed_s") second.start[i.index] = 200.0;
+  const sim::Recording one = testing::recorded(first), other = testing::recorded(second);
+  const auto noise = testing::noise_of(one);
+  diagnose::CalibrationSettings settings;
+  settings.parameters = {rate, testing::parameter("ambient_temperature_degC")};
+  settings.starts = 1;
+  const auto result = diagnose::calibrate(limb, {{&one, one.samples.size(), noise}, {&other, other.samples.size(), noise}}, settings);
+  const auto& found = estimate(result, "ambient_drift.rate_K_s");
+  CHECK(std::abs(found.value - 0.02) < 4.0 * found.standard_error);
+  CHECK(found.standard_error < 0.002);
+  const auto& elapsed = estimate(result, "start[1].ambient_drift.elapsed_s");
+  CHECK(std::abs(elapsed.value - 200.0) < 4.0 * elapsed.standard_error);
+  CHECK(elapsed.standard_error < 40.0);
+  CHECK_FALSE(result.starts_of_recordings[0].given[limb.states().size() - 1].has_value());
+}
+
 TEST_CASE("calibrate: parameters that only appear as a product cannot be told, and name each other" * long_when_sanitized) {
   const sim::Recording recording = testing::recorded(other_limb(60.0));
   diagnose::CalibrationSettings settings;

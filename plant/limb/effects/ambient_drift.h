@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The room warms or cools during the recording.
 //
-//   T_inf -> T_inf + s t
+//   T_inf -> T_inf + s t,  t since the first recording began
 //
-// Source: docs/plant.md, section 2. Leaves out everything but a straight line.
+// A recording that is made later may begin in a room that is warmer by then: t is a state. Source: docs/plant.md, section 2. Leaves out
+// everything but a straight line.
 #pragma once
 
 #include "plant/limb/instant.h"
@@ -17,6 +18,8 @@ struct AmbientDrift {
   static constexpr Part part = Part::room;
   static constexpr std::string_view equation = "T_inf -> T_inf + s t";
   static constexpr std::string_view words = "the surroundings warm or cool during the recording";
+
+  static constexpr std::array states{StateDeclaration{"elapsed_s", units::s, 100.0, AtStart::counted, 1800.0}};
 
   static constexpr std::string_view grown_words = "the temperature of the surroundings", grown_unit = "K";
 
@@ -35,9 +38,11 @@ struct AmbientDrift {
                                      .source = "a few kelvin in ten minutes"});
   }
 
-  void environment(Instant<S>& now, std::size_t) const {
-    now.ambient_temperature_degC = now.ambient_temperature_degC + rate_K_s * now.given->time_s;
+  void rest(const Instant<S>&, std::size_t, S* own) const { own[0] = S(0.0); }
+  void environment(Instant<S>& now, std::size_t, const S* own) const {
+    now.ambient_temperature_degC = now.ambient_temperature_degC + rate_K_s * own[0];
   }
+  void rates(const Instant<S>&, std::size_t, const S*, S* rate) const { rate[0] = S(1.0); }
 };
 
 }  // namespace sinew::plant

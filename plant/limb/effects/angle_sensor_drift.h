@@ -18,6 +18,8 @@ struct AngleSensorDrift {
   static constexpr std::string_view equation = "theta_m = theta + d_theta t";
   static constexpr std::string_view words = "the bend sensor's zero drifts";
 
+  static constexpr std::array states{StateDeclaration{"elapsed_{}_s", units::s, 100.0, AtStart::counted, 1800.0}};
+
   static constexpr std::string_view grown_words = "the zero of the bend sensor", grown_unit = "deg";
 
   S rate_rad_s{0.0};
@@ -35,9 +37,11 @@ struct AngleSensorDrift {
                                        .source = "a few degrees in ten minutes"});
   }
 
-  void reading(Instant<S>& now, std::size_t bend) const {
-    now.shown_angle_rad[bend] = now.shown_angle_rad[bend] + rate_rad_s * now.given->time_s;
+  void rest(const Instant<S>&, std::size_t, S* own) const { own[0] = S(0.0); }
+  void reading(Instant<S>& now, std::size_t bend, const S* own) const {
+    now.shown_angle_rad[bend] = now.shown_angle_rad[bend] + rate_rad_s * own[0];
   }
+  void rates(const Instant<S>&, std::size_t, const S*, S* rate) const { rate[0] = S(1.0); }
 };
 
 }  // namespace sinew::plant

@@ -17,7 +17,7 @@ struct Fatigue {
   static constexpr Part part = Part::coil;
   static constexpr std::string_view equation = "delta_t -> delta_t (1 - kappa n), n = integral |dxi| / 2";
   static constexpr std::string_view words = "the coils lose stroke with every cycle";
-  static constexpr std::array states{StateDeclaration{"cycles_{}", units::none, 1.0, false}};
+  static constexpr std::array states{StateDeclaration{"cycles_{}", units::none, 1.0, AtStart::counted, 30.0}};
 
   S loss_per_cycle{0.0};
 

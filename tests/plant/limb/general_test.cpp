@@ -157,7 +157,7 @@ TEST_CASE("general limb: readings go by their sensors; a camera sees past the be
       "  channels:\n    - {column: seen_deg, camera: tip}\n    - {column: felt_deg, bend: tip}\n    - {column: t_degC, thermocouple: A}\n"
       "parameters: { angle_offset_tip_deg: 3, angle_offset_base_deg: 50 }\n"
       "effects: { angle_sensor_drift: { rate_deg_s: 0.1 }, thermocouple_heat_sink: { gain: 0.5 } }\n");
-  const auto at = at_one_instant(limb, {.time_s = 20.0}, {65.0, 0.5, 0.7, 0.2, 0.0, 0.0});
+  const auto at = at_one_instant(limb, {.time_s = 20.0}, {65.0, 0.5, 0.7, 0.2, 0.0, 0.0, 20.0});
   CHECK(at.reading[0] == by_hand(0.2 + 3.0 * radians_per_degree));
   CHECK(at.reading[1] == by_hand(0.2 + 5.0 * radians_per_degree));
   CHECK(at.reading[2] == by_hand(45.0));  // half-way from 65 to 25

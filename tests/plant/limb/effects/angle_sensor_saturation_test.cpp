@@ -32,7 +32,7 @@ TEST_CASE("angle sensor saturation: of what a late sensor shows, before its zero
   Plant limb = limb_with("angle_sensor_saturation", {{"saturation_1_rad2", 3.0}});
   turn_on(limb, "angle_sensor_lag", {{"time_constant_s", 0.4}});
   turn_on(limb, "angle_sensor_drift", {{"rate_deg_s", 0.01}});
-  const auto at = at_one_instant(limb, {.time_s = 100.0}, {25.0, 25.0, 1.0, 1.0, 0.3, 0.0, 1.0});
+  const auto at = at_one_instant(limb, {.time_s = 100.0}, {25.0, 25.0, 1.0, 1.0, 0.3, 0.0, 1.0, 100.0});
   CHECK(at.reading[angle] == by_hand(0.5 + std::numbers::pi / 180.0));
   CHECK(at.now.angle_rad[0] == 0.3);
 }
