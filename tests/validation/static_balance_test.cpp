@@ -233,7 +233,7 @@ TEST_CASE("a limb at rest stays at rest") {
     for (std::size_t i = 0; i < at_first.size(); ++i) {
       INFO(run.states()[StateId{i}].key);
       if (run.states()[StateId{i}].key.ends_with("elapsed_s")) continue;  // time goes on
-      CHECK(std::abs(run.state()[i] - at_first[i]) < 1e-9);  // what rest() leaves, 1e-12, and the solver's 1e-8 of it
+      CHECK(std::abs(run.state()[i] - at_first[i]) < 1e-9);               // what rest() leaves, 1e-12, and the solver's 1e-8 of it
     }
   }
 }
