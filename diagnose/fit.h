@@ -2,9 +2,10 @@
 // A plant against recordings, as a least-squares problem: unknowns, residuals and their exact derivatives.
 //
 // Unknowns are parameters of the plant, shared by all recordings, and for each recording the first values of those states
-// that a recording may begin with in mid-motion; the others are at rest with them (System::start_beliefs). Each unknown has a weak prior
-// and bounds from its declaration, and a coordinate z in which the prior is N(0, 1): value = centre + z deviation. The prior of a
-// quantity that cannot but be positive is log-normal, value = centre exp(z log_deviation): twice as much is believed as easily as half.
+// that a recording may begin with in mid-motion, or that have grown since the first one began (plant::AtStart); the others are at rest
+// with them (System::start_beliefs). Each unknown has a weak prior and bounds from its declaration, and a coordinate z in which the prior
+// is N(0, 1): value = centre + z deviation. The prior of a quantity that cannot but be positive is log-normal, value =
+// centre exp(z log_deviation): twice as much is believed as easily as half.
 //
 // Rows: (model - measured) / deviation for every sample that is there, recording by recording, time by time, channel by channel;
 // then one row z for each unknown; then one for each pair of unknowns that physics orders (Declaration::less_than): by how many

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The room warms or cools during the recording.
+// The room warms or cools, during a recording and until the next.
 //
 //   T_inf -> T_inf + s t,  t since the first recording began
 //

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bend sensor's zero moves steadily.
 //
-//   theta_m = theta + d_theta t
+//   theta_m = theta + d_theta t,  t since the first recording began
 //
 // Source: docs/plant.md, section 2. Leaves out everything but a straight line.
 #pragma once
