@@ -368,7 +368,8 @@ int evaluate_command(const EvaluateArguments& arguments, Ranks& ranks) {
     const auto show = [&](const StressRow& row) {
       if (row.counted > 0) shown.push_back(judged(stress, jobs[row.worst_job], *predictor, should_stop).plot.value());
     };
-    for (std::size_t r = 0; r < std::min<std::size_t>(3, rows.size()); ++r) show(rows[r]);
+    for (const StressRow& row : rows)
+      if (row.name != base.name && shown.size() < 3) show(row);
     show(base);
     for (const report::TimePlot& plot : shown) page.blocks.push_back(plot);
     ends_soon.reset();

@@ -145,6 +145,8 @@ def test_train_and_use():
     result = sinew("evaluate", "stateful4", "--stress", stress, "--out", "stress")
     check("evaluate: table, worst first, each with a scenario that runs again", result.returncode == 0 and "hot room" in result.stdout and
           len(list((cli.folder / "stress/scenarios").glob("*.yaml"))) == 2, said(result))
+    check("evaluate: without stress is drawn once",
+          (cli.folder / "stress/stress.svg").read_text().count(">nothing: the limb of the base</text>") == 1)
     # README.md has the name of the folder.
     result = cli.in_ranks(2, "evaluate", "stateful4", "--stress", stress, "--threads", 1, "--out", "stress_ranks")
     of_ranks, alone = ({file.relative_to(cli.folder / name): file.read_bytes().replace(f"--out {name}`".encode(), b"")
