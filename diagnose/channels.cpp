@@ -13,12 +13,13 @@ constexpr double edge_factor = 4.0;
 double noise_of_channel(const sim::Recording& recording, plant::ChannelId channel, double otherwise) {
   std::vector<double> second, first;
   const auto& samples = recording.samples;
-  for (std::size_t k = 1; k < samples.size(); ++k) {
-    const double step = std::abs(measured(samples[k], channel) - measured(samples[k - 1], channel));
-    if (step > 1e-9) first.push_back(step);
-    if (k + 1 == samples.size()) continue;
-    const double d = measured(samples[k + 1], channel) - 2.0 * measured(samples[k], channel) + measured(samples[k - 1], channel);
-    if (!std::isnan(d)) second.push_back(std::abs(d));
+  const auto [rows, period_s] = measured_rows(recording, channel);
+  const auto follows = [&](std::size_t i) { return samples[rows[i]].time_s - samples[rows[i - 1]].time_s < 1.5 * period_s; };
+  const auto value = [&](std::size_t i) { return measured(samples[rows[i]], channel); };
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    if (!follows(i)) continue;
+    if (const double step = std::abs(value(i) - value(i - 1)); step > 1e-9) first.push_back(step);
+    if (i + 1 < rows.size() && follows(i + 1)) second.push_back(std::abs(value(i + 1) - 2.0 * value(i) + value(i - 1)));
   }
   if (second.size() < 8 || first.empty()) return otherwise;  // too little to tell, or a channel that never moves
   // Trimmed root mean square, repeated until no more is cut: robust like a median, but not blind to steps.
@@ -39,6 +40,22 @@ double noise_of_channel(const sim::Recording& recording, plant::ChannelId channe
 }
 
 }  // namespace
+
+MeasuredRows measured_rows(const sim::Recording& recording, plant::ChannelId channel) {
+  MeasuredRows result{{}, std::numeric_limits<double>::quiet_NaN()};
+  std::vector<double> steps_s;
+  for (std::size_t k = 0; k < recording.samples.size(); ++k) {
+    if (std::isnan(measured(recording.samples[k], channel))) continue;
+    if (!result.rows.empty()) steps_s.push_back(recording.samples[k].time_s - recording.samples[result.rows.back()].time_s);
+    result.rows.push_back(k);
+  }
+  if (!steps_s.empty()) {
+    const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
+    std::nth_element(steps_s.begin(), middle, steps_s.end());
+    result.period_s = *middle;
+  }
+  return result;
+}
 
 PerChannel noise_of(const plant::System& system, const sim::Recording& recording) {
   PerChannel noise;

@@ -30,6 +30,13 @@ inline double shown(const plant::System& system, const std::vector<double>& read
   return readings[channel.index] / system.channels()[channel].unit.internal_per_unit;
 }
 
+// The samples in which a channel was measured: in a log in which each reading has a row of its own, few of all.
+struct MeasuredRows {
+  std::vector<std::size_t> rows;
+  double period_s;  // the median time from one to the next; NaN with fewer than two
+};
+MeasuredRows measured_rows(const sim::Recording& recording, plant::ChannelId channel);
+
 // Standard deviation of each sensor's noise, in the units of files, steps of quantisation included: from second
 // differences, which a slow signal and a wrong model leave alone. Never below step/sqrt(12), with the step the smallest
 // difference that occurs. Channels that never move, or with fewer than 8 usable triples, get the

@@ -37,11 +37,11 @@ OffLine off_line(const std::vector<double>& values, std::size_t k) {
 // Masks those that its samples show. How many. `ends`: also within `reach` of the recording's ends.
 std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId channel, double noise, bool ends) {
   std::size_t count = 0;
+  const std::vector<std::size_t> rows = measured_rows(recording, channel).rows;
   std::vector<double> values;  // as they were: none that is masked here judges another
-  for (const sim::Sample& sample : recording.samples) values.push_back(measured(sample, channel));
+  for (const std::size_t row : rows) values.push_back(measured(recording.samples[row], channel));
   for (std::size_t k = 0; k < values.size(); ++k) {
     const double value = values[k];
-    if (std::isnan(value)) continue;
     const bool at_end = k < reach || k + reach >= values.size();
     if (at_end && !ends) continue;
     std::vector<double> around;
@@ -50,8 +50,8 @@ std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId chan
     const std::size_t window = std::min(2 * reach, values.size() - 1);
     const std::size_t begin = std::min(k - std::min(k, reach), values.size() - 1 - window);
     for (std::size_t i = begin; i <= begin + window; ++i)
-      if (const double near = values[i]; i != k && !std::isnan(near)) {
-        around.push_back(near);
+      if (i != k) {
+        around.push_back(values[i]);
         before += i < k;
       }
     // With one on one side and three on the other, the median of samples on a steep line is off it.
@@ -62,7 +62,7 @@ std::size_t mask_plain_outliers(sim::Recording& recording, plant::ChannelId chan
     const double median = 0.5 * (around[(around.size() - 1) / 2] + around[around.size() / 2]);
     const OffLine off = off_line(values, k);
     if (std::abs(value - median) > 8.0 * noise + range || off.own > 8.0 * noise + 3.0 * off.neighbours) {
-      measured(recording.samples[k], channel) = sim::not_a_number;
+      measured(recording.samples[rows[k]], channel) = sim::not_a_number;
       ++count;
     }
   }
@@ -79,15 +79,17 @@ std::size_t mask_outliers(sim::Recording& recording, plant::ChannelId channel, d
 double longest_run_share(const sim::Recording& recording, plant::ChannelId channel) {
   std::size_t longest = 0, run = 0;
   double last = sim::not_a_number;
-  for (const sim::Sample& sample : recording.samples) {
+  const std::vector<std::size_t> rows = measured_rows(recording, channel).rows;
+  for (const std::size_t row : rows) {
+    const sim::Sample& sample = recording.samples[row];
     const double value = measured(sample, channel);
     run = value == last ? run + 1 : 1;
     last = value;
     // What rests shows one value for long; what is driven does not.
     const bool driven = std::any_of(sample.inputs.begin(), sample.inputs.end(), [](double input) { return input != 0.0; });
-    if (!std::isnan(value) && driven) longest = std::max(longest, run);
+    if (driven) longest = std::max(longest, run);
   }
-  return static_cast<double>(longest) / static_cast<double>(recording.samples.size());
+  return static_cast<double>(longest) / static_cast<double>(std::max<std::size_t>(rows.size(), 1));
 }
 
 // What should move a channel, sample by sample: the input of its part; what all inputs together do to it, each in its own sense; else all.
@@ -109,6 +111,17 @@ std::vector<double> drive_of(const plant::System& system, const sim::Recording& 
     drive.push_back(sum);
   }
   return drive;
+}
+
+// Where each reading has a row of its own, steps are of many lengths; nine in ten are no longer than this.
+double usual_step_s(const sim::Recording& recording) {
+  std::vector<double> steps_s;
+  for (std::size_t k = 1; k < recording.samples.size(); ++k)
+    steps_s.push_back(recording.samples[k].time_s - recording.samples[k - 1].time_s);
+  if (steps_s.empty()) return sim::not_a_number;
+  const auto at = steps_s.begin() + static_cast<std::ptrdiff_t>(9 * (steps_s.size() - 1) / 10);
+  std::nth_element(steps_s.begin(), at, steps_s.end());
+  return *at;
 }
 
 constexpr double least_change = 0.1;        // of the largest drive: a smaller one need not show
@@ -202,7 +215,7 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
   for (const auto& [from_s, until_s] : pauses_s)
     notes.warnings.push_back("nothing is recorded from " + sim::rounded(from_s, 6) + " to " + sim::rounded(until_s, 6) +
                              " s, nor what the inputs are meanwhile: cut the recording there");
-  if (notes.longest_gap_s > 2.5 * notes.period_s)
+  if (notes.longest_gap_s > 2.5 * usual_step_s(recording))
     notes.warnings.push_back("rows are missing for up to " + sim::shortest(notes.longest_gap_s) + " s; inputs are held over the gap");
   return result;
 }

@@ -53,14 +53,19 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
   constexpr std::size_t lags = 41;  // up to 20 s
   std::vector<double> product(lags, 0.0);
   for (const Prediction& prediction : predictions) {
-    const auto step = static_cast<std::size_t>(std::max(1.0, std::round(correlation_lag_s / prediction.recording->median_period_s())));
+    const auto [rows, period_s] = measured_rows(*prediction.recording, channel);
+    if (rows.size() < 2) continue;
     const auto residual = [&](std::size_t k) {
       return prediction.held_out[k] ? (after ? prediction.after : prediction.before)[channel][k] - prediction.measured[channel][k]
                                     : sim::not_a_number;
     };
-    for (std::size_t k = 0; k < prediction.time_s.size(); ++k)
-      for (std::size_t lag = 0; lag < lags && k + lag * step < prediction.time_s.size(); ++lag) {
-        const double value = residual(k) * residual(k + lag * step);
+    const double near_s = 0.5 * std::min(period_s, correlation_lag_s);
+    for (std::size_t lag = 0; lag < lags; ++lag)
+      for (std::size_t i = 0, j = 0; i < rows.size(); ++i) {
+        const double from_s = prediction.time_s[rows[i]] + static_cast<double>(lag) * correlation_lag_s - near_s;
+        while (j < rows.size() && prediction.time_s[rows[j]] < from_s) ++j;
+        if (j == rows.size() || prediction.time_s[rows[j]] >= from_s + 2.0 * near_s) continue;
+        const double value = residual(rows[i]) * residual(rows[j]);
         if (!std::isnan(value)) product[lag] += value;
       }
   }

@@ -52,7 +52,7 @@ void choose_before(std::vector<Prediction>& predictions);
 
 inline constexpr double correlation_lag_s = 0.5;
 struct ResidualCorrelation {
-  Series before, after;  // of kept-back residuals, at multiples of correlation_lag_s, to the nearest sample
+  Series before, after;  // of kept-back residuals, at multiples of correlation_lag_s, to the nearest reading
 };
 ResidualCorrelation correlation_of(const std::vector<Prediction>& predictions);
 

@@ -630,7 +630,7 @@ class Proposer {
     for (std::size_t r = 0; r < data.size(); ++r)
       for (const plant::ChannelId c : data[r].deviation.ids())
         data[r].deviation[c] =
-            std::max(data[r].deviation[c], yardstick_[r].deviation[c] * std::sqrt(static_cast<double>(thinned_.every[r])));
+            std::max(data[r].deviation[c], yardstick_[r].deviation[c] * std::sqrt(static_cast<double>(thinned_.every[r][c])));
     ExplanationSettings fit = fit_;
     fit.iterations_per_round = middle_fit;
     fit.numerics = numerics_;

@@ -24,6 +24,29 @@ TEST_CASE("noise: white noise on a slow signal is found from second differences"
   CHECK(noise[testing::angle] == doctest::Approx(0.05).epsilon(0.05));
 }
 
+TEST_CASE("noise: is the same where each reading has a row of its own, between rows that have none") {
+  sim::Recording together, apart;
+  const sim::RandomStream a(1, "a"), c(1, "c");
+  const double none = std::nan("");
+  for (std::uint64_t k = 0; k < 2000; ++k) {
+    const double t = 0.1 * static_cast<double>(k), first = 60.0 + 20.0 * std::sin(t / 20.0) + 0.3 * a.normal(k),
+                 third = 30.0 * std::sin(t / 5.0) + 0.2 * c.normal(k);
+    together.samples.push_back({t, {0.0, 0.0}, {first, 25.0, third}});
+    apart.samples.push_back({t, {0.0, 0.0}, {none, none, none}});
+    apart.samples.push_back({t + 0.02, {0.0, 0.0}, {first, 25.0, none}});
+    apart.samples.push_back({t + 0.05, {0.0, 0.0}, {none, none, third}});
+  }
+  const auto as_one = testing::noise_of(together), of_each = testing::noise_of(apart);
+  CHECK(of_each[testing::temperature_A] == as_one[testing::temperature_A]);
+  CHECK(of_each[testing::angle] == as_one[testing::angle]);
+  CHECK(as_one[testing::angle] == doctest::Approx(0.2).epsilon(0.06));
+  const diagnose::MeasuredRows rows = diagnose::measured_rows(apart, testing::angle);
+  CHECK(rows.rows.size() == 2000);
+  CHECK(rows.rows[1] == 5);
+  CHECK(rows.period_s == doctest::Approx(0.1).epsilon(1e-9));
+  CHECK(std::isnan(diagnose::measured_rows({}, testing::angle).period_s));
+}
+
 TEST_CASE("noise: a quantised sensor without noise has that of its steps") {
   sim::Recording recording;
   for (int k = 0; k < 2000; ++k) {

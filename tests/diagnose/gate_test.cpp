@@ -70,6 +70,25 @@ TEST_CASE(
   CHECK(gaps.outliers == counts(0, 0, 0));
 }
 
+TEST_CASE("gate: an outlier is found, and no gap said, where each reading has a row of its own") {
+  sim::Recording recording = steep();
+  recording.samples[115].channels[0] += 15.0;
+  recording.samples[300].channels[2] -= 9.0;
+  sim::Recording apart = recording;
+  apart.samples.clear();
+  for (const sim::Sample& sample : recording.samples)
+    for (std::size_t c = 0; c < 3; ++c) {
+      apart.samples.push_back({sample.time_s + 0.01 * static_cast<double>(c), sample.inputs, std::vector<double>(3, std::nan(""))});
+      apart.samples.back().channels[c] = sample.channels[c];
+    }
+  diagnose::GateNotes notes;
+  const sim::Recording clean = diagnose::gated(testing::limb_system(), apart, nullptr, notes);
+  CHECK(notes.outliers == counts(1, 0, 1));
+  CHECK(std::isnan(clean.samples[3 * 115].channels[0]));
+  CHECK(std::isnan(clean.samples[3 * 300 + 2].channels[2]));
+  CHECK(notes.warnings.empty());
+}
+
 TEST_CASE("gate: of three outliers within a few samples the one between the others is found, too") {
   sim::Recording recording = steep();
   recording.samples[200].channels[0] -= 14.0;

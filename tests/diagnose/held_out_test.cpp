@@ -48,6 +48,18 @@ Prediction prediction_of(const sim::Recording& recording, Before&& before, After
 
 }  // namespace
 
+TEST_CASE("held out: correlation is of the same lags where a channel has every third row") {
+  const auto wave = [](double time_s) { return std::cos(2.0 * std::numbers::pi * time_s / 2.0); };
+  sim::Recording recording = recording_every(0.03);
+  auto prediction = prediction_of(recording, wave, [](double) { return 1.0; });
+  for (std::size_t k = 0; k < recording.samples.size(); ++k)
+    if (k % 3 != 0) recording.samples[k].channels[0] = prediction.measured[testing::temperature_A][k] = std::nan("");
+  const auto correlation = diagnose::correlation_of({prediction});
+  CHECK(correlation.before[testing::temperature_A].at(2) == doctest::Approx(-1.0).epsilon(0.05));
+  CHECK(correlation.before[testing::temperature_A].at(4) == doctest::Approx(1.0).epsilon(0.05));
+  CHECK(correlation.before[testing::angle].at(2) == doctest::Approx(-1.0).epsilon(0.05));
+}
+
 TEST_CASE("held out: correlation is of the same lags whatever the sampling rate") {
   const auto wave = [](double time_s) { return std::cos(2.0 * std::numbers::pi * time_s / 2.0); };
   for (const double period_s : {0.1, 0.05, 0.02}) {

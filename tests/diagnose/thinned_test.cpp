@@ -34,7 +34,7 @@ const sim::Sample& at_time(const std::vector<sim::Sample>& samples, double time_
 
 TEST_CASE("thinned: one sample an averaging time has its readings, and none lies after what is fitted") {
   const Recorded limb;
-  CHECK(limb.few.every == std::vector<std::size_t>{samples_per_average});
+  for (const std::size_t every : limb.few.every.at(0)) CHECK(every == samples_per_average);
   CHECK(limb.samples().size() == limb.few.data[0].sample_count);
   CHECK(limb.samples().size() < 2 * 201 / 3);
   CHECK(limb.samples().back().time_s == limb.recording.samples[200].time_s);
@@ -71,6 +71,23 @@ TEST_CASE("thinned: every change of an input is kept, without readings where it 
   CHECK(at_time(limb.samples(), limb.recording.samples[101].time_s).inputs == limb.recording.samples[101].inputs);
 }
 
+TEST_CASE("thinned: where each reading has a row of its own, as many of each channel are kept") {
+  Recorded limb;
+  sim::Recording apart = limb.recording;
+  apart.samples.clear();
+  for (std::size_t k = 0; k <= 200; ++k)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const sim::Sample& sample = limb.recording.samples[k];
+      apart.samples.push_back({sample.time_s + 0.01 * static_cast<double>(c), sample.inputs, std::vector<double>(3, std::nan(""))});
+      apart.samples.back().channels[c] = sample.channels[c];
+    }
+  const diagnose::Thinned few = diagnose::thinned(testing::limb_system(), {{&apart, apart.samples.size(), testing::paper_noise}});
+  for (const plant::ChannelId c : few.every.at(0).ids()) {
+    CHECK(few.every[0][c] == samples_per_average);
+    CHECK(diagnose::measured_rows(*few.data[0].recording, c).rows.size() == 200 / samples_per_average + 1);
+  }
+}
+
 TEST_CASE("thinned: a recording of no more than one sample an averaging time stays as it is") {
   Recorded limb;
   std::vector<sim::Sample> slow;
@@ -78,7 +95,7 @@ TEST_CASE("thinned: a recording of no more than one sample an averaging time sta
   limb.recording.samples = slow;
   limb.data[0].sample_count = slow.size();
   limb.few = diagnose::thinned(testing::limb_system(), limb.data);
-  CHECK(limb.few.every == std::vector<std::size_t>{1});
+  for (const std::size_t every : limb.few.every.at(0)) CHECK(every == 1);
   REQUIRE(limb.samples().size() == slow.size());
   for (std::size_t k = 0; k < slow.size(); ++k) CHECK(limb.samples()[k].channels == slow[k].channels);
 }
