@@ -29,18 +29,27 @@ void TimedRecording::add(const SessionView& view) {
 }
 
 sim::Recording TimedRecording::recording() const {
-  sim::Recording result{.name = "", .columns = sim::columns_of(limb_.system()), .samples = rows_};
-  for (sim::Sample& row : result.samples) {
-    for (const std::vector<Reading>& readings : readings_) {
-      const auto after =
-          std::lower_bound(readings.begin(), readings.end(), row.time_s, [](const Reading& r, double t) { return r.made_s < t; });
-      double value = std::numeric_limits<double>::quiet_NaN();
-      if (after != readings.end() && after != readings.begin() && after->made_s - std::prev(after)->made_s <= longest_gap_s) {
-        const Reading &a = *std::prev(after), &b = *after;
-        value = a.value + (b.value - a.value) * (row.time_s - a.made_s) / (b.made_s - a.made_s);
-      }
-      row.channels.push_back(value);
+  sim::Recording result{.name = "", .columns = sim::columns_of(limb_.system()), .samples = {}};
+  if (rows_.empty()) return result;
+  const std::vector<double> none(readings_.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<sim::Sample> all = rows_;
+  for (sim::Sample& tick : all) tick.channels = none;
+  for (std::size_t c = 0; c < readings_.size(); ++c)
+    for (const Reading& reading : readings_[c]) {
+      if (reading.made_s < rows_.front().time_s) continue;
+      all.push_back({reading.made_s, {}, none});
+      all.back().channels[c] = reading.value;
     }
+  std::ranges::stable_sort(all, {}, &sim::Sample::time_s);  // a tick before what was read at its time
+  for (sim::Sample& row : all) {
+    std::vector<sim::Sample>& done = result.samples;
+    if (row.inputs.empty()) row.inputs = done.back().inputs;
+    if (done.empty() || done.back().time_s != row.time_s) {
+      done.push_back(std::move(row));
+      continue;
+    }
+    for (std::size_t c = 0; c < row.channels.size(); ++c)
+      if (!std::isnan(row.channels[c])) done.back().channels[c] = row.channels[c];
   }
   return result;
 }

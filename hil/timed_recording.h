@@ -3,8 +3,8 @@
 //
 // A row of recording.csv has what telemetry had said last at its tick: an amplifier's reading may be 0.2 s old by then, and how old changes
 // from row to row, since amplifiers are read every 105 ms. Where a coil warms by 10 K/s that is 2 K, in a pattern of its own, which no
-// physics of the limb explains. Telemetry says how old each reading is; here each row has the line between the readings before and after
-// its tick. It takes the future, so it is made when the session is over: for fits, not for control.
+// physics of the limb explains. Telemetry says how old each reading is. Here each has a row of its own time, with what was commanded then,
+// and ticks have none. (Lines between readings would not do: a coil's temperature has a corner wherever the duty changes.)
 #pragma once
 
 #include "hil/limb_parts.h"
@@ -17,9 +17,8 @@ class TimedRecording {
  public:
   explicit TimedRecording(const plant::Plant& limb);
   void add(const SessionView& view);  // tick by tick: SessionSettings::show
-  // Rows as in recording.csv. A reading is missing where none was made within `longest_gap_s` to both sides of the tick.
+  // By time: a row for each tick, and one for each time at which something was read; readings before the first tick are left out.
   sim::Recording recording() const;
-  static constexpr double longest_gap_s = 0.35;
 
  private:
   struct Reading {
