@@ -54,8 +54,9 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
       if (const auto& above = system().parameters()[parameters_[low]].declaration.less_than;
           contains(above, system().parameters()[parameters_[high]].key()))
         orders_.push_back({low, high, order_share * unknowns_[low].deviation});
+  const std::vector<std::vector<double>> grown = grown_by_then();
   for (std::size_t r = 0; r < data_.size(); ++r) {
-    add_start_unknowns(r);
+    add_start_unknowns(r, grown[r]);
     first_row_.push_back(rows_.size());
     for (std::size_t k = 0; k < data_[r].sample_count; ++k)
       for (const plant::ChannelId c : system().channels().ids())
@@ -63,13 +64,31 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
   }
 }
 
-void FitProblem::add_start_unknowns(std::size_t recording) {
+// By state, what is counted would have come to where each recording begins, if that were where the one before it ends.
+std::vector<std::vector<double>> FitProblem::grown_by_then() const {
+  std::vector<std::vector<double>> grown(data_.size(), std::vector<double>(states_.size(), 0.0));
+  std::vector<plant::StateId> counted;
+  for (const plant::StateId i : states_.ids())
+    if (states_[i].at_start == plant::AtStart::counted) counted.push_back(i);
+  for (std::size_t r = 0; !counted.empty() && r + 1 < data_.size(); ++r) {
+    plant::Integrator integrator(centres_, plant::Start{}, numerics_);
+    const std::vector<double> before = integrator.state();
+    const bool failed = sim::replay(integrator, system(), data_[r].recording->samples, [](std::size_t) {}).has_value();
+    for (const plant::StateId i : counted)
+      grown[r + 1][i.index] = grown[r][i.index] + (failed ? 0.0 : integrator.state()[i.index] - before[i.index]);
+  }
+  return grown;
+}
+
+// Where a recording begins at rest, what is counted is all that is open about it.
+void FitProblem::add_start_unknowns(std::size_t recording, const std::vector<double>& grown) {
   first_start_.push_back(unknowns_.size());
   free_states_.emplace_back();
-  if (start_ == StartPolicy::at_rest) return;
   for (const plant::StateId i : states_.ids())
-    if (states_[i].at_start == plant::AtStart::open || (states_[i].at_start == plant::AtStart::counted && recording > 0))
+    if ((states_[i].at_start == plant::AtStart::open && start_ != StartPolicy::at_rest) ||
+        (states_[i].at_start == plant::AtStart::counted && recording > 0))
       free_states_[recording].push_back(i);
+  if (free_states_[recording].empty()) return;
   const std::string owner = data_.size() == 1 ? "start." : "start[" + std::to_string(recording) + "].";
   std::vector<double> first;
   for (const plant::ChannelId c : system().channels().ids())
@@ -77,8 +96,8 @@ void FitProblem::add_start_unknowns(std::size_t recording) {
   const std::vector<plant::StartBelief> beliefs = system().start_beliefs(centres_, first);
   for (const plant::StateId i : free_states_[recording]) {
     const plant::StartBelief& belief = beliefs[i.index];
-    unknowns_.push_back({owner + states_[i].key, std::nullopt, belief.centre, belief.deviation, belief.lowest, belief.highest,
-                         states_[i].unit.internal_per_unit, states_[i].unit.text});
+    unknowns_.push_back({owner + states_[i].key, std::nullopt, belief.centre + grown[i.index], belief.deviation, belief.lowest,
+                         belief.highest, states_[i].unit.internal_per_unit, states_[i].unit.text});
   }
 }
 
@@ -92,8 +111,8 @@ plant::Plant FitProblem::plant_at(const double* z) const {
 
 plant::Start FitProblem::start_at(const double* z, std::size_t recording) const {
   plant::Start start{std::vector<std::optional<double>>(states_.size()), {}};
-  if (start_ == StartPolicy::at_rest) return start;
-  if (recording >= idle_before_.size() || !idle_before_[recording]) start.inputs = data_[recording].recording->samples.front().inputs;
+  if (start_ != StartPolicy::at_rest && (recording >= idle_before_.size() || !idle_before_[recording]))
+    start.inputs = data_[recording].recording->samples.front().inputs;
   const std::size_t first = first_start_[recording];
   const std::vector<plant::StateId>& free = free_states_[recording];
   for (std::size_t i = 0; i < free.size(); ++i) start.given[free[i].index] = value(first + i, z[first + i]);

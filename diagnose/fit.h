@@ -46,7 +46,7 @@ struct FitData {
 
 enum class StartPolicy {
   estimated,  // the recording may begin in mid-motion
-  at_rest,    // it begins cold and at rest; nothing about its start is unknown
+  at_rest,    // it begins cold and at rest; unknown is at most what has grown since the first recording
 };
 
 struct Row {
@@ -90,7 +90,8 @@ class FitProblem {
   bool evaluate(const double* z, double* residuals, double* jacobian) const;
 
  private:
-  void add_start_unknowns(std::size_t recording);
+  std::vector<std::vector<double>> grown_by_then() const;
+  void add_start_unknowns(std::size_t recording, const std::vector<double>& grown);
 
   plant::Plant centres_;
   plant::States states_;

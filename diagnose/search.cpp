@@ -197,14 +197,22 @@ class Searcher {
   // How far below the best, in log evidence, a fit that has not settled may be and still be in the running.
   static double margin_below(double best, double base) { return std::max(15.0, 0.1 * (best - base)); }
 
+  static bool goes_on_between(const Explanation& at, plant::EffectId effect) {
+    const plant::States with = with_effect(at.problem->centres(), effect).states();
+    return at.problem->data().size() > 1 &&
+           std::any_of(with.begin(), with.end(), [&](const plant::StateInfo& state) { return state.at_start == plant::AtStart::counted; });
+  }
+
   std::vector<Candidate> fitted(const Explanation& at, const Scores& scores, std::size_t most, double from, double to,
                                 const std::string& doing) const {
     std::vector<Candidate> candidates;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
-      // Where the score is of a finite step, from a plant that may have gone far without it, it does not rank.
-      const bool in_the_running = candidates.size() < most && (score.statistic >= 4.0 || candidates.empty());
-      if (in_the_running || score.is_difference) candidates.push_back({score.effect, score, {}});
+      // A score is taken beside all process noise that the plant needs without the effect: a low one excludes nothing. It does not rank
+      // what is of a finite step, from a plant that may have gone far without it, nor what grows from recording to recording, as that noise
+      // is another one in each.
+      if (candidates.size() < most || score.is_difference || goes_on_between(at, score.effect))
+        candidates.push_back({score.effect, score, {}});
     }
     // All for a short while, then those that are still in the running.
     ExplanationSettings shortly = for_a_short_while();

@@ -89,9 +89,10 @@ TEST_CASE("fit: what has grown since the first recording is open where a later o
     CHECK(contains(both, "start[1]." + state));
     CHECK_FALSE(contains(both, "start[0]." + state));
     CHECK_FALSE(contains(one, "start." + state));
-    CHECK_FALSE(contains(resting, "start[1]." + state));
+    CHECK(contains(resting, "start[1]." + state));
   }
   CHECK(contains(both, "start[0].temperature_A_degC"));
+  CHECK_FALSE(contains(resting, "start[1].temperature_A_degC"));
 
   const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {of(first), of(second)}, diagnose::StartPolicy::estimated,
                                      {plant::Method::arkode, 1e-10});
