@@ -46,7 +46,10 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view state_file = "investigation.json";
+constexpr std::string_view emulated_limb_file = "emulated_limb.json";  // as a session left it
 constexpr int state_format = 1;
+// Between two sessions on an emulated limb: for a diagnosis, and for coils that babbling left hot.
+constexpr double emulated_pause_s = 60.0;
 
 struct InvestigateArguments {
   std::string plant, port, out, budget = "30min", effect, use = "designed";
@@ -77,6 +80,7 @@ double seconds_of(const std::string& text) {
 std::string concealed_text(const InvestigateArguments& arguments) {
   prove::Settings how;
   how.strength = arguments.strength;
+  how.training_s = how.heldout_s = arguments.first_s;  // what begins within a recording does so within the first one
   const prove::ConcealedLimb limb =
       prove::conceal(prove::kind_of_name(arguments.effect), static_cast<std::uint64_t>(arguments.limb_seed), how);
   Json truth{{"note", "What is concealed in the emulated limb. No computation reads this file."},
@@ -220,7 +224,9 @@ investigate::Step given_step(const std::string& name) {
 }
 
 // Of one recording, in a folder of its own; the one that says that all are there is last.
-std::vector<std::string> files_of_recording() { return {"scenario.yaml", "recording.csv", "wire.bin", "timed.csv", "session.json"}; }
+std::vector<std::string> files_of_recording() {
+  return {"scenario.yaml", "recording.csv", "wire.bin", "timed.csv", std::string(emulated_limb_file), "session.json"};
+}
 
 // Files of recordings in `out` that this investigation has not made: another one's, or a person's.
 std::vector<std::string> files_of_others(const fs::path& out, const investigate::Investigation& state) {
@@ -261,6 +267,7 @@ class SessionLimb : public investigate::Limb {
     hil::SessionSettings settings;
     std::unique_ptr<hil::Link> link;
     std::string limb = arguments_.port;
+    const fs::path left = outputs.scratch(std::string(emulated_limb_file));
     if (arguments_.emulate) {
       limb = emulated_limb;
       std::vector<std::string> command = emulator_command(scenario_file.string(), first_ ? arguments_.faults : std::vector<std::string>{});
@@ -269,6 +276,8 @@ class SessionLimb : public investigate::Limb {
         command.insert(command.end(),
                        {"--concealed", arguments_.effect, "--concealed-seed", std::to_string(arguments_.limb_seed), "--concealed-strength",
                         sim::shortest(arguments_.strength), "--concealed-recording", std::to_string(number_of(name))});
+      command.insert(command.end(), {"--leaves", left.string(), "--pause", sim::shortest(emulated_pause_s)});
+      if (const auto before = limb_before(name)) command.insert(command.end(), {"--goes-on-from", before->string()});
       link = std::make_unique<hil::LockStepLink>(command);
     } else {
       link = std::make_unique<hil::Port>(arguments_.port, clock);
@@ -291,10 +300,12 @@ class SessionLimb : public investigate::Limb {
     const hil::SessionResult result = hil::run_session(scenario, logged, settings);
     files["recording.csv"] = result.recording_csv;
     files["wire.bin"] = logged.log();
+    link.reset();  // the emulator ends, and leaves its limb
     sim::Recording recording = timed.recording();
     outputs.stage("recording.csv", files["recording.csv"]);
     outputs.stage("wire.bin", files["wire.bin"]);
     outputs.stage("timed.csv", sim::to_csv(recording));
+    if (fs::exists(left)) outputs.stage(std::string(emulated_limb_file), sim::read_file(left));  // not where the emulator was killed
     outputs.stage("session.json", hil::session_json(scenario, settings, result, limb, files));
     outputs.commit();
     if (!result.brought_to_rest) board_.say("the device did not confirm that it is disarmed; its dead-man takes the duty away by itself");
@@ -307,6 +318,14 @@ class SessionLimb : public investigate::Limb {
   }
 
  private:
+  // As the last session before this one left the emulated limb.
+  std::optional<fs::path> limb_before(const std::string& name) const {
+    for (std::int64_t number = number_of(name) - 1; number > 0; --number)
+      if (const fs::path file = out_ / investigate::folder_name(static_cast<std::size_t>(number)) / emulated_limb_file; fs::exists(file))
+        return file;
+    return std::nullopt;
+  }
+
   const InvestigateArguments& arguments_;
   const plant::Plant& plant_;
   fs::path out_;
@@ -380,9 +399,6 @@ investigate::Settings settings_of(const InvestigateArguments& arguments, const p
   settings.seed = arguments.seed;
   settings.threads = arguments.threads;
   settings.use = *investigate::use_of(arguments.use);
-  // What the loop records begins cold and at rest; of what is given nobody knows.
-  settings.diagnosis.start =
-      arguments.training.empty() && arguments.emulate ? diagnose::StartPolicy::at_rest : diagnose::StartPolicy::estimated;
   settings.diagnosis.search.without = chosen_effects(arguments.without, plant.system());
   return settings;
 }
@@ -531,8 +547,7 @@ int investigate_command(InvestigateArguments arguments) {
   std::map<std::string, sim::Recording> unwritten;
   if (!goes_on)
     for (std::size_t k = 0; k < given.size(); ++k) {
-      char name[32];
-      std::snprintf(name, sizeof name, "recording_%02zu", k + 1);
+      const std::string name = investigate::folder_name(k + 1);
       state.steps.push_back(given_step(name));
       unwritten.emplace(name, given[k]);
     }

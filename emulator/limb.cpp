@@ -46,7 +46,6 @@ Limb::Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace,
       fail("plant: number of thermocouples on coil " + system.inputs()[i].name, thermocouples[i.index], "the emulated board has 1 on each");
   supply_ = system.parameter("supply_voltage_V");
   ambient_ = system.parameter("ambient_temperature_degC");
-  if (!body_) body_ = plant_body(scenario);
   std::string coils_header, readings_header;
   trace_csv_ = "time_s";
   for (const plant::InputId i : system.inputs().ids()) {
@@ -128,6 +127,13 @@ void Limb::relay(std::int64_t now_us, bool closed) {
   move_plant(now_us);
   relay_closed_ = closed;
   hold(now_us);
+}
+
+Left Limb::left_after(std::int64_t now_us, double pause_s) {
+  move_plant(now_us);
+  body_->hold(std::vector<double>(board_coils, 0.0));
+  body_->advance_to(static_cast<double>(now_us) / 1e6 + pause_s);
+  return body_->left();
 }
 
 std::int64_t Limb::next_us() const {

@@ -18,8 +18,8 @@ namespace sinew::emulator {
 class Limb : public Surroundings {
  public:
   // `trace`: keep a row every 10 ms and whenever the gates change. Throws sim::InputError where the scenario's plant has other coils
-  // and sensors than the board. `body`: what is behind the pins; null: the scenario's plant.
-  Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace, std::unique_ptr<Body> body = nullptr);
+  // and sensors than the board.
+  Limb(const sim::Scenario& scenario, std::vector<Fault> faults, bool trace, std::unique_ptr<Body> body);
 
   void gates(std::int64_t now_us, const PerCoil<double>& duty_fraction) override;
   void select(std::int64_t now_us, std::size_t coil, bool selected) override;
@@ -31,6 +31,8 @@ class Limb : public Surroundings {
   std::int64_t next_us() const;
   void advance(std::int64_t now_us);
   const std::string& trace_csv() const { return trace_csv_; }
+  // `pause_s` after now, without duty and without faults.
+  Left left_after(std::int64_t now_us, double pause_s);
   // A relay that follows PD7 sits in the coils' supply.
   void relay(std::int64_t now_us, bool closed);
 

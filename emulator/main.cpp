@@ -31,10 +31,11 @@ using namespace sinew::emulator;
 volatile std::sig_atomic_t stop = 0;
 
 struct Arguments {
-  std::string scenario, firmware, trace, link;
+  std::string scenario, firmware, trace, link, goes_on_from, leaves;
   std::vector<std::string> faults;
   std::int64_t seed = -1;
   Concealed concealed;
+  double pause_s = 60.0;
   bool lock_step = false, relay = false, dividers = false, new_board = false, measure = false;
 };
 
@@ -42,8 +43,7 @@ struct Arguments {
 class Emulation {
  public:
   Emulation(const Arguments& arguments, const sim::Scenario& scenario, const std::vector<Fault>& faults)
-      : limb_(scenario, faults, !arguments.trace.empty(),
-              arguments.concealed.kind.empty() ? nullptr : concealed_body(arguments.concealed, scenario)),
+      : limb_(scenario, faults, !arguments.trace.empty(), body_of(arguments, scenario)),
         board_(arguments.firmware, limb_, arguments.new_board, arguments.dividers),
         faults_(faults),
         relay_(arguments.relay) {}
@@ -70,9 +70,14 @@ class Emulation {
     }
   }
   Board& board() { return board_; }
-  const Limb& limb() const { return limb_; }
+  Limb& limb() { return limb_; }
 
  private:
+  static std::unique_ptr<Body> body_of(const Arguments& arguments, const sim::Scenario& scenario) {
+    std::optional<Left> before;
+    if (!arguments.goes_on_from.empty()) before = read_left(arguments.goes_on_from);
+    return arguments.concealed.kind.empty() ? plant_body(scenario, before) : concealed_body(arguments.concealed, scenario, before);
+  }
   // What happens to the processor happens once; what lasts is the limb's business.
   void strike(Fault& fault) {
     switch (fault.kind) {
@@ -223,6 +228,8 @@ int emulate(const Arguments& arguments) {
     real_time(emulation, arguments.link);
   if (arguments.measure) print(emulation.board().usage());
   if (!arguments.trace.empty()) sim::write_file_whole(arguments.trace, emulation.limb().trace_csv());
+  if (!arguments.leaves.empty())
+    sim::write_file_whole(arguments.leaves, to_text(emulation.limb().left_after(emulation.board().now_us(), arguments.pause_s)));
   return 0;
 }
 
@@ -243,6 +250,11 @@ int main(int argc, char** argv) {
   program.add_option("--concealed-strength", arguments.concealed.strength, "of what it conceals; 1: as usual")
       ->check(CLI::Range(0.05, 4.0));
   program.add_option("--concealed-recording", arguments.concealed.recording, "chooses how the air moves")->check(CLI::NonNegativeNumber);
+  program.add_option("--goes-on-from", arguments.goes_on_from, "the limb as an earlier session left it (--leaves)");
+  program.add_option("--leaves", arguments.leaves, "file for the limb as it is left, from which another session can go on");
+  program.add_option("--pause", arguments.pause_s, "seconds without duty after this session, of the limb that is left")
+      ->check(CLI::Range(0.0, 1e5))
+      ->capture_default_str();
   program.add_option("--trace", arguments.trace, "file for gates and coil temperatures");
   program.add_option("--link", arguments.link, "name for the pseudo-terminal: a symbolic link");
   program.add_flag("--lock-step", arguments.lock_step, "time goes on as asked over standard input and output");

@@ -27,12 +27,6 @@ std::string percent(double probability) {
   return text;
 }
 
-std::string folder_name(std::size_t number) {
-  char name[32];
-  std::snprintf(name, sizeof name, "recording_%02zu", number);
-  return name;
-}
-
 // What an instrument beside the usual ones would have to measure, by where two answers act.
 std::string instrument_for(std::string_view place) {
   if (place == "sensor.temperature") return "the wire's temperature by another thermometer (infrared camera, or the wire's resistance)";
@@ -380,6 +374,12 @@ class Investigator {
 };
 
 }  // namespace
+
+std::string folder_name(std::size_t number) {
+  char name[32];
+  std::snprintf(name, sizeof name, "recording_%02zu", number);
+  return name;
+}
 
 std::string_view text_of(Ending ending) {
   switch (ending) {

@@ -68,8 +68,10 @@ struct Plan {
   std::string scenario_yaml;
 };
 
+std::string folder_name(std::size_t number);  // "recording_01": of the first
+
 struct Step {
-  std::string name;    // "recording_01": a folder
+  std::string name;    // of its folder
   std::string origin;  // "given", "babbling", "experiment"
   std::optional<Plan> plan;
   // Of what was recorded; none: it is still to be.

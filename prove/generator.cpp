@@ -225,10 +225,14 @@ ConcealedLimb conceal(const Kind& kind, std::uint64_t seed, const Settings& sett
   return made;
 }
 
-Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s) {
+Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s,
+                  const std::optional<Run::Left>& left) {
   const ConcealedLimb limb = conceal(kind, seed, settings);
-  return Run(physics_of(limb.core_parameters, limb.effects),
-             air_of(settings, seed, drawn_as(kind.name) + "/" + recording + "/", 0.0, duration_s, limb.air_memory_s), 0.0);
+  const Physics physics = physics_of(limb.core_parameters, limb.effects);
+  const double begin_s = left ? left->time_s : 0.0;
+  std::array<Air, 2> air =
+      air_of(settings, seed, drawn_as(kind.name) + "/" + recording + "/", begin_s, begin_s + duration_s, limb.air_memory_s);
+  return left ? Run(physics, std::move(air), *left) : Run(physics, std::move(air), begin_s);
 }
 
 Kind kind_of_name(std::string_view name) {

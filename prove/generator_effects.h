@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,7 +72,8 @@ struct Draw {
 };
 TruthEffect drawn(const Effect& effect, const Draw& draw);
 
-// The limb that `conceal` makes, at rest, in the air of a recording of that name and length.
-Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s);
+// The limb that `conceal` makes, in the air of a recording of that name and length: at rest, or as it was left.
+Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings, const std::string& recording, double duration_s,
+                  const std::optional<Run::Left>& left = std::nullopt);
 
 }  // namespace sinew::prove

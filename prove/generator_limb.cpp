@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "prove/generator_math.h"
@@ -160,6 +162,11 @@ Run::Run(const Physics& physics, std::array<Air, 2> air, double start_s)
     stiff_ = Chebyshev::reaching(1.2 * rate_1_s * longest_step_s_);
   }
   rest(ambient_degC(start_s));
+}
+
+Run::Run(const Physics& physics, std::array<Air, 2> air, const Left& left) : Run(physics, std::move(air), left.time_s) {
+  if (left.state.size() != y_.size()) throw std::invalid_argument("a limb has " + std::to_string(y_.size()) + " states");
+  std::ranges::copy(left.state, y_.begin());
 }
 
 void Run::hold(const std::array<double, 2>& duty) { under_way_.push_back({time_s_ + p_.delay_s, duty}); }

@@ -186,6 +186,14 @@ class Run {
   // At `start_s`, cold and at rest: at the air's temperature, on the cooling envelope, in static balance. `air` is that of
   // each wire.
   Run(const Physics& physics, std::array<Air, 2> air, double start_s);
+  // A limb between two recordings, with no duty under way.
+  struct Left {
+    double time_s = 0.0;
+    std::vector<double> state;
+  };
+  // Goes on from there. Throws std::invalid_argument where the state has another length.
+  Run(const Physics& physics, std::array<Air, 2> air, const Left& left);
+  Left left() const { return {time_s_, {y_.begin(), y_.end()}}; }
 
   double time_s() const { return time_s_; }
   void hold(const std::array<double, 2>& duty);  // commands from now on

@@ -19,7 +19,7 @@ from test_cli import check, content, files_in, refused, said, sinew, write
 
 # Most of the catalogue is left out, so that a diagnosis takes seconds.
 KEPT = ["latent_heat", "cross_heating", "thermocouple_lag", "input_delay", "viscoelastic_creep"]
-SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"]
+SESSION_FILES = ["emulated_limb.json", "recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"]
 REPORTS = ["investigation.json", "plant.yaml", "report.html", "story.txt"]
 
 
