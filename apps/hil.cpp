@@ -316,8 +316,8 @@ std::filesystem::path free_folder() {
   }
 }
 
-const std::vector<std::string> session_files{"recording.csv",  "scenario.yaml",   "twin.yaml",   "wire.bin",
-                                             "prediction.csv", "prediction.json", "session.json"};
+const std::vector<std::string> session_files{"recording.csv", "timed.csv",      "scenario.yaml",   "twin.yaml",
+                                             "wire.bin",      "prediction.csv", "prediction.json", "session.json"};
 
 void write_session(Outputs& outputs, const std::map<std::string, std::string>& files) {
   for (const auto& [name, content] : files)
@@ -435,6 +435,7 @@ int hil_command(const HilArguments& arguments) {
   if (settings.real_time_priority) give_priority_back();
   if (page) page->end("The session has ended: " + std::string(hil::words(result.status)) + (result.why.empty() ? "" : ", " + result.why));
   files["recording.csv"] = result.recording_csv;
+  files["timed.csv"] = sim::to_csv(result.timed);
   files["wire.bin"] = logged.log();
   files["session.json"] = hil::session_json(scenario, settings, result, limb, files);
   if (companion) {
@@ -507,7 +508,8 @@ void add_hil(CLI::App& program, int& exit_code) {
       ->required();
   command->add_option("--port", arguments->port, "the limb's serial port, best /dev/serial/by-id/...");
   command->add_flag("--emulate", arguments->emulate, "the real firmware in the emulator, in lock step");
-  command->add_option("--out", arguments->out, "folder for recording.csv, session.json, wire.bin, scenario.yaml [results/session_NNN]");
+  command->add_option("--out", arguments->out,
+                      "folder for recording.csv, timed.csv, session.json, wire.bin, scenario.yaml [results/session_NNN]");
   command->add_option("--seed", arguments->seed, "instead of the scenario's own")->check(CLI::NonNegativeNumber);
   command->add_option("--twin", arguments->twin, "plant in YAML that runs alongside; says when the limb leaves it");
   command->add_option("--predict", arguments->predict,

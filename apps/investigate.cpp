@@ -29,7 +29,6 @@
 #include "hil/lock_step_link.h"
 #include "hil/port.h"
 #include "hil/replay.h"
-#include "hil/timed_recording.h"
 #include "hil/wire_log.h"
 #include "plant/contains.h"
 #include "prove/generator.h"
@@ -285,31 +284,27 @@ class SessionLimb : public investigate::Limb {
       std::signal(SIGPIPE, SIG_IGN);
     }
     hil::LoggedLink logged(*link);
-    hil::TimedRecording timed(scenario.plant);
     const hil::LimbParts parts = hil::parts_of(scenario.plant);
     settings.clear_trip = arguments_.clear_trip && first_;
     first_ = false;
     settings.should_stop = [](std::int64_t) { return interrupted(); };
     settings.show = [&](const hil::SessionView& view) {
-      timed.add(view);
       board_.sample(view);
       board_.now(line_of(name, view, scenario.duration_s, parts));
     };
     settings.say = [&](const std::string& line) { board_.say(line); };
     board_.session(name, scenario.duration_s);
-    const hil::SessionResult result = hil::run_session(scenario, logged, settings);
+    hil::SessionResult result = hil::run_session(scenario, logged, settings);
     files["recording.csv"] = result.recording_csv;
     files["wire.bin"] = logged.log();
     link.reset();  // the emulator ends, and leaves its limb
-    sim::Recording recording = timed.recording();
-    outputs.stage("recording.csv", files["recording.csv"]);
-    outputs.stage("wire.bin", files["wire.bin"]);
-    outputs.stage("timed.csv", sim::to_csv(recording));
+    files["timed.csv"] = sim::to_csv(result.timed);
+    for (const char* file : {"recording.csv", "timed.csv", "wire.bin"}) outputs.stage(file, files[file]);
     if (fs::exists(left)) outputs.stage(std::string(emulated_limb_file), sim::read_file(left));  // not where the emulator was killed
     outputs.stage("session.json", hil::session_json(scenario, settings, result, limb, files));
     outputs.commit();
     if (!result.brought_to_rest) board_.say("the device did not confirm that it is disarmed; its dead-man takes the duty away by itself");
-    return {std::move(recording), result.status, result.why,
+    return {std::move(result.timed), result.status, result.why,
             Json::parse(result.report_json).value("commands_lowered_by_host", std::int64_t{0})};
   }
   sim::Recording read(const std::string& name) override {
@@ -342,13 +337,10 @@ class KeptLimb : public investigate::Limb {
   investigate::Recorded record(const sim::Scenario& scenario, const std::string& name) override {
     const fs::path folder = out_ / name;
     if (sim::read_file(folder / "scenario.yaml") != sim::to_yaml(scenario)) differs((folder / "scenario.yaml").string());
-    hil::TimedRecording timed(scenario.plant);
-    const hil::Replayed replayed = hil::replay_session(folder, [&](const hil::SessionView& view) { timed.add(view); });
+    const hil::Replayed replayed = hil::replay_session(folder);
     for (const auto& [file, content] : replayed.stored)
       if (replayed.files.at(file) != content) differs((folder / file).string());
-    sim::Recording recording = timed.recording();
-    if (sim::read_file(folder / "timed.csv") != sim::to_csv(recording)) differs((folder / "timed.csv").string());
-    return {std::move(recording), replayed.result.status, replayed.result.why,
+    return {replayed.result.timed, replayed.result.status, replayed.result.why,
             Json::parse(replayed.result.report_json).value("commands_lowered_by_host", std::int64_t{0})};
   }
   sim::Recording read(const std::string& name) override { return read_kept(out_ / name, plant_); }
@@ -399,6 +391,9 @@ investigate::Settings settings_of(const InvestigateArguments& arguments, const p
   settings.seed = arguments.seed;
   settings.threads = arguments.threads;
   settings.use = *investigate::use_of(arguments.use);
+  // An emulated limb is switched on for the first recording; of any other nobody knows.
+  settings.diagnosis.start =
+      arguments.training.empty() && arguments.emulate ? diagnose::StartPolicy::first_at_rest : diagnose::StartPolicy::estimated;
   settings.diagnosis.search.without = chosen_effects(arguments.without, plant.system());
   return settings;
 }

@@ -269,7 +269,7 @@ Inputs files_of(const InputPaths& paths) {
 std::vector<std::string> files_of_physical_session(const fs::path& folder) {
   const fs::path about = folder / "session.json";
   if (!is_there(about)) return {};
-  std::vector<std::string> names{"session.json", "recording.csv", "wire.bin", "scenario.yaml", "twin.yaml", "prediction.csv"};
+  std::vector<std::string> names{"session.json", "recording.csv", "timed.csv", "wire.bin", "scenario.yaml", "twin.yaml", "prediction.csv"};
   nlohmann::json json;
   try {
     json = nlohmann::json::parse(sim::read_file(about), nullptr, false);

@@ -126,7 +126,8 @@ std::string either_words(const std::vector<std::string>& parts) {
 std::string file_name(const std::string& path) {
   const std::filesystem::path file(path);
   // `run` calls all its recordings alike; their folders tell them apart.
-  if (file.filename() == "recording.csv" && file.has_parent_path()) return (file.parent_path().filename() / file.filename()).string();
+  if ((file.filename() == "recording.csv" || file.filename() == "timed.csv") && file.has_parent_path())
+    return (file.parent_path().filename() / file.filename()).string();
   return file.filename().string();
 }
 

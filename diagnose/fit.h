@@ -45,8 +45,9 @@ struct FitData {
 };
 
 enum class StartPolicy {
-  estimated,  // the recording may begin in mid-motion
-  at_rest,    // it begins cold and at rest; unknown is at most what has grown since the first recording
+  estimated,      // recordings may begin in mid-motion
+  first_at_rest,  // the first begins cold and at rest, the others perhaps not
+  at_rest,        // all begin cold and at rest; unknown is at most what has grown since the first recording
 };
 
 struct Row {
@@ -91,6 +92,9 @@ class FitProblem {
 
  private:
   std::vector<std::vector<double>> grown_by_then() const;
+  bool at_rest(std::size_t recording) const {
+    return start_ == StartPolicy::at_rest || (start_ == StartPolicy::first_at_rest && recording == 0);
+  }
   void add_start_unknowns(std::size_t recording, const std::vector<double>& grown);
 
   plant::Plant centres_;

@@ -11,7 +11,7 @@
 
 namespace sinew::hil {
 
-Replayed replay_session(const std::filesystem::path& folder, const std::function<void(const SessionView&)>& show) {
+Replayed replay_session(const std::filesystem::path& folder) {
   const std::filesystem::path json_file = folder / "session.json";
   Replayed replayed;
   const std::string json_text = sim::read_file(json_file);
@@ -45,12 +45,12 @@ Replayed replay_session(const std::filesystem::path& folder, const std::function
   const sim::Scenario scenario = sim::parse_scenario(replayed.stored["scenario.yaml"], folder / "scenario.yaml");
   if (replayed.stored.contains("twin.yaml")) settings.twin = sim::read_plant_file(folder / "twin.yaml");
   if (stopped) settings.should_stop = [ticks](std::int64_t tick) { return tick + 1 >= ticks; };
-  settings.show = show;
   ReplayLink link(replayed.stored["wire.bin"], (folder / "wire.bin").string());
   replayed.result = run_session(scenario, link, settings);
   if (!link.at_end()) throw ReplayDiffers("the session ended before its log");
   replayed.files = replayed.stored;
   replayed.files["recording.csv"] = replayed.result.recording_csv;
+  if (replayed.stored.contains("timed.csv")) replayed.files["timed.csv"] = sim::to_csv(replayed.result.timed);
   replayed.files["session.json"] = session_json(scenario, settings, replayed.result, limb, replayed.files);
   replayed.stored["session.json"] = json_text;
   return replayed;

@@ -15,7 +15,7 @@ struct Replayed {
 };
 
 // Throws sim::InputError where the folder is no session's, or a file is not what session.json has the hash of; ReplayDiffers
-// where the session takes another course. `show`: told what the session showed, tick by tick.
-Replayed replay_session(const std::filesystem::path& folder, const std::function<void(const SessionView&)>& show = {});
+// where the session takes another course.
+Replayed replay_session(const std::filesystem::path& folder);
 
 }  // namespace sinew::hil

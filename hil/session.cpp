@@ -9,6 +9,7 @@
 
 #include "firmware_hash.h"
 #include "hil/limits.h"
+#include "hil/timed_recording.h"
 #include "sim/input_error.h"
 #include "sim/manifest.h"
 #include "sim/recording.h"
@@ -65,7 +66,8 @@ class Session {
         parts_(parts_of(scenario.plant)),
         device_(link, settings.session),
         backend_(device_, parts_, period_us_),
-        driver_(scenario.plant.system(), scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s) {
+        driver_(scenario.plant.system(), scenario.input, static_cast<std::uint64_t>(scenario.seed), scenario.sample_period_s),
+        timed_(scenario.plant) {
     check_period(scenario);
     if (settings.twin && sim::columns_of(settings.twin->system()) != sim::columns_of(scenario.plant.system()))
       throw sim::InputError({.key = "twin", .advice = "its inputs and channels must be those of the scenario's plant"});
@@ -101,6 +103,7 @@ class Session {
       throw;
     }
     bring_to_rest();
+    result_.timed = timed_.recording();
     result_.report_json = report().dump();
     return std::move(result_);
   }
@@ -345,6 +348,7 @@ class Session {
     for (const double value : view.duty_fraction) put(value);
     for (const double value : view.measured.channels) put(value);
     csv.back() = '\n';
+    timed_.add(view);
     ++result_.ticks;
   }
 
@@ -430,6 +434,7 @@ class Session {
   SerialBackend backend_;
   std::optional<HostSupervisor> supervisor_;
   sim::Driver driver_;
+  TimedRecording timed_;
   std::optional<Twin> twin_;
   message_hello hello_{};
   std::int64_t begun_device_us_ = 0, ticks_lowered_ = 0, ticks_without_telemetry_ = 0, overruns_ = 0;

@@ -12,6 +12,7 @@
 #include "hil/serial_backend.h"
 #include "hil/supervisor.h"
 #include "hil/twin.h"
+#include "sim/recording.h"
 #include "sim/scenario.h"
 
 namespace sinew::hil {
@@ -67,6 +68,7 @@ struct SessionResult {
   SessionStatus status = SessionStatus::finished;
   std::string why;            // of what is not `finished`
   std::string recording_csv;  // as far as it came
+  sim::Recording timed;       // the same, with each reading at the time at which it was made (timed_recording.h)
   std::string report_json;    // an object, without braces around other files' hashes: session_json adds those
   std::int64_t ticks = 0;
   bool brought_to_rest = false;  // the device said that it is disarmed, or tripped

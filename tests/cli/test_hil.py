@@ -25,7 +25,7 @@ import page_client
 import test_cli as cli
 from test_cli import check, columns, content, files_in, refused, said, same_bytes, sinew, write
 
-SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "wire.bin"]
+SESSION_FILES = ["recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"]
 BABBLE = """# Half a minute of babbling.
 format: 1
 seed: 5

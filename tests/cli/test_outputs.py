@@ -149,8 +149,8 @@ def test_results_are_kept():
     beside = sinew("compare", recording, "--plant", "kept/fit/plant.yaml", "--out", "kept/fit")
     check("compare beside what calibrate wrote: succeeds, and changes none of it", beside.returncode == 0 and content("kept/fit/plant.yaml") == plant
           and sorted(files_in("kept/fit")) == sorted([*cli.CALIBRATE_FILES, "comparison.html", "comparison.svg"]), said(beside))
-    kept_then_replaced("hil --emulate", ["hil", "step.yaml", "--emulate"], "kept/session", ["recording.csv", "scenario.yaml", "session.json", "wire.bin"])
-    kept_then_replaced("replay", ["replay", "kept/session"], "kept/again", ["recording.csv", "scenario.yaml", "session.json", "wire.bin"])
+    kept_then_replaced("hil --emulate", ["hil", "step.yaml", "--emulate"], "kept/session", ["recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"])
+    kept_then_replaced("replay", ["replay", "kept/session"], "kept/again", ["recording.csv", "scenario.yaml", "session.json", "timed.csv", "wire.bin"])
     kept_then_replaced("diagnose", ["diagnose", "--train", recording, "--plant", PAPER_LIMB], "kept/diagnosis", cli.DIAGNOSE_FILES)
     sinew("dataset", write("minute.yaml", (ROOT / "scenarios/babble_bidirectional.yaml").read_text().replace("duration_s: 600.0", "duration_s: 60.0")),
           "--runs", 2, "--out", "kept/set")
