@@ -46,7 +46,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view state_file = "investigation.json";
 constexpr std::string_view emulated_limb_file = "emulated_limb.json";  // as a session left it
-constexpr int state_format = 1;
+constexpr int state_format = 2;
 // Between two sessions on an emulated limb: for a diagnosis, and for coils that babbling left hot.
 constexpr double emulated_pause_s = 60.0;
 

@@ -197,10 +197,14 @@ class Searcher {
   // How far below the best, in log evidence, a fit that has not settled may be and still be in the running.
   static double margin_below(double best, double base) { return std::max(15.0, 0.1 * (best - base)); }
 
+  // Whether the effect brings what is counted from recording to recording.
   static bool goes_on_between(const Explanation& at, plant::EffectId effect) {
-    const plant::States with = with_effect(at.problem->centres(), effect).states();
-    return at.problem->data().size() > 1 &&
-           std::any_of(with.begin(), with.end(), [&](const plant::StateInfo& state) { return state.at_start == plant::AtStart::counted; });
+    const auto counted = [](const plant::Plant& plant) {
+      const plant::States states = plant.states();
+      return std::count_if(states.begin(), states.end(), [](const plant::StateInfo& s) { return s.at_start == plant::AtStart::counted; });
+    };
+    const plant::Plant& without = at.problem->centres();
+    return at.problem->data().size() > 1 && counted(with_effect(without, effect)) > counted(without);
   }
 
   std::vector<Candidate> fitted(const Explanation& at, const Scores& scores, std::size_t most, double from, double to,

@@ -27,7 +27,7 @@ Thinned thinned(const plant::System& system, const std::vector<FitData>& data) {
       const auto changes_to = [&](std::size_t other) { return other < samples.size() && samples[k].inputs != samples[other].inputs; };
       const bool last = k + 1 == one.sample_count;
       const bool shows = !std::ranges::all_of(few.samples[k].channels, [](double value) { return std::isnan(value); });
-      if (shows || last || changes_to(k - 1) || changes_to(k + 1)) kept.push_back(few.samples[k]);
+      if (k == 0 || shows || last || changes_to(k - 1) || changes_to(k + 1)) kept.push_back(few.samples[k]);
     }
     few.samples = std::move(kept);
     result.every.push_back(std::move(every));
