@@ -111,10 +111,11 @@ std::string starts_sentence(const diagnose::Calibration& calibration) {
 
 // How a part that was not fitted begins, from its first minute, with the plant as it is.
 plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part, const diagnose::PerChannel& noise,
-                           const std::function<bool()>& should_stop) {
+                           std::optional<double> counted_from_s, const std::function<bool()>& should_stop) {
   constexpr double settling_s = 60.0;
   diagnose::CalibrationSettings settings;
   settings.only_start = true;
+  settings.start.counted_from_s = counted_from_s;
   settings.should_stop = should_stop;
   const std::size_t count = diagnose::samples_until(part, part.samples.front().time_s + settling_s);
   return diagnose::calibrate(plant, {{&part, std::max<std::size_t>(2, count), noise}}, settings).starts_of_recordings.front();
@@ -169,6 +170,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
   std::vector<sim::Recording*> all;
   for (sim::Recording& recording : recordings) all.push_back(&recording);
   ignore(arguments.ignored, system, all);
+  if (recordings.size() == 1 && !recordings.front().time_zero_s) recordings.front().time_zero_s = 0.0;  // its own time is clock enough
   // Each part between pauses begins with a state of its own, as each recording does.
   std::vector<std::vector<sim::Recording>> parts;
   std::vector<std::vector<std::string>> odd;  // about each recording
@@ -215,7 +217,8 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
     std::vector<plant::Start> starts;
     for (std::size_t p = 0; p < parts[r].size(); ++p)
       starts.push_back(fitted[r][p] ? calibration.starts_of_recordings[*fitted[r][p]]
-                                    : start_of_part(calibration.fitted, parts[r][p], noise[r], arguments.should_stop));
+                                    : start_of_part(calibration.fitted, parts[r][p], noise[r], data.front().recording->begins_s(),
+                                                    arguments.should_stop));
     comparisons.push_back(
         diagnose::compare(calibration.fitted, starts, parts[r], noise[r], arguments.fit_until_s, {plant::Method::automatic, 1e-7}));
   }

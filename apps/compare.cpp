@@ -48,6 +48,7 @@ int compare_command(const CompareArguments& arguments) {
 
   // What the plant was doing when the recording began is found from its first minute, with the plant as it is.
   const std::vector<std::string> doubts = doubts_of(plant, recording, noise);
+  if (!recording.time_zero_s) recording.time_zero_s = 0.0;  // of one recording its own time is clock enough
   const std::vector<sim::Recording> parts = usable_parts(recording);
   recording = joined(recording, parts);
   std::vector<plant::Start> starts(parts.size());
@@ -59,6 +60,7 @@ int compare_command(const CompareArguments& arguments) {
         std::max<std::size_t>(2, diagnose::samples_until(parts[p], is_fitted ? std::min(until_s, arguments.fit_until_s) : until_s));
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
+    settings.start.counted_from_s = parts.front().begins_s();
     settings.should_stop = interrupted;
     starts[p] = diagnose::calibrate(plant, {{&parts[p], count, noise}}, settings).starts_of_recordings.front();
   }

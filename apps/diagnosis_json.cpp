@@ -90,6 +90,8 @@ ordered_json gate_json(const Diagnosis& d, const diagnose::GateNotes& gate) {
           {"samples", gate.samples},
           {"period_s", gate.period_s},
           {"duration_s", gate.duration_s},
+          {"begins_s", gate.begins_s ? ordered_json(*gate.begins_s) : ordered_json()},
+          {"reading_period_s", per_channel(d, gate.reading_period_s)},
           {"noise", per_channel(d, gate.noise)},
           {"step", per_channel(d, gate.step)},
           {"outliers", per_channel(d, gate.outliers)},
@@ -107,6 +109,18 @@ ordered_json fitted_json(const Diagnosis& d) {
                           {"ci95", {one.lowest, one.highest}},
                           {"before", unknown.centre / unknown.internal_per_unit}};
   }
+  return json;
+}
+
+ordered_json first_values_json(const Diagnosis& d) {
+  ordered_json json = ordered_json::array();
+  for (const FirstValue& one : first_values(d))
+    json.push_back({{"recording", one.recording},
+                    {"state", one.state},
+                    {"value", one.value},
+                    {"ci95", {one.lowest, one.highest}},
+                    {"at_rest", one.at_rest},
+                    {"told", one.told}});
   return json;
 }
 
@@ -260,6 +274,7 @@ ordered_json diagnosis_json(const diagnose::Diagnosis& d, const DiagnosisInputs&
   if (d.by_chance) json["unrest"]["by_chance"] = chance_json(*d.by_chance);
   json["stand_ins"] = names_of(d, stand_ins(d));
   json["fitted"] = fitted_json(d);
+  json["first_values"] = first_values_json(d);
   json["flipped_signs"] = ordered_json::array();
   for (const plant::ParameterId p : d.flipped_signs) json["flipped_signs"].push_back(parameters_of(d)[p].key());
 

@@ -339,6 +339,28 @@ report::Table parameter_table(const Diagnosis& d) {
   return table;
 }
 
+report::Table first_value_table(const Diagnosis& d) {
+  report::Table table;
+  table.title = "How the recordings begin";
+  table.header = {"recording", "state", "at rest", "fitted", "95 % interval"};
+  std::string last;
+  for (const FirstValue& one : first_values(d)) {
+    report::Row row;
+    row.cells = {one.recording == last ? "" : file_name(one.recording), one.state, with_unit(report::significant(one.at_rest, 3), one.unit),
+                 with_unit(rounded(one.value, one.lowest, one.highest), one.unit),
+                 "[" + rounded(one.lowest, one.lowest, one.highest) + ", " + rounded(one.highest, one.lowest, one.highest) + "]"};
+    row.emphasis = one.matters;
+    if (!one.told) row.note = "the data says little about it: mostly what was believed before";
+    last = one.recording;
+    table.rows.push_back(std::move(row));
+  }
+  table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::right, report::Align::right};
+  table.caption = "A recording may begin in mid-motion; what " + std::string(system_of(d).words()) +
+                  " was doing then is estimated with the parameters. Bold: of "
+                  "what was added, and not at rest.";
+  return table;
+}
+
 void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const DiagnosisWords& words) {
   blocks.push_back(section(added_effects(d).empty() ? "The plant, fitted" : "The plant, repaired"));
   add_paragraphs(blocks, words.modelled);
@@ -359,6 +381,7 @@ void add_modelled(std::vector<Block>& blocks, const Diagnosis& d, const Diagnosi
     blocks.push_back(code);
   }
   blocks.push_back(parameter_table(d));
+  if (report::Table begins = first_value_table(d); !begins.rows.empty()) blocks.push_back(std::move(begins));
 }
 
 // --- Better
@@ -618,20 +641,23 @@ report::ScatterPlot left_over_plot(const Diagnosis& d, const diagnose::LeftOver&
 
 report::Table gate_table(const Diagnosis& d) {
   report::Table table;
-  table.header = {"recording", "channel", "samples", "noise", "smallest step", "missing", "outliers"};
+  table.header = {"recording", "channel", "rows", "readings", "one every [s]", "noise", "smallest step", "outliers"};
   for (const auto& gate : d.gate)
     for (const plant::ChannelId c : channels_of(d).ids()) {
       report::Row row;
       row.cells = {c.index == 0 ? file_name(gate.recording) : "",
                    with_channel_unit(channels_of(d)[c]),
                    std::to_string(gate.samples),
+                   std::to_string(gate.samples - gate.missing[c]),
+                   report::significant(gate.reading_period_s[c], 2),
                    report::significant(gate.noise[c], 2),
                    report::significant(gate.step[c], 2),
-                   std::to_string(gate.missing[c]),
                    std::to_string(gate.outliers[c])};
       if (c.index + 1 == channels_of(d).size()) {
-        row.note = report::fixed(gate.duration_s, 0) + " s, a sample every " + report::significant(gate.period_s, 2) + " s, " +
-                   input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
+        row.note =
+            report::fixed(gate.duration_s, 0) + " s, " + input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
+        if (const auto first_s = d.gate.front().begins_s; first_s && gate.begins_s && *gate.begins_s != *first_s)
+          row.note += ", begins " + report::fixed(*gate.begins_s - *first_s, 0) + " s after the first";
         for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);

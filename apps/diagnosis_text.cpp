@@ -7,6 +7,7 @@
 #include "apps/answer_text.h"
 #include "apps/comparison_page.h"
 #include "plant/contains.h"
+#include "plant/integrator.h"
 #include "report/number.h"
 #include "sim/plant_file.h"
 
@@ -135,6 +136,28 @@ bool predicts_better(const Diagnosis& d) {
   return gain > 0.0;
 }
 
+// Of what was added: a recording that begins warm.
+std::string first_values_words(const Diagnosis& d) {
+  constexpr std::size_t most = 4;
+  std::vector<std::string> clauses;
+  std::size_t more = 0;
+  for (const FirstValue& one : first_values(d)) {
+    if (!one.matters) continue;
+    if (clauses.size() == most) {
+      ++more;
+      continue;
+    }
+    const double beyond = one.value - one.at_rest;
+    clauses.push_back((d.gate.size() > 1 ? "in " + file_name(one.recording) + " " : "") + one.state + " is " +
+                      interval_words(one.value, one.lowest, one.highest, one.unit) + ", " + report::significant(std::abs(beyond), 2) +
+                      (beyond > 0.0 ? " above" : " below") + " rest");
+  }
+  if (clauses.empty()) return "";
+  return std::string(d.gate.size() > 1 ? "Recordings begin" : "The recording begins") +
+         " in mid-motion, also in what was added: " + listed(clauses) +
+         (more > 0 ? "; " + std::to_string(more) + " more such first values are in diagnosis.json" : "") + ".";
+}
+
 std::vector<std::string> modelled_words(const Diagnosis& d) {
   const auto& [effects, laws, apart] = std::tie(effects_in(d.answer), laws_in(d.answer), apart_in(d.answer));
   const bool varies = std::holds_alternative<NoConstant>(d.answer);
@@ -172,7 +195,9 @@ std::vector<std::string> modelled_words(const Diagnosis& d) {
   if (const auto moved = moved_parameters(d); !moved.empty())
     text += " Fitted far from what was believed before, by more than two standard deviations: " + listed(moved) +
             ". Either the given plant is not quite this one, or more is missing.";
-  return {text};
+  std::vector<std::string> paragraphs{text};
+  if (const std::string begins = first_values_words(d); !begins.empty()) paragraphs.push_back(begins);
+  return paragraphs;
 }
 
 // What each weighting of the channels makes of one, where that matters.
@@ -461,6 +486,33 @@ std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& d) {
     const auto [lowest, highest] = d.values.interval(u, 1.959964);
     all.push_back({p, u, d.values.value(u) / unit, std::max(range.lowest, lowest / unit), std::min(range.highest, highest / unit)});
   }
+  return all;
+}
+
+std::vector<FirstValue> first_values(const diagnose::Diagnosis& d) {
+  constexpr double far_share = 0.1;  // of the prior's deviation
+  const diagnose::FitProblem& problem = *d.values.problem;
+  const plant::Plant model = d.values.model();
+  const plant::States states = model.states();
+  const plant::Integrator at_rest(model, plant::Start{}, problem.numerics());
+  std::vector<std::string> of_added;
+  for (const plant::EffectId e : added_effects(d)) of_added.push_back(std::string(effects_of(d)[e].name) + ".");
+  std::vector<FirstValue> all;
+  for (std::size_t r = 0; r < problem.data().size(); ++r)
+    for (std::size_t i = 0; i < problem.free_states(r).size(); ++i) {
+      const plant::StateId state = problem.free_states(r)[i];
+      const std::size_t u = problem.first_start(r) + i;
+      const plant::StateInfo& info = states[state];
+      const double unit = info.unit.internal_per_unit, rest = at_rest.state()[state.index] / unit;
+      const auto [lowest, highest] = d.values.interval(u, 1.959964);
+      const double deviation = problem.unknowns()[u].deviation / unit;
+      FirstValue one{
+          d.gate[r].recording, info.key, info.unit.text, d.values.value(u) / unit, lowest / unit, highest / unit, rest, false, false};
+      one.told = d.values.deviation(u) / unit < diagnose::untold_share * deviation;
+      one.matters = one.told && (rest < one.lowest || rest > one.highest) && std::abs(one.value - rest) > far_share * deviation &&
+                    std::ranges::any_of(of_added, [&](const std::string& effect) { return info.key.starts_with(effect); });
+      all.push_back(std::move(one));
+    }
   return all;
 }
 

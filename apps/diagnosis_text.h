@@ -71,6 +71,15 @@ const plant::Sharing& sharing_of(const diagnose::Diagnosis& diagnosis, const dia
 std::vector<std::pair<std::string, std::string>> apart_quantities(const diagnose::Diagnosis& diagnosis, const diagnose::FoundApart& found);
 
 std::vector<FittedValue> fitted_values(const diagnose::Diagnosis& diagnosis);
+// Where each recording begins, of the states that were not known to be at rest; units of files, 95 % intervals.
+struct FirstValue {
+  std::string recording, state;
+  std::string_view unit;
+  double value, lowest, highest, at_rest;
+  bool told;     // by the recording, and not by what was believed before alone
+  bool matters;  // it is told, of what was added, and far from rest
+};
+std::vector<FirstValue> first_values(const diagnose::Diagnosis& diagnosis);
 // Effects that are on in the repaired plant and were not in the given one; those of them that are not named only stand in
 // for what is missing.
 std::vector<plant::EffectId> added_effects(const diagnose::Diagnosis& diagnosis);

@@ -389,6 +389,7 @@ int hil_command(const HilArguments& arguments) {
     settings.real_time_priority = take_real_time_priority();
     link = std::make_unique<hil::Port>(arguments.port, clock);  // its thread has the priority too
     settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
+    settings.time_zero_s = seconds_since_1970();
     std::signal(SIGPIPE, SIG_IGN);  // whoever reads along may go away, a session must not end by that
   }
   hil::LoggedLink logged(tampered ? *tampered : *link);

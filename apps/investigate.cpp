@@ -46,7 +46,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view state_file = "investigation.json";
 constexpr std::string_view emulated_limb_file = "emulated_limb.json";  // as a session left it
-constexpr int state_format = 2;
+constexpr int state_format = 3;
 // Between two sessions on an emulated limb: for a diagnosis, and for coils that babbling left hot.
 constexpr double emulated_pause_s = 60.0;
 
@@ -276,11 +276,17 @@ class SessionLimb : public investigate::Limb {
                        {"--concealed", arguments_.effect, "--concealed-seed", std::to_string(arguments_.limb_seed), "--concealed-strength",
                         sim::shortest(arguments_.strength), "--concealed-recording", std::to_string(number_of(name))});
       command.insert(command.end(), {"--leaves", left.string(), "--pause", sim::shortest(emulated_pause_s)});
-      if (const auto before = limb_before(name)) command.insert(command.end(), {"--goes-on-from", before->string()});
+      settings.time_zero_s = 0.0;
+      if (const auto before = session_before(name)) {
+        command.insert(command.end(), {"--goes-on-from", (*before / emulated_limb_file).string()});
+        const sim::Recording recording = read_kept(*before, plant_);
+        settings.time_zero_s = recording.begins_s().value() + recording.duration_s() + emulated_pause_s;
+      }
       link = std::make_unique<hil::LockStepLink>(command);
     } else {
       link = std::make_unique<hil::Port>(arguments_.port, clock);
       settings.session = static_cast<std::uint16_t>(1 + (clock.now_us() / 1000 + getpid()) % 65000);
+      settings.time_zero_s = seconds_since_1970();
       std::signal(SIGPIPE, SIG_IGN);
     }
     hil::LoggedLink logged(*link);
@@ -299,8 +305,9 @@ class SessionLimb : public investigate::Limb {
     files["wire.bin"] = logged.log();
     link.reset();  // the emulator ends, and leaves its limb
     files["timed.csv"] = sim::to_csv(result.timed);
-    for (const char* file : {"recording.csv", "timed.csv", "wire.bin"}) outputs.stage(file, files[file]);
-    if (fs::exists(left)) outputs.stage(std::string(emulated_limb_file), sim::read_file(left));  // not where the emulator was killed
+    if (fs::exists(left)) files[std::string(emulated_limb_file)] = sim::read_file(left);  // not where the emulator was killed
+    for (const auto& [file, content] : files)
+      if (file != "scenario.yaml") outputs.stage(file, content);
     outputs.stage("session.json", hil::session_json(scenario, settings, result, limb, files));
     outputs.commit();
     if (!result.brought_to_rest) board_.say("the device did not confirm that it is disarmed; its dead-man takes the duty away by itself");
@@ -313,11 +320,17 @@ class SessionLimb : public investigate::Limb {
   }
 
  private:
-  // As the last session before this one left the emulated limb.
-  std::optional<fs::path> limb_before(const std::string& name) const {
-    for (std::int64_t number = number_of(name) - 1; number > 0; --number)
-      if (const fs::path file = out_ / investigate::folder_name(static_cast<std::size_t>(number)) / emulated_limb_file; fs::exists(file))
-        return file;
+  // The last session on the emulated limb before this one: its folder.
+  std::optional<fs::path> session_before(const std::string& name) const {
+    for (std::int64_t number = number_of(name) - 1; number > 0; --number) {
+      const fs::path folder = out_ / investigate::folder_name(static_cast<std::size_t>(number));
+      if (!fs::exists(folder / "session.json")) continue;
+      if (!fs::exists(folder / emulated_limb_file))
+        throw sim::InputError({.file = (folder / emulated_limb_file).string(),
+                               .advice = "is not there: the emulator was killed in that session, and its limb is gone with it.\n"
+                                         "Begin another investigation, with another --out"});
+      return folder;
+    }
     return std::nullopt;
   }
 

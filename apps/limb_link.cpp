@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -36,6 +37,11 @@ std::vector<std::string> emulator_command(const std::string& scenario, const std
                                    program_beside("firmware.elf", advice)};
   for (const std::string& fault : faults) command.insert(command.end(), {"--fault", fault});
   return command;
+}
+
+double seconds_since_1970() {
+  using namespace std::chrono;
+  return static_cast<double>(duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count()) / 1e3;
 }
 
 bool take_real_time_priority() {

@@ -10,6 +10,9 @@ namespace sinew::apps {
 // Program and arguments. Throws sim::InputError where one is missing.
 std::vector<std::string> emulator_command(const std::string& scenario, const std::vector<std::string>& faults);
 
+// By this machine's clock, to the millisecond: when a session on a limb begins.
+double seconds_since_1970();
+
 // Of the thread that keeps the deadlines: SCHED_FIFO, before every ordinary program. Linux allows it to root and up to
 // RLIMIT_RTPRIO.
 inline constexpr int real_time_priority = 20;

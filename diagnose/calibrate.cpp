@@ -262,7 +262,7 @@ std::vector<plant::ParameterId> fittable_parameters(const plant::Plant& plant) {
   return fittable;
 }
 
-plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, StartPolicy start,
+plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, const Beginnings& start,
                            const plant::NumericalSettings& numerics, std::vector<plant::ParameterId>& flipped) {
   plant::Plant plant = nominal;
   const auto cost = [&](const plant::Plant& candidate) {

@@ -23,7 +23,7 @@ namespace sinew::diagnose {
 struct CalibrationSettings {
   std::vector<plant::ParameterId> parameters;  // empty: fittable_parameters(plant)
   bool only_start = false;                     // no parameters: only how the recordings begin
-  StartPolicy start = StartPolicy::estimated;
+  Beginnings start;
   int starts = 3;
   std::uint64_t seed = 1;
   int threads = 2;
@@ -76,7 +76,7 @@ std::vector<plant::ParameterId> fittable_parameters(const plant::Plant& plant);
 
 // The plant with each sign as the recordings say, judged by the cost at the nominal values. `flipped`: those that are now the
 // other way.
-plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, StartPolicy start,
+plant::Plant with_signs_of(const plant::Plant& nominal, const std::vector<FitData>& data, const Beginnings& start,
                            const plant::NumericalSettings& numerics, std::vector<plant::ParameterId>& flipped);
 
 // Throws std::runtime_error where no start could be integrated, Stopped when asked to stop.

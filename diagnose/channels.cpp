@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "sim/table.h"
+
 namespace sinew::diagnose {
 namespace {
 
@@ -42,18 +44,14 @@ double noise_of_channel(const sim::Recording& recording, plant::ChannelId channe
 }  // namespace
 
 MeasuredRows measured_rows(const sim::Recording& recording, plant::ChannelId channel) {
-  MeasuredRows result{{}, std::numeric_limits<double>::quiet_NaN()};
+  MeasuredRows result{};
   std::vector<double> steps_s;
   for (std::size_t k = 0; k < recording.samples.size(); ++k) {
     if (std::isnan(measured(recording.samples[k], channel))) continue;
     if (!result.rows.empty()) steps_s.push_back(recording.samples[k].time_s - recording.samples[result.rows.back()].time_s);
     result.rows.push_back(k);
   }
-  if (!steps_s.empty()) {
-    const auto middle = steps_s.begin() + static_cast<std::ptrdiff_t>((steps_s.size() - 1) / 2);
-    std::nth_element(steps_s.begin(), middle, steps_s.end());
-    result.period_s = *middle;
-  }
+  result.period_s = sim::lower_median(std::move(steps_s));
   return result;
 }
 

@@ -32,8 +32,8 @@ inline double shown(const plant::System& system, const std::vector<double>& read
 
 // The samples in which a channel was measured: in a log in which each reading has a row of its own, few of all.
 struct MeasuredRows {
-  std::vector<std::size_t> rows;
-  double period_s;  // the median time from one to the next; NaN with fewer than two
+  std::vector<std::size_t> rows = {};
+  double period_s = 0.0;  // the median time from one to the next; NaN with fewer than two
 };
 MeasuredRows measured_rows(const sim::Recording& recording, plant::ChannelId channel);
 

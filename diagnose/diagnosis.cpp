@@ -120,9 +120,10 @@ class Diagnoser {
   Diagnoser(const plant::Plant& nominal, const std::vector<sim::Recording>& training, const std::vector<sim::Recording>& held_out,
             const DiagnosisSettings& settings)
       : training_(training), held_out_(held_out), settings_(settings), search_(settings.search), given_(nominal) {
-    search_.fit.start = settings.start;
     gate();
-    given_ = with_signs_of(nominal, data_, settings.start, search_.fit.numerics, result_.flipped_signs);
+    search_.fit.start = settings.start;
+    if (!search_.fit.start.counted_from_s) search_.fit.start.counted_from_s = gated_training_.front().begins_s();
+    given_ = with_signs_of(nominal, data_, search_.fit.start, search_.fit.numerics, result_.flipped_signs);
     search_.is_borne_out = [this](const Explanation& with, const Explanation& without) {
       std::vector<Prediction> predictions = measured_predictions();
       const auto [before, after] = paths_of(without, with);

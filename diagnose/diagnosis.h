@@ -18,7 +18,7 @@ struct DiagnosisSettings {
   SearchSettings search;
   std::optional<PerChannel> noise;  // of each sensor, in the units of files; else estimated
   double fit_until_s = 1e300;       // of each training recording; what comes later is held out
-  StartPolicy start = StartPolicy::estimated;
+  Beginnings start;
   Thresholds thresholds;
   WanderSettings wander;  // thresholds
 };

@@ -29,7 +29,7 @@ struct Guess {
 };
 
 struct ExplanationSettings {
-  StartPolicy start = StartPolicy::estimated;
+  Beginnings start;
   bool only_start = false;     // no parameters: only how the recordings begin
   bool least_squares = false;  // no forcings: sensors' noise alone, so that the path itself must fit
   plant::NumericalSettings numerics{plant::Method::rosenbrock, 1e-5};

@@ -22,8 +22,22 @@ bool is_positive(const plant::Declaration& declared) {
 
 }  // namespace
 
+std::vector<std::optional<double>> elapsed_where_it_begins(const plant::States& states, const sim::Recording& recording,
+                                                           std::optional<double> from_s) {
+  // So many of the prior's deviations later, no straight line is believed any more: what has grown by then is open.
+  constexpr double most_deviations = 2.0;
+  std::vector<std::optional<double>> elapsed(states.size());
+  const std::optional<double> begins_s = recording.begins_s();
+  if (!begins_s || !from_s) return elapsed;
+  const double since_s = *begins_s - *from_s;
+  for (const plant::StateId i : states.ids())
+    if (states[i].at_start == plant::AtStart::elapsed && std::abs(since_s) <= most_deviations * states[i].start_deviation)
+      elapsed[i.index] = since_s;
+  return elapsed;
+}
+
 FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
-                       StartPolicy start, const plant::NumericalSettings& numerics)
+                       const Beginnings& start, const plant::NumericalSettings& numerics)
     : centres_(centres), states_(centres.states()), parameters_(parameters), data_(std::move(data)), start_(start), numerics_(numerics) {
   for (const plant::ParameterId p : parameters_) {
     const auto& info = system().parameters()[p];
@@ -54,6 +68,8 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
       if (const auto& above = system().parameters()[parameters_[low]].declaration.less_than;
           contains(above, system().parameters()[parameters_[high]].key()))
         orders_.push_back({low, high, order_share * unknowns_[low].deviation});
+  if (!start_.counted_from_s && !data_.empty()) start_.counted_from_s = data_.front().recording->begins_s();
+  for (const FitData& one : data_) elapsed_.push_back(elapsed_where_it_begins(states_, *one.recording, start_.counted_from_s));
   const std::vector<std::vector<double>> grown = grown_by_then();
   for (std::size_t r = 0; r < data_.size(); ++r) {
     add_start_unknowns(r, grown[r]);
@@ -69,7 +85,7 @@ std::vector<std::vector<double>> FitProblem::grown_by_then() const {
   std::vector<std::vector<double>> grown(data_.size(), std::vector<double>(states_.size(), 0.0));
   std::vector<plant::StateId> counted;
   for (const plant::StateId i : states_.ids())
-    if (states_[i].at_start == plant::AtStart::counted) counted.push_back(i);
+    if (plant::grows_between_recordings(states_[i].at_start)) counted.push_back(i);
   for (std::size_t r = 0; !counted.empty() && r + 1 < data_.size(); ++r) {
     plant::Integrator integrator(centres_, plant::Start{}, numerics_);
     const std::vector<double> before = integrator.state();
@@ -86,7 +102,7 @@ void FitProblem::add_start_unknowns(std::size_t recording, const std::vector<dou
   free_states_.emplace_back();
   for (const plant::StateId i : states_.ids())
     if ((states_[i].at_start == plant::AtStart::open && !at_rest(recording)) ||
-        (states_[i].at_start == plant::AtStart::counted && recording > 0))
+        (plant::grows_between_recordings(states_[i].at_start) && recording > 0 && !elapsed_[recording][i.index]))
       free_states_[recording].push_back(i);
   if (free_states_[recording].empty()) return;
   const std::string owner = data_.size() == 1 ? "start." : "start[" + std::to_string(recording) + "].";
@@ -110,7 +126,7 @@ plant::Plant FitProblem::plant_at(const double* z) const {
 }
 
 plant::Start FitProblem::start_at(const double* z, std::size_t recording) const {
-  plant::Start start{std::vector<std::optional<double>>(states_.size()), {}};
+  plant::Start start{elapsed_[recording], {}};
   if (!at_rest(recording) && (recording >= idle_before_.size() || !idle_before_[recording]))
     start.inputs = data_[recording].recording->samples.front().inputs;
   const std::size_t first = first_start_[recording];

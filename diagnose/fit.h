@@ -49,6 +49,20 @@ enum class StartPolicy {
   first_at_rest,  // the first begins cold and at rest, the others perhaps not
   at_rest,        // all begin cold and at rest; unknown is at most what has grown since the first recording
 };
+struct Beginnings {
+  StartPolicy policy;
+  // When what is counted from the first recording on was nothing, on the clock of recordings that say when they were made
+  // (sim::Recording::time_zero_s). None: where the first of those that are fitted begins.
+  std::optional<double> counted_from_s;
+  // NOLINTNEXTLINE(google-explicit-constructor): where no clock matters, a policy is all there is to say
+  Beginnings(StartPolicy how = StartPolicy::estimated, std::optional<double> from_s = std::nullopt) : policy(how), counted_from_s(from_s) {}
+  friend bool operator==(const Beginnings& one, StartPolicy policy) { return one.policy == policy; }
+};
+
+// By state: the time since `from_s` where it begins, of states that are that time, where the recording says when it was made and
+// that is near enough; else none.
+std::vector<std::optional<double>> elapsed_where_it_begins(const plant::States& states, const sim::Recording& recording,
+                                                           std::optional<double> from_s);
 
 struct Row {
   std::size_t recording, sample;
@@ -60,8 +74,8 @@ class FitProblem {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   // `centres`: what is on, what is not fitted, and the centres of the priors. Recordings must outlive this.
-  FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data, StartPolicy start,
-             const plant::NumericalSettings& numerics);
+  FitProblem(const plant::Plant& centres, const std::vector<plant::ParameterId>& parameters, std::vector<FitData> data,
+             const Beginnings& start, const plant::NumericalSettings& numerics);
 
   const std::vector<Unknown>& unknowns() const { return unknowns_; }
   const std::vector<Row>& rows() const { return rows_; }
@@ -69,7 +83,10 @@ class FitProblem {
   const plant::NumericalSettings& numerics() const { return numerics_; }
   const std::vector<plant::ParameterId>& parameters() const { return parameters_; }
   const plant::System& system() const { return centres_.system(); }
-  StartPolicy start_policy() const { return start_; }
+  const Beginnings& beginnings() const { return start_; }
+  bool at_rest(std::size_t recording) const {
+    return start_ == StartPolicy::at_rest || (start_ == StartPolicy::first_at_rest && recording == 0);
+  }
   // States whose first value is unknown where this recording begins, and the first of their unknowns, which stand in this order.
   const std::vector<plant::StateId>& free_states(std::size_t recording) const { return free_states_[recording]; }
   std::size_t first_start(std::size_t recording) const { return first_start_[recording]; }
@@ -92,16 +109,13 @@ class FitProblem {
 
  private:
   std::vector<std::vector<double>> grown_by_then() const;
-  bool at_rest(std::size_t recording) const {
-    return start_ == StartPolicy::at_rest || (start_ == StartPolicy::first_at_rest && recording == 0);
-  }
   void add_start_unknowns(std::size_t recording, const std::vector<double>& grown);
 
   plant::Plant centres_;
   plant::States states_;
   std::vector<plant::ParameterId> parameters_;
   std::vector<FitData> data_;
-  StartPolicy start_;
+  Beginnings start_;
   std::vector<bool> idle_before_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
@@ -110,7 +124,8 @@ class FitProblem {
     double scale;
   };
   std::vector<Order> orders_;
-  std::vector<std::vector<plant::StateId>> free_states_;  // of each recording, as all below
+  std::vector<std::vector<std::optional<double>>> elapsed_;  // of each recording, as all below
+  std::vector<std::vector<plant::StateId>> free_states_;
   std::vector<std::size_t> first_start_, first_row_;
   std::vector<Row> rows_;
 };

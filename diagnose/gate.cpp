@@ -174,8 +174,9 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
   notes.samples = recording.samples.size();
   notes.period_s = recording.median_period_s();
   notes.duration_s = recording.duration_s();
+  notes.begins_s = recording.begins_s();
   notes.noise = noise ? *noise : noise_of(system, recording);
-  notes.step = notes.stuck_share = per_channel(channels);
+  notes.step = notes.stuck_share = notes.reading_period_s = per_channel(channels);
   notes.outliers = notes.missing = plant::ListOf<plant::ChannelId, std::size_t>(channels, 0);
   const std::vector<std::pair<double, double>> pauses_s = sim::pauses_of(recording);
   notes.pauses_s = pauses_s;
@@ -201,6 +202,7 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
       if (step > 1e-9 && (notes.step[c] == 0.0 || step < notes.step[c])) notes.step[c] = step;
       last = value;
     }
+    notes.reading_period_s[c] = measured_rows(recording, c).period_s;
     notes.outliers[c] = mask_outliers(result, c, notes.noise[c]);
     notes.stuck_share[c] = longest_run_share(recording, c);
     const std::string& words = system.channels()[c].words;
@@ -209,7 +211,7 @@ sim::Recording gated(const plant::System& system, const sim::Recording& recordin
       notes.warnings.push_back(found->words);
       notes.unresponsive.push_back(*std::move(found));
     }
-    if (notes.outliers[c] * 50 > notes.samples) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
+    if (notes.outliers[c] * 50 > notes.samples - notes.missing[c]) notes.warnings.push_back("more than 2 % of " + words + " are outliers");
   }
   if (notes.largest_input == 0.0) notes.warnings.push_back("nothing is ever driven: little can be learnt from this recording");
   for (const auto& [from_s, until_s] : pauses_s)

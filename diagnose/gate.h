@@ -24,9 +24,11 @@ struct GateNotes {
   std::string recording;
   std::size_t samples = 0;
   double period_s = 0.0, duration_s = 0.0;
+  std::optional<double> begins_s;                         // on the clock of recordings that say when they were made
   PerChannel noise, step;                                 // estimated noise; smallest difference that occurs
+  PerChannel reading_period_s;                            // median time from one reading to the next
   plant::ListOf<plant::ChannelId, std::size_t> outliers;  // masked
-  plant::ListOf<plant::ChannelId, std::size_t> missing;   // were not there
+  plant::ListOf<plant::ChannelId, std::size_t> missing;   // rows without a reading
   PerChannel stuck_share;                                 // share of samples in the longest run of one value while something is driven
   std::vector<Unresponsive> unresponsive;                 // at most one a channel, the longest
   std::vector<std::pair<double, double>> pauses_s;        // gaps in which the inputs are not known (sim::parts_between_pauses)

@@ -27,8 +27,9 @@ struct Stretch {  // squares of one channel over some seconds of what was held o
 
 // Adds the stretches of one channel of one recording: at least a dozen to draw from, but none shorter than 5 s.
 void add_stretches(const Prediction& prediction, plant::ChannelId c, std::vector<Stretch>& stretches) {
-  const double kept_s = prediction.recording->median_period_s() *
-                        static_cast<double>(std::count(prediction.held_out.begin(), prediction.held_out.end(), true));
+  const auto [rows, period_s] = measured_rows(*prediction.recording, c);
+  const double kept_s =
+      period_s * static_cast<double>(std::ranges::count_if(rows, [&](std::size_t k) { return static_cast<bool>(prediction.held_out[k]); }));
   const double stretch_s = std::clamp(kept_s / 12.0, 5.0, bootstrap_block_s);
   double end_s = -1e300;
   for (std::size_t k = 0; k < prediction.time_s.size(); ++k) {
@@ -62,9 +63,10 @@ std::vector<double> autocorrelation(const std::vector<Prediction>& predictions, 
     const double near_s = 0.5 * std::min(period_s, correlation_lag_s);
     for (std::size_t lag = 0; lag < lags; ++lag)
       for (std::size_t i = 0, j = 0; i < rows.size(); ++i) {
-        const double from_s = prediction.time_s[rows[i]] + static_cast<double>(lag) * correlation_lag_s - near_s;
-        while (j < rows.size() && prediction.time_s[rows[j]] < from_s) ++j;
-        if (j == rows.size() || prediction.time_s[rows[j]] >= from_s + 2.0 * near_s) continue;
+        const double at_s = prediction.time_s[rows[i]] + static_cast<double>(lag) * correlation_lag_s;
+        const auto off_s = [&](std::size_t row) { return std::abs(prediction.time_s[rows[row]] - at_s); };
+        while (j + 1 < rows.size() && off_s(j + 1) <= off_s(j)) ++j;
+        if (off_s(j) > near_s) continue;
         const double value = residual(rows[i]) * residual(rows[j]);
         if (!std::isnan(value)) product[lag] += value;
       }

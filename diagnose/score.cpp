@@ -152,7 +152,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
     const Job& job = jobs[j];
     if (job.difference) {
       // The problem with the effect on, all else as it is.
-      FitProblem with(job.plant, problem.parameters(), problem.data(), problem.start_policy(), problem.numerics());
+      FitProblem with(job.plant, problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
       with.set_idle_before(problem.idle_before());
       const Guess here = at.as_guess();
       std::vector<double> z(with.unknowns().size(), 0.0);

@@ -201,7 +201,8 @@ class Searcher {
   static bool goes_on_between(const Explanation& at, plant::EffectId effect) {
     const auto counted = [](const plant::Plant& plant) {
       const plant::States states = plant.states();
-      return std::count_if(states.begin(), states.end(), [](const plant::StateInfo& s) { return s.at_start == plant::AtStart::counted; });
+      return std::count_if(states.begin(), states.end(),
+                           [](const plant::StateInfo& s) { return plant::grows_between_recordings(s.at_start); });
     };
     const plant::Plant& without = at.problem->centres();
     return at.problem->data().size() > 1 && counted(with_effect(without, effect)) > counted(without);

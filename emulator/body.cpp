@@ -6,13 +6,15 @@
 
 #include "prove/generator_effects.h"
 #include "sim/input_error.h"
+#include "sim/manifest.h"
+#include "sim/plant_file.h"
 #include "sim/simulation.h"
 #include "sim/text.h"
 
 namespace sinew::emulator {
 namespace {
 
-constexpr std::string_view plant_words = "the scenario's plant";
+std::string what_is(const plant::Plant& plant) { return "the scenario's plant " + sim::sha256(sim::plant_file_text(plant)).substr(0, 16); }
 
 void check_same(const Left& before, std::string_view what, std::size_t states) {
   if (before.what != what || before.state.size() != states)
@@ -23,7 +25,7 @@ void check_same(const Left& before, std::string_view what, std::size_t states) {
 
 plant::Start start_of(const sim::Scenario& scenario, const std::optional<Left>& before) {
   if (!before) return {scenario.start, {}};
-  check_same(*before, plant_words, scenario.plant.states().size());
+  check_same(*before, what_is(scenario.plant), scenario.plant.states().size());
   return {{before->state.begin(), before->state.end()}, {}};
 }
 
@@ -52,7 +54,7 @@ class PlantBody : public Body {
   }
   Left left() const override {
     const auto& state = integrator_.state();
-    return {std::string(plant_words), begin_s_ + integrator_.time_s(), first_session_s_, {state.begin(), state.end()}};
+    return {what_is(scenario_.plant), begin_s_ + integrator_.time_s(), first_session_s_, {state.begin(), state.end()}};
   }
 
  private:
@@ -105,7 +107,10 @@ std::string to_text(const Left& left) {
 Left read_left(const std::filesystem::path& file) {
   try {
     const auto json = nlohmann::ordered_json::parse(sim::read_file(file));
-    return {json.at("limb"), json.at("time_s"), json.at("first_session_s"), json.at("state").get<std::vector<double>>()};
+    const Left left{json.at("limb"), json.at("time_s"), json.at("first_session_s"), json.at("state").get<std::vector<double>>()};
+    if (left.time_s < 0.0 || left.first_session_s <= 0.0)
+      throw sim::InputError({.file = file.string(), .key = "time_s, first_session_s", .advice = "must be 0 or more, and more than 0"});
+    return left;
   } catch (const nlohmann::json::exception& e) {
     throw sim::InputError({.file = file.string(), .advice = std::string("is no limb as a session left it: ") + e.what()});
   }

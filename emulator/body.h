@@ -15,7 +15,7 @@ namespace sinew::emulator {
 
 // The limb as a session left it, from which another one goes on: what has aged, warmed or drifted stays so.
 struct Left {
-  std::string what;              // "plant", or what is concealed
+  std::string what;              // which limb: the plant and its file's checksum, or what is concealed
   double time_s = 0.0;           // since the first session began
   double first_session_s = 0.0;  // how long that one was to be: what begins within a recording does so within that
   std::vector<double> state;     // as the body orders it

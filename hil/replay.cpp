@@ -26,6 +26,7 @@ Replayed replay_session(const std::filesystem::path& folder) {
     settings.clear_trip = json.at("clear_trip");
     settings.allow_overruns = json.at("allow_overruns");
     settings.real_time_priority = json.value("real_time_priority", false);
+    if (json.contains("time_zero_s")) settings.time_zero_s = json["time_zero_s"].get<double>();
     limb = json.at("limb");
     ticks = json.at("ticks");
     stopped = json.at("status") == "stopped";

@@ -76,7 +76,7 @@ class Session {
   SessionResult run() {
     greet();
     ready();
-    result_.recording_csv = sim::header_of(sim::columns_of(scenario_.plant.system()));
+    result_.recording_csv = sim::time_zero_comment(settings_.time_zero_s) + sim::header_of(sim::columns_of(scenario_.plant.system()));
     // What grows tick by tick gets its room before the limb is armed.
     const auto ticks = static_cast<std::size_t>(std::min<std::int64_t>(scenario_.ticks(), 1'000'000));
     result_.recording_csv.reserve(result_.recording_csv.size() + ticks * 64);
@@ -104,6 +104,7 @@ class Session {
     }
     bring_to_rest();
     result_.timed = timed_.recording();
+    result_.timed.time_zero_s = settings_.time_zero_s;
     result_.report_json = report().dump();
     return std::move(result_);
   }
@@ -481,6 +482,7 @@ std::string session_json(const sim::Scenario& scenario, const SessionSettings& s
   json["real_time_priority"] = settings.real_time_priority;
   json["angle_faults_end"] = settings.angle_faults_end;
   json["twin"] = settings.twin.has_value();
+  if (settings.time_zero_s) json["time_zero_s"] = *settings.time_zero_s;
   json.update(Json::parse(result.report_json));
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);
   return json.dump(2) + "\n";

@@ -46,9 +46,10 @@ struct SessionSettings {
   std::uint16_t session = 1;
   bool clear_trip = false;
   bool allow_overruns = false;
-  bool real_time_priority = false;   // of the host's loop; for the report
-  bool angle_faults_end = true;      // a bend sensor that is not believed: false, its samples are missing, and the session goes on
-  std::optional<plant::Plant> twin;  // with the inputs and channels of the scenario's plant
+  bool real_time_priority = false;    // of the host's loop; for the report
+  bool angle_faults_end = true;       // a bend sensor that is not believed: false, its samples are missing, and the session goes on
+  std::optional<double> time_zero_s;  // about when it begins, on a clock of sessions on this limb; for the recordings
+  std::optional<plant::Plant> twin;   // with the inputs and channels of the scenario's plant
   std::function<bool(std::int64_t tick)> should_stop;  // asked before every repetition of a command: each 50 ms at least
   std::function<void(const SessionView&)> show;
   std::function<void(const std::string&)> say;  // a line that is worth keeping

@@ -88,11 +88,12 @@ struct Played {
   double cold_from_s = 0.0;  // the time from which all limited states are within cool_K of where they began, to the end
 };
 
-Played play(const plant::Plant& plant, sim::Recording& recording, const plant::NumericalSettings& numerics, double cool_K_above) {
+Played play(const plant::Plant& plant, sim::Recording& recording, const Question& question, double cool_K_above) {
   Played played;
   const plant::System& system = plant.system();
-  plant::Integrator integrator(plant, plant::Start{}, numerics);
-  const plant::States states = integrator.states();
+  const plant::States states = plant.states();
+  plant::Integrator integrator(plant, {diagnose::elapsed_where_it_begins(states, recording, question.counted_from_s), {}},
+                               question.numerics);
   const std::vector<double> begun = integrator.state();
   const auto failure = sim::replay(integrator, system, recording.samples, [&](std::size_t k) {
     recording.samples[k].channels = sim::in_file_units(system, integrator.readings());
@@ -130,6 +131,8 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
   const auto explanations = at_hand(diagnosis);
   question.noise = diagnosis.gate.front().noise;
   question.numerics = core.problem->numerics();
+  question.counted_from_s = diagnosis.gate.front().begins_s;
+  if (const diagnose::GateNotes& last = diagnosis.gate.back(); last.begins_s) question.begins_s = *last.begins_s + last.duration_s;
   const diagnose::Scores& scores = diagnosis.search.rounds.back().scores;
   question.exaggeration = exaggeration(settings, scores.best.size());
   double something_else = 0.0;
@@ -202,7 +205,8 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
     programme.cool_s = longest_cooling_s;
     if (!within_device_limits(programme, system)) continue;
     sim::Recording measured = rows_of(programme, system);
-    const Played played = play(base.model, measured, question.numerics, cool_K);
+    measured.time_zero_s = question.begins_s;
+    const Played played = play(base.model, measured, question, cool_K);
     if (!played.safe || played.highest > limit - margin_K) continue;
     programme.cool_s = std::clamp(std::ceil(played.cold_from_s - shape.drive_s) + 2.0, 2.0, longest_cooling_s);
     if (programme.duration_s() > longest_s) return expected;
@@ -220,13 +224,13 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
     for (std::size_t i = 0; i < n && safe; ++i) {
       const Alternative& one = question.alternatives[i];
       sim::Recording own = measured;
-      const Played its = i == 0 ? played : play(one.model, own, question.numerics, cool_K);
+      const Played its = i == 0 ? played : play(one.model, own, question, cool_K);
       highest = std::max(highest, its.highest);
       safe = its.safe;
       if (!safe) break;
       const diagnose::FitProblem problem(one.fitted ? one.fitted->problem->centres() : one.model,
                                          one.fitted ? one.fitted->problem->parameters() : std::vector<plant::ParameterId>{}, data,
-                                         diagnose::StartPolicy::at_rest, question.numerics);
+                                         {diagnose::StartPolicy::at_rest, question.counted_from_s}, question.numerics);
       if (i == 0) blocks.emplace(problem);
       if (one.fitted) {
         diagnose::Path path;

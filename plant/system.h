@@ -40,7 +40,9 @@ enum class AtStart {
   open,      // nothing, if it begins in mid-motion
   balanced,  // that it is at rest with the others
   counted,   // in the first recording as `balanced`: what has grown since then is open where others begin
+  elapsed,   // `counted`, and it is the time since then: known where recordings say when they were made
 };
+constexpr bool grows_between_recordings(AtStart at_start) { return at_start == AtStart::counted || at_start == AtStart::elapsed; }
 
 struct StateInfo {
   std::string key;  // "temperature_A_degC", "viscoelastic_creep.angle_rad"; ends in its unit

@@ -33,6 +33,7 @@ constexpr std::size_t preamble_search_lines = 10;
 constexpr std::size_t listed_names = 30;
 
 constexpr std::string_view time_column = "time_s";
+constexpr std::string_view time_zero_key = "time_zero_s:";
 constexpr std::size_t no_role = static_cast<std::size_t>(-1), time_role = 0;
 
 // A kind of file: the name of the column for each role (the time, the inputs, the channels), and what else it may hold.
@@ -183,6 +184,19 @@ std::string comment_of(std::string_view line) {
   return std::string(line);
 }
 
+// Kept with the others, but for the one that says when time_s is 0.
+void take_comment(const Lines& lines, std::string_view line, Recording& recording) {
+  const std::string comment = comment_of(line);
+  if (!comment.starts_with(time_zero_key)) return recording.comments.push_back(comment);
+  const std::string_view value = trimmed(line.substr(line.find(time_zero_key) + time_zero_key.size()));
+  double time_s = 0.0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), time_s);
+  if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(time_s) || std::abs(time_s) > latest_time_s)
+    lines.fail_at(value.data(), "time_zero_s", value, "must be a number of seconds, 1e10 at most: when time_s is 0");
+  if (recording.time_zero_s) lines.fail_at(value.data(), "time_zero_s", value, "stands twice; leave one out");
+  recording.time_zero_s = time_s;
+}
+
 // Whether one of the first lines begins with the column of the logger's clock.
 bool looks_like_logger(std::string_view text, std::string_view logger_clock) {
   if (logger_clock.empty()) return false;
@@ -225,7 +239,7 @@ class TableReader {
         lines_.count(notes_.blank_lines, line.data());
       } else if (line.front() == '#') {
         lines_.count(notes_.late_comments, line.data());
-        recording_.comments.push_back(comment_of(line));
+        take_comment(lines_, line, recording_);
       } else {
         read_row(line);
       }
@@ -559,9 +573,15 @@ std::vector<Recording> parts_between_pauses(const Recording& recording) {
     if (p < pauses_s.size()) end = std::find_if(begin, end, [&](const Sample& sample) { return sample.time_s > pauses_s[p].first; });
     parts.push_back(
         {.name = recording.name + " from " + shortest(begin->time_s) + " s", .columns = recording.columns, .samples = {begin, end}});
+    parts.back().time_zero_s = recording.time_zero_s;
     begin = end;
   }
   return parts;
+}
+
+std::optional<double> Recording::begins_s() const {
+  if (!time_zero_s || samples.empty()) return std::nullopt;
+  return *time_zero_s + samples.front().time_s;
 }
 
 double Recording::duration_s() const { return samples.empty() ? 0.0 : samples.back().time_s - samples.front().time_s; }
@@ -574,6 +594,10 @@ Columns columns_of(const plant::System& system) {
   for (const auto& channel : system.channels())
     columns.channels.push_back({channel.column, channel.words, std::string(channel.unit.text), channel.range});
   return columns;
+}
+
+std::string time_zero_comment(std::optional<double> time_zero_s) {
+  return time_zero_s ? "# " + std::string(time_zero_key) + " " + shortest(*time_zero_s) + "\n" : "";
 }
 
 std::string header_of(const Columns& columns) {
@@ -592,7 +616,7 @@ Recording parse_recording(std::string_view text, std::string name, const Columns
   while (lines.next()) {
     const std::string_view line = lines.line();
     if (line.starts_with('#')) {
-      recording.comments.push_back(comment_of(line));
+      take_comment(lines, line, recording);
     } else if (trimmed(line).empty()) {
       lines.count(recording.notes.blank_lines, line.data());
     } else {
@@ -643,6 +667,7 @@ Recording read_logger(const std::filesystem::path& path, const plant::System& sy
 std::string to_csv(const Recording& recording) {
   std::string text;
   text.reserve(256 + 64 * recording.samples.size());
+  text += time_zero_comment(recording.time_zero_s);
   for (const std::string& comment : recording.comments) {
     for (std::size_t start = 0; start <= comment.size();) {
       const std::size_t end = std::min(comment.find('\n', start), comment.size());

@@ -8,12 +8,14 @@
 //
 // (in any order, others among them), then rows. An empty field, or nan, is a missing sample. Files are read as they
 // are: what is odd about one is either put right and counted in `ReadingNotes`, or an InputError with file, line and
-// column. Nothing is dropped without a count.
+// column. Nothing is dropped without a count. One comment says something to the program: `# time_zero_s: 412.5`, when time_s is 0 on a
+// clock that the recordings of a limb share (seconds since 1970, or since anything).
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -85,6 +87,11 @@ struct Recording {
   std::vector<std::string> comments{};  // without the "# "; logger: the lines above the header
   std::vector<Sample> samples{};        // times finite and strictly increasing
   ReadingNotes notes{};
+  // When time_s is 0, on a clock that all recordings share which say it: `# time_zero_s: 412.5` in the file.
+  std::optional<double> time_zero_s{};
+
+  // When it begins, on that clock.
+  std::optional<double> begins_s() const;
 
   // The median of the steps between samples (the lower one of two in the middle); NaN with fewer than two samples.
   double median_period_s() const;
@@ -123,6 +130,8 @@ std::vector<std::pair<double, double>> pauses_of(const Recording& recording);  /
 std::string to_csv(const Recording& recording);
 void write_recording(const std::filesystem::path& path, const Recording& recording);
 
+// "# time_zero_s: 412.5\n"; empty where that is not known.
+std::string time_zero_comment(std::optional<double> time_zero_s);
 // "time_s,duty_A,...\n"
 std::string header_of(const Columns& columns);
 

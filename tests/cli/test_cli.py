@@ -432,6 +432,44 @@ def test_compare():
 CHANNELS = ["temperature_A_degC", "temperature_B_degC", "angle_deg"]
 
 
+def test_when_recordings_were_made():
+    """A room that warms while nothing is recorded: over a pause of the log, and between two recordings that say when they were made."""
+    write("warming.yaml", "format: 1\neffects:\n  ambient_drift:\n    rate_K_s: 0.02\n")
+    write("warming_run.yaml", """format: 1
+seed: 7
+duration_s: 300
+plant: { base: warming.yaml }
+input:
+  babble: { lowest_deg: -45.0, highest_deg: 45.0, shortest_hold_s: 1.0, longest_hold_s: 30.0, proportional_gain_1_deg: 0.06,
+            integral_gain_1_deg_s: 1.0e-5, duty_limit_fraction: 0.6, positive_drives: A, both_coils: true }
+""")
+    result = sinew("run", "warming_run.yaml", "--out", "warming")
+    check("a room that warms: the scenario runs", result.returncode == 0, said(result))
+    lines = [line for line in content("warming/recording.csv").decode().splitlines() if not line.startswith("#")]
+    header, rows = lines[0], lines[1:]
+    first, second = ([row for row in rows if low <= float(row.split(",")[0]) < high] for low, high in ((0, 100), (200, 300)))
+    write("with_pause.csv", "\n".join([header, *first, *second]) + "\n")
+    result = sinew("compare", "with_pause.csv", "--plant", "warming.yaml", "--json", "--at-rest")
+    off = rmse(json.loads(result.stdout), "temperature_A_degC") if result.returncode == 0 else 99.0
+    check("compare: after a pause of 100 s the room is 2 K warmer, as the log's clock says", off < 0.2, f"{off} K; {said(result)}")
+    write("early.csv", "\n".join(["# time_zero_s: 5000", header, *first]) + "\n")
+    write("late.csv", "\n".join(["# time_zero_s: 5000", header, *second]) + "\n")
+    write("late_untimed.csv", "\n".join([header, *second]) + "\n")
+    open_states = {}
+    for name in "late", "late_untimed":
+        result = sinew("calibrate", "early.csv", f"{name}.csv", "--plant", "warming.yaml", "--fit", "ambient_drift.rate_K_s", "--starts", "1",
+                       "--out", f"clock/{name}")
+        json_of = json.loads(content(f"clock/{name}/calibration.json"))
+        open_states[name] = [one["name"] for one in json_of["first_values"]]
+        check(f"calibrate, {name}: the rate is found", abs(json_of["parameters"][0]["value"] - 0.02) < 0.001, json_of["parameters"])
+    check("calibrate: how long the room has warmed is open where a recording does not say when it was made, and only there",
+          "start[1].ambient_drift.elapsed_s" in open_states["late_untimed"]
+          and "start[1].ambient_drift.elapsed_s" not in open_states["late"], open_states)
+    write("when.csv", "\n".join(["# time_zero_s: noon", header, *first]) + "\n")
+    refused("a recording that says when it was made in words", ["compare", "when.csv", "--plant", PAPER_LIMB],
+            r"^when\.csv:1:16: time_zero_s = noon\n  must be a number of seconds")
+
+
 def test_diagnose():
     made = ["diagnose", "--train", "made/recording.csv", "--plant", PAPER_LIMB]
     result = sinew(*made, "--out", "diagnosis/one", "--threads", 1)
@@ -873,4 +911,5 @@ def run_tests(name, tests):
 
 if __name__ == "__main__":
     sys.exit(run_tests("test_cli", (test_help, test_wrong_command_lines, test_wrong_files, test_run, test_failed_run, test_effects,
-                                    test_convert, test_calibrate, test_compare, test_diagnose, test_claims, test_doubts, test_prove, test_interrupts)))
+                                    test_convert, test_calibrate, test_compare, test_when_recordings_were_made, test_diagnose, test_claims,
+                                    test_doubts, test_prove, test_interrupts)))

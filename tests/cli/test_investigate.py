@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import page_client
 import test_cli as cli
@@ -60,7 +61,15 @@ def test_to_the_end():
     check("investigate: writes its reports, what was concealed, and a folder a recording", all(name in files_in("latent") for name in REPORTS)
           and "concealed.json" in files_in("latent")
           and all(f"{step['name']}/{name}" in files_in("latent") for step in recorded for name in SESSION_FILES), files_in("latent"))
+    zeros = [float(content(f"latent/{step['name']}/timed.csv").decode().splitlines()[0].removeprefix("# time_zero_s: "))
+             for step in recorded]
+    pauses = [later - earlier - step["recorded"]["duration_s"] for earlier, later, step in zip(zeros, zeros[1:], recorded)]
+    check("each recording says when it was made: a minute after the one before it ended", zeros[0] == 0.0
+          and all(abs(pause - 60.0) < 1.0 for pause in pauses), zeros)
     for step in recorded:
+        hashes = json.loads(content(f"latent/{step['name']}/session.json"))["sha256"]
+        check(f"{step['name']}: session.json has a checksum of every other file",
+              sorted(hashes) == sorted(set(SESSION_FILES) - {"session.json"}), hashes)
         check(f"{step['name']}: a session that plays again", sinew("replay", f"latent/{step['name']}").returncode == 0)
         check(f"{step['name']}: no hotter than the host allows", step["recorded"]["highest_degC"] < 131, step["recorded"])
     result = sinew("run", f"latent/{recorded[-1]['name']}/scenario.yaml", "--out", "alone")
@@ -127,6 +136,25 @@ def test_stopped_and_resumed():
     check("the same command goes on from there", result.returncode == 0 and after["ending"]["why"] != "stopped"
           and after["recordings"][0]["recorded"]["status"] == "stopped" and len(after["recordings"]) >= 2, said(result))
     check("what was recorded before is as it was", json.loads(content("stopped/recording_01/session.json")) == session)
+
+
+def test_a_limb_that_is_gone():
+    arguments = call("gone", "--budget", "150s", "--effect", "latent_heat", "--limb-seed", "2")
+    result = sinew(*arguments, "--fault", "sensor_open:A@25", timeout=600)
+    check("a session that tripped leaves its limb", result.returncode == 1 and "recording_01/emulated_limb.json" in files_in("gone"),
+          said(result))
+    left = json.loads(content("gone/recording_01/emulated_limb.json"))
+    (cli.folder / "gone/recording_01/emulated_limb.json").unlink()
+    refused("going on where the emulator was killed, and its limb with it", arguments,
+            r"gone/recording_01/emulated_limb\.json\n  is not there: the emulator was killed")
+    beside = Path(cli.program).resolve().parent
+    scenario = write("goes_on.yaml", "format: 1\nduration_s: 5\n")
+    command = [beside / "sinew-emulator", scenario, "--firmware", beside / "firmware.elf", "--lock-step"]
+    for what, limb, words in (("another limb", left, "is another limb"),
+                              ("a time before the first session", left | {"time_s": -1.0}, "time_s")):
+        result = subprocess.run([*map(str, command), "--goes-on-from", write("limb.json", json.dumps(limb))], cwd=cli.folder,
+                                stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+        check(f"sinew-emulator --goes-on-from: {what} is refused", result.returncode == 2 and words in result.stderr, result.stderr)
 
 
 def test_trip_and_resumed():
@@ -201,4 +229,6 @@ def test_what_is_there_is_kept():
 
 
 if __name__ == "__main__":
-    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_what_is_there_is_kept, test_to_the_end, test_other_uses, test_nothing_concealed, test_stopped_and_resumed, test_trip_and_resumed)))
+    sys.exit(cli.run_tests("test_investigate", (test_bad_input, test_what_is_there_is_kept, test_to_the_end, test_other_uses,
+                                                test_nothing_concealed, test_stopped_and_resumed, test_a_limb_that_is_gone,
+                                                test_trip_and_resumed)))

@@ -111,6 +111,41 @@ TEST_CASE("fit: what has grown since the first recording is open where a later o
     }
 }
 
+TEST_CASE("fit: where recordings say when they were made, the time since the first one is known") {
+  sim::Recording first = testing::recorded(testing::babbling(15.0)), second = first, later = first;
+  first.time_zero_s = 1000.0, second.time_zero_s = 1200.0, later.time_zero_s = 90000.0;
+  plant::Plant limb = plant::default_plant();
+  for (const char* strength : {"ambient_drift.rate_K_s", "angle_sensor_drift.rate_deg_s", "fatigue.loss_per_cycle"})
+    limb.set_in_file_units(testing::parameter(strength), 0.01);
+  limb.turn_on_by_strength();
+  const plant::States states = limb.states();
+  const auto of = [](const sim::Recording& r) { return diagnose::FitData{&r, r.samples.size(), testing::paper_noise}; };
+  const diagnose::FitProblem problem(limb, {}, {of(first), of(second), of(later)}, diagnose::StartPolicy::estimated, {});
+  std::vector<std::string> names;
+  for (const auto& unknown : problem.unknowns()) names.push_back(unknown.name);
+  const std::vector<double> z(names.size(), 0.0);
+  for (const plant::StateId i : states.ids()) {
+    if (states[i].at_start != plant::AtStart::elapsed) continue;
+    INFO(states[i].key);
+    CHECK_FALSE(contains(names, "start[1]." + states[i].key));
+    CHECK(problem.start_at(z.data(), 0).given[i.index].value() == 0.0);
+    CHECK(problem.start_at(z.data(), 1).given[i.index].value() == 200.0);
+    // A day later no straight line is believed any more.
+    CHECK(contains(names, "start[2]." + states[i].key));
+  }
+  CHECK(contains(names, "start[1].fatigue.cycles_A"));
+
+  // Of one that is not the first, as where a plant is judged on a held-out recording.
+  const diagnose::FitProblem held_out(limb, {}, {of(second)}, {diagnose::StartPolicy::at_rest, 1000.0}, {});
+  plant::StateId room{};
+  for (const plant::StateId i : states.ids())
+    if (states[i].key == "ambient_drift.elapsed_s") room = i;
+  CHECK(held_out.start_at(nullptr, 0).given[room.index].value() == 200.0);
+  second.time_zero_s.reset();
+  const diagnose::FitProblem unknown_time(limb, {}, {of(second)}, {diagnose::StartPolicy::at_rest, 1000.0}, {});
+  CHECK_FALSE(unknown_time.start_at(nullptr, 0).given[room.index]);
+}
+
 TEST_CASE("fit: missing samples have no row, and the last rows are the prior") {
   sim::Recording recording = testing::recorded(testing::babbling(10.0));
   recording.samples[5].channels[2] = std::nan("");

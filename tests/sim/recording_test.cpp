@@ -355,6 +355,28 @@ TEST_CASE("recording: a pause cuts it in two, unless the row before says what th
   CHECK(parts_between_pauses(recording)[0].name == "r.csv");
 }
 
+TEST_CASE("recording: a file may say when its time is 0, and so do its parts and what is written of it") {
+  const std::string table = header + rows({"5", "5.1", "5.2"});
+  CHECK_FALSE(parse(table).begins_s());
+  const Recording said = parse("# of a session\n# time_zero_s: 1796000000.25\n" + table);
+  CHECK(said.time_zero_s.value() == 1796000000.25);
+  CHECK(said.begins_s().value() == 1796000005.25);
+  CHECK(said.comments == std::vector<std::string>{"of a session"});
+  const Recording again = parse(to_csv(said));
+  CHECK(again.time_zero_s == said.time_zero_s);
+  CHECK(to_csv(again) == to_csv(said));
+  Recording paused = said;
+  for (int k = 0; k < 50; ++k) paused.samples.push_back({30.0 + 0.1 * k, paused.samples[0].inputs, paused.samples[0].channels});
+  const std::vector<Recording> parts = parts_between_pauses(paused);
+  REQUIRE(parts.size() == 2);
+  CHECK(parts[1].begins_s().value() == 1796000030.25);
+  CHECK(error_of("# time_zero_s: noon\n" + table) ==
+        "r.csv:1:16: time_zero_s = noon\n  must be a number of seconds, 1e10 at most: when time_s is 0");
+  CHECK(error_of("# time_zero_s:\n" + table).find("must be a number of seconds") != std::string::npos);
+  CHECK(error_of("# time_zero_s: 1e11\n" + table).find("1e10 at most") != std::string::npos);
+  CHECK(error_of("# time_zero_s: 1\n# time_zero_s: 2\n" + table) == "r.csv:2:16: time_zero_s = 2\n  stands twice; leave one out");
+}
+
 TEST_CASE("recording: files that are no text are errors") {
   CHECK(error_of(header + "0,0.5,0,2" + "\0"s + ",21,3\n") == "r.csv:2:10: a NUL byte\n  this is not a text file, or it is damaged");
   CHECK(error_of("\xff\xfet") == "r.csv: text in UTF-16\n  save it as UTF-8");

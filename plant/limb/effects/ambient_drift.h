@@ -19,7 +19,7 @@ struct AmbientDrift {
   static constexpr std::string_view equation = "T_inf -> T_inf + s t";
   static constexpr std::string_view words = "the surroundings warm or cool during the recording";
 
-  static constexpr std::array states{StateDeclaration{"elapsed_s", units::s, 100.0, AtStart::counted, 1800.0}};
+  static constexpr std::array states{StateDeclaration{"elapsed_s", units::s, 100.0, AtStart::elapsed, 1800.0}};
 
   static constexpr std::string_view grown_words = "the temperature of the surroundings", grown_unit = "K";
 

@@ -18,7 +18,7 @@ struct AngleSensorDrift {
   static constexpr std::string_view equation = "theta_m = theta + d_theta t";
   static constexpr std::string_view words = "the bend sensor's zero drifts";
 
-  static constexpr std::array states{StateDeclaration{"elapsed_{}_s", units::s, 100.0, AtStart::counted, 1800.0}};
+  static constexpr std::array states{StateDeclaration{"elapsed_{}_s", units::s, 100.0, AtStart::elapsed, 1800.0}};
 
   static constexpr std::string_view grown_words = "the zero of the bend sensor", grown_unit = "deg";
 
