@@ -77,6 +77,13 @@ double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t eff
   return std::max(1.0, settings.search.least_gain / (2.0 * std::log(std::max<double>(2.0, static_cast<double>(effects)))));
 }
 
+std::vector<plant::EffectId> Belief::not_yet_seen() const {
+  std::vector<plant::EffectId> effects;
+  for (const plant::EffectId e : unseen)
+    if (std::ranges::find(never, e) == never.end()) effects.push_back(e);
+  return effects;
+}
+
 double Belief::entropy_bit() const {
   double sum = 0.0;
   for (const Hypothesis& one : all)

@@ -230,22 +230,26 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
       if (!safe) break;
       const diagnose::FitProblem problem(one.fitted ? one.fitted->problem->centres() : one.model,
                                          one.fitted ? one.fitted->problem->parameters() : std::vector<plant::ParameterId>{}, data,
-                                         {diagnose::StartPolicy::at_rest, question.counted_from_s}, question.numerics);
+                                         {diagnose::StartPolicy::estimated, question.counted_from_s}, question.numerics);
       if (i == 0) blocks.emplace(problem);
       if (one.fitted) {
+        // How it begins will be estimated, as of every recording that is not the limb's first.
+        const auto unknowns = static_cast<Eigen::Index>(problem.unknowns().size()), parameters = one.z.size();
+        Eigen::VectorXd z = Eigen::VectorXd::Zero(unknowns);
+        z.head(parameters) = one.z;
         diagnose::Path path;
-        if (!follow(problem, one.z.data(), diagnose::Want::everything, path)) return expected;
-        const Eigen::MatrixXd jacobian = blocks->means(path.jacobian.data(), problem.unknowns().size());
-        columns[i] = jacobian * one.spread;
+        if (!follow(problem, z.data(), diagnose::Want::everything, path)) return expected;
+        columns[i] = blocks->means(path.jacobian.data(), problem.unknowns().size());
+        columns[i].leftCols(parameters) *= one.spread;
         if (i == 0) {
-          shifts = Eigen::MatrixXd::Zero(jacobian.rows(), static_cast<Eigen::Index>(n));
-          state_noise.emplace(problem, *blocks, one.z.data(), path);
+          shifts = Eigen::MatrixXd::Zero(columns[i].rows(), static_cast<Eigen::Index>(n));
+          state_noise.emplace(problem, *blocks, z.data(), path);
           state_noise->set(question.forcing);
           double widest = 0.0;
           for (std::size_t r = 0; r < blocks->rows().size(); ++r) {
             const plant::ChannelId c = blocks->rows()[r].channel;
             if (system.channels()[c].driven_by)
-              widest = std::max(widest, columns[i].row(static_cast<Eigen::Index>(r)).norm() * question.noise[c]);
+              widest = std::max(widest, columns[i].row(static_cast<Eigen::Index>(r)).head(parameters).norm() * question.noise[c]);
           }
           margin_K = 2.0 * widest;
         }

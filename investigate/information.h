@@ -3,7 +3,7 @@
 //
 // Every answer i predicts the readings as normal: mean m_i from its own simulation, covariance V + A_i C_i A_i^T, where V is what sensors,
 // moving air and the process noise found so far do along the path (diagnose/state_noise.h), C_i the covariance of its parameters after all
-// recordings so far, A_i its sensitivities. Two answers are then
+// recordings so far and of how the experiment begins, as little as is known of that before, A_i its sensitivities. Two answers are then
 //
 //   d_ij^2 = (m_i - m_j)^T (V + (A_i C_i A_i^T + A_j C_j A_j^T) / 2)^-1 (m_i - m_j)
 //

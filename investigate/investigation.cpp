@@ -200,15 +200,19 @@ class Investigator {
     const Belief belief = belief_of(diagnosis, settings_.diagnosis);
     last.after = believed(belief, diagnosis);
     const double left_s = this->left_s();
-    if (belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else) {
+    const bool enough = belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else;
+    // That nothing is missing is no answer while experiments may yet show what no recording could.
+    if (enough && (belief.first().kind != Kind::nothing || belief.not_yet_seen().empty())) {
       if (hooks_.computing) hooks_.computing(false);
-      state_.ending = Ending::resolved;
-      state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
-      ask_beside_nothing(belief, diagnosis.search.core.system());
+      resolve(belief, diagnosis.search.core.system());
       return told();
     }
     if (left_s < least_experiment_s) {
       if (hooks_.computing) hooks_.computing(false);
+      if (enough) {
+        resolve(belief, diagnosis.search.core.system());
+        return told();
+      }
       state_.ending = Ending::budget;
       state_.ending_words =
           "The budget is used: " + sim::shortest(std::round(state_.spent_s())) + " s of " + sim::shortest(settings_.budget_s) + " s.";
@@ -239,6 +243,12 @@ class Investigator {
     design_settings.progress = [&](double share) { tell(0.85 + 0.15 * share, "simulating experiments"); };
     const Design designed = design(question, design_settings);
     if (hooks_.computing) hooks_.computing(false);
+    const bool none_tells = !designed.best.possible || designed.best.information_nat < settings_.least_share * designed.before_nat ||
+                            idle() >= settings_.most_idle;
+    if (enough && none_tells) {
+      resolve(belief, diagnosis.search.core.system());
+      return told();
+    }
     if (!designed.best.possible && left_s < settings_.longest_s + longest_cooling_s) {
       state_.ending = Ending::budget;
       state_.ending_words =
@@ -246,8 +256,7 @@ class Investigator {
       ask_to_measure(belief, diagnosis);
       return told();
     }
-    if (!designed.best.possible || designed.best.information_nat < settings_.least_share * designed.before_nat ||
-        idle() >= settings_.most_idle) {
+    if (none_tells) {
       state_.ending = Ending::cannot_tell;
       state_.ending_words =
           !designed.best.possible ? "No experiment stays within the limits of temperature and time."
@@ -354,9 +363,14 @@ class Investigator {
       if (one.kind == Kind::something_else) measure_at(diagnosis.located.place);
     }
   }
+  void resolve(const Belief& belief, const plant::System& system) {
+    state_.ending = Ending::resolved;
+    state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
+    if (belief.first().kind == Kind::nothing) ask_beside_nothing(belief, system);
+  }
   // That nothing is missing says nothing of what no duty can show.
   void ask_beside_nothing(const Belief& belief, const plant::System& system) {
-    if (belief.first().kind != Kind::nothing || belief.never.empty()) return;
+    if (belief.never.empty()) return;
     std::string names;
     for (const plant::EffectId e : belief.never) {
       names += (names.empty() ? "" : ", ") + std::string(system.effects()[e].name);
