@@ -227,6 +227,17 @@ std::vector<std::string> files_of_recording() {
   return {"scenario.yaml", "recording.csv", "wire.bin", "timed.csv", std::string(emulated_limb_file), "session.json"};
 }
 
+// Without the emulated limb as its last session left it, none can go on.
+void check_limb_is_there(const fs::path& out, const investigate::Investigation& state) {
+  for (const investigate::Step& step : state.steps) {
+    const fs::path file = out / step.name / emulated_limb_file;
+    if (step.status && step.origin != "given" && !fs::exists(file))
+      throw sim::InputError({.file = file.string(),
+                             .advice = "is not there: the emulator was killed in that session, and its limb is gone with it.\n"
+                                       "Begin another investigation, with another --out"});
+  }
+}
+
 // Files of recordings in `out` that this investigation has not made: another one's, or a person's.
 std::vector<std::string> files_of_others(const fs::path& out, const investigate::Investigation& state) {
   std::vector<std::string> names;
@@ -324,12 +335,7 @@ class SessionLimb : public investigate::Limb {
   std::optional<fs::path> session_before(const std::string& name) const {
     for (std::int64_t number = number_of(name) - 1; number > 0; --number) {
       const fs::path folder = out_ / investigate::folder_name(static_cast<std::size_t>(number));
-      if (!fs::exists(folder / "session.json")) continue;
-      if (!fs::exists(folder / emulated_limb_file))
-        throw sim::InputError({.file = (folder / emulated_limb_file).string(),
-                               .advice = "is not there: the emulator was killed in that session, and its limb is gone with it.\n"
-                                         "Begin another investigation, with another --out"});
-      return folder;
+      if (fs::exists(folder / "session.json")) return folder;
     }
     return std::nullopt;
   }
@@ -550,6 +556,9 @@ int investigate_command(InvestigateArguments arguments) {
       throw sim::InputError({.file = (out / state_file).string(), .advice = e.what()});
     }
   }
+  if (arguments.emulate &&
+      (!state.ending || state.ending == investigate::Ending::stopped || state.ending == investigate::Ending::interrupted))
+    check_limb_is_there(out, state);
   outputs.claim({"plant.yaml", std::string(state_file), "story.txt", "report.html", "concealed.json"}, goes_on);
   outputs.claim(files_of_others(out, state));
   std::map<std::string, sim::Recording> unwritten;
