@@ -190,6 +190,14 @@ ForcingSize sizes_to_begin_with(const Explanation& at, const FreeForcings& free)
 
 }  // namespace
 
+Eigen::VectorXd coordinates_of(const Guess& guess, const FitProblem& problem) {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.unknowns().size()));
+  for (std::size_t u = 0; u < problem.unknowns().size(); ++u)
+    if (const auto given = guess.values.find(problem.unknowns()[u].name); given != guess.values.end())
+      z(static_cast<Eigen::Index>(u)) = problem.unknowns()[u].coordinate_of(given->second);
+  return z;
+}
+
 double process_noise_beyond_ordinary(const Explanation& at) {
   return std::min(at.process_noise, 2.0 * (at.log_likelihood - likelihood_with(at, ordinary_free(at.system()), nullptr, true)));
 }
@@ -268,16 +276,9 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
   const FitProblem& problem = *result.problem;
   result.blocks = std::make_shared<Blocks>(problem);
   const Blocks& blocks = *result.blocks;
-  const std::size_t unknowns = problem.unknowns().size();
-  const auto n = static_cast<Eigen::Index>(unknowns);
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(n);
-  for (std::size_t u = 0; u < unknowns; ++u) {
-    const Unknown& unknown = problem.unknowns()[u];
-    if (const auto given = guess.values.find(unknown.name); given != guess.values.end())
-      z(static_cast<Eigen::Index>(u)) = unknown.coordinate_of(given->second);
-  }
+  const auto n = static_cast<Eigen::Index>(problem.unknowns().size());
   Fit fit(problem, blocks, settings.least_squares ? Want::derivatives : Want::everything);
-  if (!fit.begin(fit.clamped(z, 1e-3))) return result;
+  if (!fit.begin(fit.clamped(coordinates_of(guess, problem), 1e-3))) return result;
 
   result.log_posterior = -1e300;
   Eigen::MatrixXd sensitivity;

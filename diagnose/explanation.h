@@ -28,6 +28,9 @@ struct Guess {
   std::vector<bool> idle_before{};  // FitProblem::idle_before
 };
 
+// Where a guess is in a problem's coordinates; what it does not name at its prior's centre.
+Eigen::VectorXd coordinates_of(const Guess& guess, const FitProblem& problem);
+
 struct ExplanationSettings {
   Beginnings start;
   bool only_start = false;     // no parameters: only how the recordings begin

@@ -305,10 +305,12 @@ struct Follower {
   }
 };
 
-// The same start of a plant with other effects on: what they bring begins at rest.
-plant::Start carried_over(const plant::Start& start, const plant::Plant& from, const plant::Plant& to) {
+// The same start of a plant with other effects on: what they bring begins at rest, or has gone on for as long as the recordings' clock
+// says.
+plant::Start carried_over(const plant::Start& start, const plant::Plant& from, const plant::Plant& to, const sim::Recording& recording,
+                          std::optional<double> counted_from_s) {
   const plant::States before = from.states(), after = to.states();
-  plant::Start result{std::vector<std::optional<double>>(after.size()), start.inputs};
+  plant::Start result{elapsed_where_it_begins(after, recording, counted_from_s), start.inputs};
   if (start.given.empty()) return result;
   for (const plant::StateId i : before.ids())
     for (const plant::StateId j : after.ids())
@@ -370,7 +372,7 @@ bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Pla
   std::size_t row = 0;
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
-    const plant::Start start = carried_over(problem.start_at(z, r), without, with);
+    const plant::Start start = carried_over(problem.start_at(z, r), without, with, *data.recording, problem.beginnings().counted_from_s);
     const Follower follower{data, with, start, problem.numerics(), {parameters, {}}};
     const bool fine = follower.run(true, nullptr, [&](std::size_t k, const std::vector<double>&, const Eigen::MatrixXd& sensitivity) {
       for (const plant::ChannelId c : system.channels().ids()) {

@@ -39,7 +39,7 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path);
 
 // Columns of further parameters at a path, [rows x parameters], row-major, in the scale of their prior deviations (or, where
 // a parameter has none, of 1): `with` has them on, at their nulls or not; its states begin at rest but for what `start` of
-// the problem gives.
+// the problem gives, and for what the recordings' clock says.
 bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with, const std::vector<plant::ParameterId>& parameters,
                     std::vector<double>& columns);
 

@@ -154,11 +154,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
       // The problem with the effect on, all else as it is.
       FitProblem with(job.plant, problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
       with.set_idle_before(problem.idle_before());
-      const Guess here = at.as_guess();
-      std::vector<double> z(with.unknowns().size(), 0.0);
-      for (std::size_t u = 0; u < z.size(); ++u)
-        if (const auto found = here.values.find(with.unknowns()[u].name); found != here.values.end())
-          z[u] = with.unknowns()[u].coordinate_of(found->second);
+      const Eigen::VectorXd z = coordinates_of(at.as_guess(), with);
       Path there;
       if (!follow(with, z.data(), Want::residuals, there)) return;
       Eigen::MatrixXd column = at.blocks->means(there.residuals.data(), 1);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant/contains.h"
+
 namespace sinew::investigate {
 namespace {
 
@@ -80,7 +82,7 @@ double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t eff
 std::vector<plant::EffectId> Belief::not_yet_seen() const {
   std::vector<plant::EffectId> effects;
   for (const plant::EffectId e : unseen)
-    if (std::ranges::find(never, e) == never.end()) effects.push_back(e);
+    if (!contains(never, e)) effects.push_back(e);
   return effects;
 }
 

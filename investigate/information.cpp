@@ -9,9 +9,11 @@
 
 #include "diagnose/calibrate.h"
 #include "diagnose/path.h"
+#include "diagnose/projection.h"
 #include "diagnose/state_noise.h"
 #include "hil/heat_bound.h"
 #include "hil/limits.h"
+#include "plant/contains.h"
 #include "sim/simulation.h"
 
 namespace sinew::investigate {
@@ -70,15 +72,31 @@ Alternative fitted_alternative(const Explanation& explanation, std::string key, 
   return one;
 }
 
-// The base's plant with one more effect, at its usual strength.
-Alternative usual_alternative(const plant::Plant& base, plant::EffectId effect, double probability) {
-  Alternative one;
+// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far would have moved
+// them beside it, to first order: what they can make up for, no experiment of this kind will show.
+Alternative usual_alternative(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect, double probability) {
   const plant::System& system = base.system();
+  const diagnose::FitProblem& problem = *base.problem;
+  const plant::ParameterId strength = system.effects()[effect].strength;
+  const auto with_usual = [&](const plant::Plant& plant) {
+    plant::Plant with = diagnose::with_effect(plant, effect);
+    with.set_in_file_units(strength, system.parameters()[strength].declaration.typical);
+    return with;
+  };
+  Alternative one;
   one.key = std::string(system.effects()[effect].name);
   one.probability = probability;
-  one.model = diagnose::with_effect(base, effect);
-  const plant::ParameterId strength = system.effects()[effect].strength;
-  one.model.set_in_file_units(strength, system.parameters()[strength].declaration.typical);
+  one.model = with_usual(base.model());
+  diagnose::FitProblem with(with_usual(problem.centres()), problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
+  with.set_idle_before(problem.idle_before());
+  diagnose::Path there;
+  if (!follow(with, coordinates_of(base.as_guess(), with).data(), diagnose::Want::residuals, there)) return one;
+  Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
+  difference.col(0) -= base.residual;
+  if (!difference.allFinite()) return one;
+  so_far.whiten(difference);
+  const Eigen::VectorXd z = base.z + so_far.of(difference).columns.col(0).tail(base.z.size());
+  one.model = with_usual(problem.plant_at(z.data()));
   return one;
 }
 
@@ -154,16 +172,17 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
   for (const plant::EntryGroupId g : groups.ids())
     if (groups[g].is_nuisance) question.forcing[g] = std::max(question.forcing[g], groups[g].typical);
   const plant::Plant model = question.alternatives.front().model;
+  const diagnose::Projection so_far(*base);
   std::vector<Alternative> others;
   for (const Hypothesis& one : belief.all)
-    if (one.kind == Kind::unseen && one.probability > 1e-4)
-      others.push_back(usual_alternative(model, one.effects.front(), one.probability));
+    if (one.kind == Kind::unseen && one.probability > 1e-4 && !contains(belief.never, one.effects.front()))
+      others.push_back(usual_alternative(*base, so_far, one.effects.front(), one.probability));
   if (something_else > 0.01) {
     std::vector<plant::EffectId> stand_ins;
     for (const std::size_t s : scores.best)
       if (const plant::EffectId e = scores.all[s].effect; !model.is_on(e) && stand_ins.size() < most_stand_ins) stand_ins.push_back(e);
     for (const plant::EffectId e : stand_ins)
-      others.push_back(usual_alternative(model, e, something_else / static_cast<double>(stand_ins.size())));
+      others.push_back(usual_alternative(*base, so_far, e, something_else / static_cast<double>(stand_ins.size())));
   }
   std::stable_sort(others.begin(), others.end(), [](const Alternative& a, const Alternative& b) { return a.probability > b.probability; });
   for (Alternative& one : others) question.alternatives.push_back(std::move(one));

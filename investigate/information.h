@@ -12,9 +12,9 @@
 //   I = - sum_i p_i log sum_j p_j exp(-d_ij^2 / 8 k)
 //
 // with Bhattacharyya's distance for equal covariances, and k of belief.h. An effect that no recording could have shown is an answer, too:
-// the most probable plant with it at its usual strength. So the same number asks what would make visible what this limb may have. Where
-// "something else" is probable, effects of the catalogue stand in for it, equally likely: what would show many of them shows more of
-// what is in none.
+// the most probable plant with it at its usual strength, and its parameters where a fit would have moved them beside it. So the same
+// number asks what would make visible what this limb may have. Where "something else" is probable, effects of the catalogue stand in for
+// it, equally likely: what would show many of them shows more of what is in none.
 //
 // Source: Kolchinsky, Tracey 2017, Entropy 19:361 (the bound); Box, Hill 1967, Technometrics 9:57 (experiments that discriminate).
 #pragma once

@@ -243,7 +243,7 @@ class Investigator {
     design_settings.progress = [&](double share) { tell(0.85 + 0.15 * share, "simulating experiments"); };
     const Design designed = design(question, design_settings);
     if (hooks_.computing) hooks_.computing(false);
-    const bool none_tells = !designed.best.possible || designed.best.information_nat < settings_.least_share * designed.before_nat ||
+    const bool none_tells = !designed.best.possible || designed.best.information_nat <= settings_.least_share * designed.before_nat ||
                             idle() >= settings_.most_idle;
     if (enough && none_tells) {
       resolve(belief, diagnosis.search.core.system());

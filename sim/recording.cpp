@@ -442,6 +442,7 @@ class TableReader {
       recording_.samples.push_back(std::move(sample));
       time_fields_.push_back(row.time_field);
     }
+    notes_.rows = recording_.samples.size();
     const std::size_t out_of_order = notes_.backward_rows.count + notes_.conflicting_rows.count;
     if (out_of_order >= least_out_of_order && static_cast<double>(out_of_order) > most_out_of_order * static_cast<double>(rows_.size())) {
       const Oddity& first = notes_.backward_rows.count > 0 ? notes_.backward_rows : notes_.conflicting_rows;
@@ -462,18 +463,37 @@ class TableReader {
                   "is longer than " + shortest(recording_.columns.longest_period_s) +
                       " s, which such a plant can be followed with: are these milliseconds or microseconds? then divide by 1000 or 1e6");
     const std::vector<Sample>& samples = recording_.samples;
+    // Where rows are readings their steps are of any length, and a gap is one of a channel.
+    const bool are_readings = notes_.rows_are_readings();
+    const double usual_s = are_readings ? shortest_reading_period_s() : period_s;
     for (std::size_t i = 1; i < samples.size(); ++i) {
       const double step_s = samples[i].time_s - samples[i - 1].time_s;
-      if (step_s > gap_periods * period_s) {
+      if (step_s > gap_periods * usual_s) {
         lines_.count(notes_.gaps, time_fields_[i]);
         notes_.longest_gap_s = std::max(notes_.longest_gap_s, step_s);
-      } else if (std::abs(step_s - period_s) > uneven_share * period_s) {
+      } else if (!are_readings && std::abs(step_s - period_s) > uneven_share * period_s) {
         lines_.count(notes_.uneven_steps, time_fields_[i]);
         const bool first = notes_.uneven_steps.count == 1;
         notes_.shortest_step_s = first ? step_s : std::min(notes_.shortest_step_s, step_s);
         notes_.longest_step_s = first ? step_s : std::max(notes_.longest_step_s, step_s);
       }
     }
+  }
+
+  // Of the channel that is read most often: the median time from one reading to the next.
+  double shortest_reading_period_s() const {
+    double shortest_s = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < channels_; ++c) {
+      std::vector<double> steps_s;
+      double last_s = std::numeric_limits<double>::quiet_NaN();
+      for (const Sample& sample : recording_.samples) {
+        if (std::isnan(sample.channels[c])) continue;
+        if (!std::isnan(last_s)) steps_s.push_back(sample.time_s - last_s);
+        last_s = sample.time_s;
+      }
+      if (!steps_s.empty()) shortest_s = std::min(shortest_s, lower_median(std::move(steps_s)));
+    }
+    return shortest_s;
   }
 
   static bool same_values(const Sample& a, const Sample& b) {
@@ -511,6 +531,11 @@ std::string rounded(double value) {
 
 }  // namespace
 
+bool ReadingNotes::rows_are_readings() const {
+  const auto is_rare = [&](const Oddity& of) { return 2 * of.count > rows && of.count < rows; };
+  return !missing.empty() && std::all_of(missing.begin(), missing.end(), is_rare);
+}
+
 std::string ReadingNotes::summary() const {
   std::string text;
   const auto say = [&text](const Oddity& oddity, std::string_view one, std::string_view many, std::string_view rest) {
@@ -533,7 +558,13 @@ std::string ReadingNotes::summary() const {
   say(extra_columns, "extra column", "extra columns", ", not used" + names);
   for (std::size_t i = 0; i < held_input.size(); ++i)
     say(held_input[i], "missing value", "missing values", " of " + input_words[i] + ", the one before held");
-  for (std::size_t c = 0; c < missing.size(); ++c)
+  if (rows_are_readings()) {
+    text += std::to_string(rows) + " rows, each with readings of some channels:";
+    for (std::size_t c = 0; c < missing.size(); ++c)
+      text.append(c == 0 ? " " : ", ").append(std::to_string(rows - missing[c].count)).append(" of ").append(channel_words[c]);
+    text += "\n";
+  }
+  for (std::size_t c = 0; c < missing.size() && !rows_are_readings(); ++c)
     say(missing[c], "missing value", "missing values", " of " + channel_words[c] + ", left missing");
   say(repeated_rows, "row repeats", "rows repeat", " the row before, time and values; dropped");
   say(conflicting_rows, "row has", "rows have", " the time of the row before but other values; dropped");

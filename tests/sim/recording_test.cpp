@@ -355,6 +355,22 @@ TEST_CASE("recording: a pause cuts it in two, unless the row before says what th
   CHECK(parts_between_pauses(recording)[0].name == "r.csv");
 }
 
+TEST_CASE("recording: rows that are readings of a channel each are no missing samples and no uneven steps") {
+  // A at 0, 0.1, ..., B 0.03 s later, the angle 0.06 s later; then nothing for half a second.
+  std::string text = header;
+  const auto row = [&](double time_s, std::string_view readings) { text += shortest(time_s) + ",0.5,0," + std::string(readings) + "\n"; };
+  for (int k = 0; k < 30; ++k) {
+    const double time_s = 0.1 * k + (k >= 20 ? 0.5 : 0.0);
+    row(time_s, "21,,"), row(time_s + 0.03, ",22,"), row(time_s + 0.06, ",,3");
+  }
+  const Recording r = parse(text);
+  CHECK(r.notes.rows_are_readings());
+  CHECK(r.notes.summary() ==
+        "90 rows, each with readings of some channels: 30 of temperature A, 30 of temperature B, 30 of angle\n"
+        "1 gap in time, the longest of 0.54 s; kept (line 62)\n");
+  CHECK_FALSE(parse(header + rows({"0", "0.1", "0.2"})).notes.rows_are_readings());
+}
+
 TEST_CASE("recording: a file may say when its time is 0, and so do its parts and what is written of it") {
   const std::string table = header + rows({"5", "5.1", "5.2"});
   CHECK_FALSE(parse(table).begins_s());
