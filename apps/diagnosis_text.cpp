@@ -149,13 +149,13 @@ std::string first_values_words(const Diagnosis& d) {
     }
     const double beyond = one.value - one.at_rest;
     clauses.push_back((d.gate.size() > 1 ? "in " + file_name(one.recording) + " " : "") + one.state + " is " +
-                      interval_words(one.value, one.lowest, one.highest, one.unit) + ", " + report::significant(std::abs(beyond), 2) +
+                      interval_words(one.value, one.lowest, one.highest, one.unit) + ", " +
+                      with_unit(report::significant(std::abs(beyond), 2), one.unit == "degC" ? "K" : one.unit) +
                       (beyond > 0.0 ? " above" : " below") + " rest");
   }
   if (clauses.empty()) return "";
-  return std::string(d.gate.size() > 1 ? "Recordings begin" : "The recording begins") +
-         " in mid-motion, also in what was added: " + listed(clauses) +
-         (more > 0 ? "; " + std::to_string(more) + " more such first values are in diagnosis.json" : "") + ".";
+  return "What was added does not begin at rest: " + listed(clauses) +
+         (more > 0 ? "; " + std::to_string(more) + " more such first values are in the report" : "") + ".";
 }
 
 std::vector<std::string> modelled_words(const Diagnosis& d) {

@@ -140,6 +140,9 @@ def test_runs(folder):
           and "| programmes by chance | 1 of 2 (9 to 91 %) | 1 of 2 (9 to 91 %) | 0 | 2.0 |" in page, page)
     check("the page says every miss, with the report's words, and what goes on", "| 8 | `cross_heating` | programmes by chance | wrong | 4.0 | latent_heat 99 %"
           in page and "It ended." in page and "--first-seed 7 --cases 2" in page, page)
+    check("the page says what probabilities were worth: 0.6 was wrong at the first look, 0.97 there and 0.98 later were right",
+          "| 50 to 80 % | 0 of 1 (0 to 79 %), 60 % said | no case | no case |" in page
+          and "| 95 to 100 % | 1 of 1 (21 to 100 %), 97 % said | 1 of 1 (21 to 100 %), 98 % said | 2 of 2 (34 to 100 %), 98 % said |" in page, page)
     before = {file: file.read_bytes() for file in (folder / "out").rglob("*") if file.is_file()}
     result = run("--cases", "2")
     check("given once more, nothing is run and nothing changes", result.returncode == 0 and calls() == []
