@@ -115,7 +115,7 @@ plant::Start start_of_part(const plant::Plant& plant, const sim::Recording& part
   constexpr double settling_s = 60.0;
   diagnose::CalibrationSettings settings;
   settings.only_start = true;
-  settings.start.counted_from_s = counted_from_s;
+  settings.start = {diagnose::StartPolicy::estimated, counted_from_s, true};
   settings.should_stop = should_stop;
   const std::size_t count = diagnose::samples_until(part, part.samples.front().time_s + settling_s);
   return diagnose::calibrate(plant, {{&part, std::max<std::size_t>(2, count), noise}}, settings).starts_of_recordings.front();
@@ -170,7 +170,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
   std::vector<sim::Recording*> all;
   for (sim::Recording& recording : recordings) all.push_back(&recording);
   ignore(arguments.ignored, system, all);
-  if (recordings.size() == 1 && !recordings.front().time_zero_s) recordings.front().time_zero_s = 0.0;  // its own time is clock enough
+  count_from_first(recordings);
   // Each part between pauses begins with a state of its own, as each recording does.
   std::vector<std::vector<sim::Recording>> parts;
   std::vector<std::vector<std::string>> odd;  // about each recording

@@ -60,7 +60,7 @@ int compare_command(const CompareArguments& arguments) {
         std::max<std::size_t>(2, diagnose::samples_until(parts[p], is_fitted ? std::min(until_s, arguments.fit_until_s) : until_s));
     diagnose::CalibrationSettings settings;
     settings.only_start = true;
-    settings.start.counted_from_s = parts.front().begins_s();
+    settings.start = {diagnose::StartPolicy::estimated, parts.front().begins_s(), p > 0};
     settings.should_stop = interrupted;
     starts[p] = diagnose::calibrate(plant, {{&parts[p], count, noise}}, settings).starts_of_recordings.front();
   }

@@ -386,6 +386,11 @@ namespace {
 constexpr std::size_t least_samples_of_part = 20;
 }
 
+void count_from_first(std::vector<sim::Recording>& recordings) {
+  if (std::ranges::none_of(recordings, [](const sim::Recording& one) { return one.time_zero_s.has_value(); }))
+    recordings.front().time_zero_s = 0.0;
+}
+
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording) {
   std::vector<sim::Recording> parts = sim::parts_between_pauses(recording);
   if (parts.size() == 1) return parts;

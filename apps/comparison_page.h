@@ -56,6 +56,8 @@ std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recor
 
 // Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
 // longer.
+// Where none says when it was made, the first one's own time is the clock: of its parts between pauses, and of no other recording.
+void count_from_first(std::vector<sim::Recording>& recordings);
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording);
 // Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each. `what_to_do`: a clause.
 void check_fitted_samples(std::size_t count, const std::string& first_recording,

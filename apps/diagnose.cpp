@@ -170,7 +170,7 @@ Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nomina
       if (!lines.empty()) inputs.oddities.push_back({recording.name, lines});
     }
   const std::size_t given = training.size() + held_out.size();
-  if (given == 1 && !training.front().time_zero_s) training.front().time_zero_s = 0.0;  // its own time is clock enough
+  if (std::ranges::none_of(held_out, [](const sim::Recording& one) { return one.time_zero_s.has_value(); })) count_from_first(training);
   cut_at_pauses(training, held_out, arguments.fit_until_s);
   if (training.size() + held_out.size() > given)
     settings.start = diagnose::StartPolicy::estimated;  // at rest at most the first part begins

@@ -657,7 +657,8 @@ report::Table gate_table(const Diagnosis& d) {
         row.note =
             report::fixed(gate.duration_s, 0) + " s, " + input_words(system_of(d)) + " up to " + report::fixed(gate.largest_input, 2);
         if (const auto first_s = d.gate.front().begins_s; first_s && gate.begins_s && *gate.begins_s != *first_s)
-          row.note += ", begins " + report::fixed(*gate.begins_s - *first_s, 0) + " s after the first";
+          row.note += ", begins " + report::fixed(std::abs(*gate.begins_s - *first_s), 0) + " s " +
+                      (*gate.begins_s > *first_s ? "after" : "before") + " the first";
         for (const std::string& warning : gate.warnings) row.note += ". " + capitalised(warning);
       }
       table.rows.push_back(row);

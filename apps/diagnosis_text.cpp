@@ -494,25 +494,37 @@ std::vector<FirstValue> first_values(const diagnose::Diagnosis& d) {
   const diagnose::FitProblem& problem = *d.values.problem;
   const plant::Plant model = d.values.model();
   const plant::States states = model.states();
-  const plant::Integrator at_rest(model, plant::Start{}, problem.numerics());
   std::vector<std::string> of_added;
   for (const plant::EffectId e : added_effects(d)) of_added.push_back(std::string(effects_of(d)[e].name) + ".");
   std::vector<FirstValue> all;
-  for (std::size_t r = 0; r < problem.data().size(); ++r)
+  for (std::size_t r = 0; r < problem.data().size(); ++r) {
+    const plant::Start start{diagnose::elapsed_where_it_begins(states, *problem.data()[r].recording, problem.beginnings().counted_from_s),
+                             {}};
+    const plant::Integrator at_rest(model, start, problem.numerics());
     for (std::size_t i = 0; i < problem.free_states(r).size(); ++i) {
       const plant::StateId state = problem.free_states(r)[i];
       const std::size_t u = problem.first_start(r) + i;
       const plant::StateInfo& info = states[state];
       const double unit = info.unit.internal_per_unit, rest = at_rest.state()[state.index] / unit;
       const auto [lowest, highest] = d.values.interval(u, 1.959964);
-      const double deviation = problem.unknowns()[u].deviation / unit;
-      FirstValue one{
-          d.gate[r].recording, info.key, info.unit.text, d.values.value(u) / unit, lowest / unit, highest / unit, rest, false, false};
+      const diagnose::Unknown& unknown = problem.unknowns()[u];
+      const double deviation = unknown.deviation / unit;
+      FirstValue one{d.gate[r].recording,
+                     info.key,
+                     info.unit.text,
+                     d.values.value(u) / unit,
+                     std::max(lowest, unknown.lowest) / unit,
+                     std::min(highest, unknown.highest) / unit,
+                     rest,
+                     false,
+                     false};
       one.told = d.values.deviation(u) / unit < diagnose::untold_share * deviation;
       one.matters = one.told && (rest < one.lowest || rest > one.highest) && std::abs(one.value - rest) > far_share * deviation &&
+                    !plant::grows_between_recordings(info.at_start) &&
                     std::ranges::any_of(of_added, [&](const std::string& effect) { return info.key.starts_with(effect); });
       all.push_back(std::move(one));
     }
+  }
   return all;
 }
 

@@ -68,7 +68,7 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
       if (const auto& above = system().parameters()[parameters_[low]].declaration.less_than;
           contains(above, system().parameters()[parameters_[high]].key()))
         orders_.push_back({low, high, order_share * unknowns_[low].deviation});
-  if (!start_.counted_from_s && !data_.empty()) start_.counted_from_s = data_.front().recording->begins_s();
+  if (!start_.counted_from_s && !start_.later && !data_.empty()) start_.counted_from_s = data_.front().recording->begins_s();
   for (const FitData& one : data_) elapsed_.push_back(elapsed_where_it_begins(states_, *one.recording, start_.counted_from_s));
   const std::vector<std::vector<double>> grown = grown_by_then();
   for (std::size_t r = 0; r < data_.size(); ++r) {
@@ -80,18 +80,22 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
   }
 }
 
-// By state, what is counted would have come to where each recording begins, if that were where the one before it ends.
+// By state, what is counted would have come to where each recording begins, if that were where the one before it ends. Where that is known
+// of all, nothing.
 std::vector<std::vector<double>> FitProblem::grown_by_then() const {
   std::vector<std::vector<double>> grown(data_.size(), std::vector<double>(states_.size(), 0.0));
   std::vector<plant::StateId> counted;
   for (const plant::StateId i : states_.ids())
-    if (plant::grows_between_recordings(states_[i].at_start)) counted.push_back(i);
+    if (plant::grows_between_recordings(states_[i].at_start) &&
+        !std::ranges::all_of(elapsed_, [&](const auto& of) { return of[i.index].has_value(); }))
+      counted.push_back(i);
   for (std::size_t r = 0; !counted.empty() && r + 1 < data_.size(); ++r) {
     plant::Integrator integrator(centres_, plant::Start{}, numerics_);
     const std::vector<double> before = integrator.state();
     const bool failed = sim::replay(integrator, system(), data_[r].recording->samples, [](std::size_t) {}).has_value();
     for (const plant::StateId i : counted)
-      grown[r + 1][i.index] = grown[r][i.index] + (failed ? 0.0 : integrator.state()[i.index] - before[i.index]);
+      grown[r + 1][i.index] =
+          elapsed_[r][i.index].value_or(grown[r][i.index]) + (failed ? 0.0 : integrator.state()[i.index] - before[i.index]);
   }
   return grown;
 }
@@ -102,7 +106,7 @@ void FitProblem::add_start_unknowns(std::size_t recording, const std::vector<dou
   free_states_.emplace_back();
   for (const plant::StateId i : states_.ids())
     if ((states_[i].at_start == plant::AtStart::open && !at_rest(recording)) ||
-        (plant::grows_between_recordings(states_[i].at_start) && recording > 0 && !elapsed_[recording][i.index]))
+        (plant::grows_between_recordings(states_[i].at_start) && (recording > 0 || start_.later) && !elapsed_[recording][i.index]))
       free_states_[recording].push_back(i);
   if (free_states_[recording].empty()) return;
   const std::string owner = data_.size() == 1 ? "start." : "start[" + std::to_string(recording) + "].";

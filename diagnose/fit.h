@@ -54,8 +54,10 @@ struct Beginnings {
   // When what is counted from the first recording on was nothing, on the clock of recordings that say when they were made
   // (sim::Recording::time_zero_s). None: where the first of those that are fitted begins.
   std::optional<double> counted_from_s;
+  bool later = false;  // the first of these is not the limb's first recording: what has grown since then is open in it, too
   // NOLINTNEXTLINE(google-explicit-constructor): where no clock matters, a policy is all there is to say
-  Beginnings(StartPolicy how = StartPolicy::estimated, std::optional<double> from_s = std::nullopt) : policy(how), counted_from_s(from_s) {}
+  Beginnings(StartPolicy how = StartPolicy::estimated, std::optional<double> from_s = std::nullopt, bool others_before = false)
+      : policy(how), counted_from_s(from_s), later(others_before) {}
   friend bool operator==(const Beginnings& one, StartPolicy policy) { return one.policy == policy; }
 };
 

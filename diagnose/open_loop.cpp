@@ -31,6 +31,7 @@ plant::Start start_of(const plant::Plant& plant, const sim::Recording& recording
     return {elapsed_where_it_begins(plant.states(), recording, settings.start.counted_from_s), {}};
   ExplanationSettings fit = settings;
   fit.start.policy = StartPolicy::estimated;  // at rest at most the first one begins, and this is another
+  fit.start.later = true;
   fit.only_start = true;
   fit.most_rounds = 1;
   const std::size_t count = samples_until(recording, recording.samples.front().time_s + settling_s);

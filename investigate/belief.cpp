@@ -79,11 +79,10 @@ double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t eff
   return std::max(1.0, settings.search.least_gain / (2.0 * std::log(std::max<double>(2.0, static_cast<double>(effects)))));
 }
 
-std::vector<plant::EffectId> Belief::not_yet_seen() const {
-  std::vector<plant::EffectId> effects;
-  for (const plant::EffectId e : unseen)
-    if (!contains(never, e)) effects.push_back(e);
-  return effects;
+bool Belief::may_yet_show() const {
+  return std::ranges::any_of(all, [&](const Hypothesis& one) {
+    return one.kind == Kind::unseen && contains(unseen, one.effects.front()) && !contains(never, one.effects.front());
+  });
 }
 
 double Belief::entropy_bit() const {

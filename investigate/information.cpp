@@ -25,6 +25,7 @@ constexpr double cool_K = 3.0;  // above where it began, a coil counts as cold
 constexpr int most_lowerings = 14;
 constexpr double lowering = 0.88;
 constexpr std::size_t most_stand_ins = 6;  // for something else
+constexpr double farthest = 3.0;           // prior deviations that a parameter is moved at once: no straight line holds beyond
 
 // Effects beyond the plant as given.
 std::vector<plant::EffectId> added(const Explanation& explanation, const Explanation& core) {
@@ -95,8 +96,8 @@ Alternative usual_alternative(const Explanation& base, const diagnose::Projectio
   difference.col(0) -= base.residual;
   if (!difference.allFinite()) return one;
   so_far.whiten(difference);
-  const Eigen::VectorXd z = base.z + so_far.of(difference).columns.col(0).tail(base.z.size());
-  one.model = with_usual(problem.plant_at(z.data()));
+  const Eigen::VectorXd step = so_far.of(difference).columns.col(0).tail(base.z.size()), z = base.z + step;
+  if (step.cwiseAbs().maxCoeff() < farthest) one.model = with_usual(problem.plant_at(z.data()));
   return one;
 }
 
@@ -249,7 +250,7 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
       if (!safe) break;
       const diagnose::FitProblem problem(one.fitted ? one.fitted->problem->centres() : one.model,
                                          one.fitted ? one.fitted->problem->parameters() : std::vector<plant::ParameterId>{}, data,
-                                         {diagnose::StartPolicy::estimated, question.counted_from_s}, question.numerics);
+                                         {diagnose::StartPolicy::estimated, question.counted_from_s, true}, question.numerics);
       if (i == 0) blocks.emplace(problem);
       if (one.fitted) {
         // How it begins will be estimated, as of every recording that is not the limb's first.
@@ -281,7 +282,8 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
               diagnose::measured(own.samples[row.sample], row.channel) - diagnose::measured(measured.samples[row.sample], row.channel);
           residuals.push_back(difference / question.noise[row.channel]);
         }
-        shifts.col(static_cast<Eigen::Index>(i)) = blocks->means(residuals.data(), 1).col(0);
+        // The base's own shift is of where its beginning is believed to be, which is not at rest; this one's is the same.
+        shifts.col(static_cast<Eigen::Index>(i)) = shifts.col(0) + blocks->means(residuals.data(), 1).col(0);
       }
     }
     if (!safe || highest + margin_K > limit) continue;

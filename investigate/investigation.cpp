@@ -202,7 +202,7 @@ class Investigator {
     const double left_s = this->left_s();
     const bool enough = belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else;
     // That nothing is missing is no answer while experiments may yet show what no recording could.
-    if (enough && (belief.first().kind != Kind::nothing || belief.not_yet_seen().empty())) {
+    if (enough && (belief.first().kind != Kind::nothing || !belief.may_yet_show())) {
       if (hooks_.computing) hooks_.computing(false);
       resolve(belief, diagnosis.search.core.system());
       return told();

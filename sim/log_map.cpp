@@ -389,6 +389,7 @@ class Application {
     if (map_.pauses) fill_pauses(*map_.pauses);
     Conversion result;
     result.table.comments = log_.comments;
+    for (std::string& comment : result.table.comments) comment = shifted_clock(comment);
     result.table.columns.push_back({"time_s", time_s_});
     for (std::size_t i = 0; i < map_.columns.size(); ++i) {
       if (map_.columns[i].written) result.table.columns.push_back({map_.columns[i].name, std::move(values_[i])});
@@ -568,6 +569,15 @@ class Application {
     if (unit == TimeUnit::h) seconds.numerator = 3600.0;
     const double first = map_.time.first_row_at_zero ? raw.front() : 0.0;
     for (const double value : raw) all_time_s_.push_back(seconds.times(value - first));
+    shifted_by_s_ = seconds.times(first);
+  }
+
+  // When the log's time is 0 (sim/recording.h), the recording's is not, where that begins with its first row.
+  std::string shifted_clock(const std::string& comment) const {
+    constexpr std::string_view key = "time_zero_s:";
+    if (!comment.starts_with(key) || shifted_by_s_ == 0.0) return comment;
+    const double time_s = std::strtod(comment.c_str() + key.size(), nullptr);
+    return std::string(key) + " " + shortest(time_s + shifted_by_s_);
   }
 
   std::string because() const { return "\n" + place_of(map_.time.at) + " says so"; }
@@ -854,6 +864,7 @@ class Application {
   std::size_t log_rows_ = 0;
   std::string rows_from_;
   std::vector<double> all_time_s_, time_s_;
+  double shifted_by_s_ = 0.0;
   std::vector<std::size_t> kept_;
   double period_s_ = 0.0;
   Tally midnights_;

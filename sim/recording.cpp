@@ -443,6 +443,11 @@ class TableReader {
       time_fields_.push_back(row.time_field);
     }
     notes_.rows = recording_.samples.size();
+    for (const Sample& sample : recording_.samples) {
+      const auto missing = std::count_if(sample.channels.begin(), sample.channels.end(), [](double value) { return std::isnan(value); });
+      notes_.full_rows += missing == 0;
+      notes_.partial_rows += missing > 0 && static_cast<std::size_t>(missing) < channels_;
+    }
     const std::size_t out_of_order = notes_.backward_rows.count + notes_.conflicting_rows.count;
     if (out_of_order >= least_out_of_order && static_cast<double>(out_of_order) > most_out_of_order * static_cast<double>(rows_.size())) {
       const Oddity& first = notes_.backward_rows.count > 0 ? notes_.backward_rows : notes_.conflicting_rows;
@@ -463,7 +468,7 @@ class TableReader {
                   "is longer than " + shortest(recording_.columns.longest_period_s) +
                       " s, which such a plant can be followed with: are these milliseconds or microseconds? then divide by 1000 or 1e6");
     const std::vector<Sample>& samples = recording_.samples;
-    // Where rows are readings their steps are of any length, and a gap is one of a channel.
+    // Where rows are readings their steps are of any length, and a gap is where no channel is read.
     const bool are_readings = notes_.rows_are_readings();
     const double usual_s = are_readings ? shortest_reading_period_s() : period_s;
     for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -531,10 +536,7 @@ std::string rounded(double value) {
 
 }  // namespace
 
-bool ReadingNotes::rows_are_readings() const {
-  const auto is_rare = [&](const Oddity& of) { return 2 * of.count > rows && of.count < rows; };
-  return !missing.empty() && std::all_of(missing.begin(), missing.end(), is_rare);
-}
+bool ReadingNotes::rows_are_readings() const { return 4 * partial_rows > rows && 20 * full_rows < rows; }
 
 std::string ReadingNotes::summary() const {
   std::string text;

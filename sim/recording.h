@@ -66,8 +66,8 @@ struct ReadingNotes {
   // Of each input, and of each channel: a missing input is the one before, held.
   std::vector<Oddity> held_input, missing;
   std::vector<std::string> input_words, channel_words;
-  std::size_t rows = 0;  // that were kept
-  // Each channel is in fewer than half of them: rows are readings of some channels each, at the times at which they were made.
+  std::size_t rows = 0, partial_rows = 0, full_rows = 0;  // that were kept; with readings of some channels; of all
+  // Rows are readings of some channels each, at the times at which they were made.
   bool rows_are_readings() const;
   Oddity repeated_rows;          // same time and same values as the row before: dropped
   Oddity conflicting_rows;       // same time, other values: the first is kept, these dropped

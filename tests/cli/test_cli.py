@@ -480,6 +480,11 @@ def test_diagnose():
     answer = json.loads(content("diagnosis/one/diagnosis.json"))
     check("diagnose: where nothing is missing it says so", answer["verdict"] == "consistent" and answer["effects"] == []
           and answer["ambiguous_with"] == [] and result.stdout.startswith("Nothing is missing"), answer)
+    begins = {one["state"]: one for one in answer["first_values"]}
+    check("diagnose: says how the recording begins, which was at rest", {"temperature_A_degC", "martensite_A_fraction"} <= set(begins) and all(
+        one["ci95"][0] <= one["value"] <= one["ci95"][1] for one in begins.values())
+        and abs(begins["temperature_A_degC"]["value"] - begins["temperature_A_degC"]["at_rest"]) < 0.5
+        and begins["temperature_A_degC"]["told"], answer["first_values"])
     held_out = answer["fit"]["heldout"]
     check("diagnose: errors before, after and of noise for each channel",
           all(sorted(held_out[part]) == sorted(CHANNELS) for part in ("before", "after", "noise")), held_out)

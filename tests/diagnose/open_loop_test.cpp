@@ -45,6 +45,29 @@ sim::Scenario driven_late() {
 
 }  // namespace
 
+TEST_CASE("open loop: a recording that is held out begins as far into a drift as its clock says") {
+  sim::Recording held_out = testing::recorded(testing::babbling(20.0));
+  plant::Plant warming = diagnose::with_effect(plant::default_plant(), testing::effect("ambient_drift"));
+  warming.set_in_file_units(testing::parameter("ambient_drift.rate_K_s"), 0.01);
+  const plant::States states = warming.states();
+  plant::StateId room{};
+  for (const plant::StateId i : states.ids())
+    if (states[i].key == "ambient_drift.elapsed_s") room = i;
+  diagnose::ExplanationSettings settings;
+  settings.start = {diagnose::StartPolicy::estimated, 1000.0};
+  held_out.time_zero_s = 1400.0;
+  CHECK(diagnose::start_of(warming, held_out, testing::paper_noise, settings).given[room.index].value() == 400.0);
+  settings.start.policy = diagnose::StartPolicy::at_rest;
+  CHECK(diagnose::start_of(warming, held_out, testing::paper_noise, settings).given[room.index].value() == 400.0);
+  // Where it does not say when it was made, its first seconds do: it was made where the first one was, and the room is as it was then.
+  settings.start.policy = diagnose::StartPolicy::estimated;
+  held_out.time_zero_s.reset();
+  const plant::Start found = diagnose::start_of(warming, held_out, testing::paper_noise, settings);
+  REQUIRE(found.given[room.index]);
+  CHECK(std::abs(*found.given[room.index]) < 300.0);
+  CHECK(*found.given[room.index] != 0.0);
+}
+
 TEST_CASE("open loop: where inputs act late, a recording says whether there was a command before it") {
   const sim::Recording all = testing::recorded(driven_late());
   const auto driven = [](const sim::Sample& sample) { return sample.inputs[0] + sample.inputs[1] > 0.3; };

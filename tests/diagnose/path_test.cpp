@@ -144,4 +144,31 @@ TEST_CASE("path: columns of parameters that are not fitted are those they would 
   }
 }
 
+TEST_CASE("path: an effect that goes on between recordings does so by their clock in the column of its strength") {
+  sim::Recording first = testing::recorded(testing::babbling(20.0)), later = first;
+  first.time_zero_s = 50.0, later.time_zero_s = 350.0;
+  const plant::ParameterId rate = testing::parameter("ambient_drift.rate_K_s");
+  const plant::Plant nominal = plant::default_plant();
+  const std::vector<diagnose::FitData> data{{&first, first.samples.size(), testing::paper_noise},
+                                            {&later, later.samples.size(), testing::paper_noise}};
+  const plant::NumericalSettings numerics{plant::Method::arkode, 1e-8};
+  const diagnose::FitProblem problem(nominal, {}, data, diagnose::StartPolicy::at_rest, numerics);
+  plant::Plant warming = diagnose::with_effect(nominal, testing::effect("ambient_drift"));
+  std::vector<double> columns;
+  REQUIRE(diagnose::sensitivity_to(problem, nullptr, warming, {rate}, columns));
+  // Against a difference: a rate of 1e-3 K/s, of both recordings, of which the second begins 0.3 K warmer.
+  warming.set_in_file_units(rate, 1e-3);
+  const diagnose::FitProblem other(warming, {}, data, diagnose::StartPolicy::at_rest, numerics);
+  diagnose::Path without, with;
+  REQUIRE(diagnose::follow(problem, nullptr, diagnose::Want::residuals, without));
+  REQUIRE(diagnose::follow(other, nullptr, diagnose::Want::residuals, with));
+  const double prior = testing::limb_system().parameters()[rate].declaration.prior_deviation;
+  double off = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const double slope = (with.residuals[i] - without.residuals[i]) / 1e-3 * prior;
+    off += std::pow(columns[i] - slope, 2), size += std::pow(slope, 2);
+  }
+  CHECK(std::sqrt(off) < 0.02 * std::sqrt(size));
+}
+
 }  // namespace diagnose_path_test

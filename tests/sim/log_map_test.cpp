@@ -168,6 +168,12 @@ TEST_CASE("map: over midnight a clock goes on, also for a row out of order") {
         "1 uneven step of time, from 0.15 to 0.15 s; kept (line 4)\n");
 }
 
+TEST_CASE("map: when the log's time is 0 becomes when the recording's is") {
+  const std::string map = "format: 1\ntime: {column: t, unit: ms}\ncolumns:\n  angle_deg: {column: a}\n";
+  const Conversion shifted = convert(map, "# of today\n# time_zero_s: 100\nt,a\n600000,1\n600100,2\n600200,3\n");
+  CHECK(shifted.table.comments == std::vector<std::string>{"of today", "time_zero_s: 700"});
+}
+
 TEST_CASE("map: repeated, conflicting and backward rows are dropped and counted, gaps are kept") {
   const Conversion c = convert(with_columns("  x_V: x\n"), "t,x,n\n0,1,a\n1,2,b\n1,2,c\n1,3,d\n2,4,e\n1.5,9,f\n3,5,g\n10,6,h\n");
   CHECK(values(c, "time_s") == "0 1 2 3 10");
