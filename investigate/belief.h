@@ -45,7 +45,7 @@ struct Belief {
   std::vector<plant::EffectId> never;   // of these, what other parameters imitate: no duty shows it to the sensors that there are
   double entropy_bit() const;
   const Hypothesis& first() const { return all.front(); }
-  // Whether there is one that duty may yet show (information.h designs for it).
+  // Whether there is one that an experiment may yet show (information.h designs for it).
   bool may_yet_show() const;
 };
 

@@ -13,7 +13,6 @@
 #include "diagnose/state_noise.h"
 #include "hil/heat_bound.h"
 #include "hil/limits.h"
-#include "plant/contains.h"
 #include "sim/simulation.h"
 
 namespace sinew::investigate {
@@ -25,7 +24,8 @@ constexpr double cool_K = 3.0;  // above where it began, a coil counts as cold
 constexpr int most_lowerings = 14;
 constexpr double lowering = 0.88;
 constexpr std::size_t most_stand_ins = 6;  // for something else
-constexpr double farthest = 3.0;           // prior deviations that a parameter is moved at once: no straight line holds beyond
+constexpr double farthest = 3.0;           // prior deviations from the base that a parameter is moved
+constexpr int most_steps = 5;
 
 // Effects beyond the plant as given.
 std::vector<plant::EffectId> added(const Explanation& explanation, const Explanation& core) {
@@ -73,8 +73,8 @@ Alternative fitted_alternative(const Explanation& explanation, std::string key, 
   return one;
 }
 
-// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far would have moved
-// them beside it, to first order: what they can make up for, no experiment of this kind will show.
+// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far moves them beside
+// it: what they make up for, no experiment of this kind will show. Gauss-Newton steps with the base's derivatives.
 Alternative usual_alternative(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect, double probability) {
   const plant::System& system = base.system();
   const diagnose::FitProblem& problem = *base.problem;
@@ -90,14 +90,25 @@ Alternative usual_alternative(const Explanation& base, const diagnose::Projectio
   one.model = with_usual(base.model());
   diagnose::FitProblem with(with_usual(problem.centres()), problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
   with.set_idle_before(problem.idle_before());
-  diagnose::Path there;
-  if (!follow(with, coordinates_of(base.as_guess(), with).data(), diagnose::Want::residuals, there)) return one;
-  Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
-  difference.col(0) -= base.residual;
-  if (!difference.allFinite()) return one;
-  so_far.whiten(difference);
-  const Eigen::VectorXd step = so_far.of(difference).columns.col(0).tail(base.z.size()), z = base.z + step;
-  if (step.cwiseAbs().maxCoeff() < farthest) one.model = with_usual(problem.plant_at(z.data()));
+  diagnose::Guess guess = base.as_guess();
+  double closest = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= most_steps; ++step) {
+    diagnose::Path there;
+    if (!follow(with, coordinates_of(guess, with).data(), diagnose::Want::residuals, there)) break;
+    Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
+    difference.col(0) -= base.residual;
+    if (!difference.allFinite()) break;
+    so_far.whiten(difference);
+    if (difference.squaredNorm() >= closest) break;
+    closest = difference.squaredNorm();
+    Eigen::VectorXd z = coordinates_of(guess, problem);
+    one.model = with_usual(problem.plant_at(z.data()));
+    z += so_far.of(difference).columns.col(0).tail(z.size());
+    if ((z - base.z).cwiseAbs().maxCoeff() > farthest) break;
+    for (std::size_t u = 0; u < problem.unknowns().size(); ++u)
+      guess.values[problem.unknowns()[u].name] =
+          std::clamp(problem.value(u, z(static_cast<Eigen::Index>(u))), problem.unknowns()[u].lowest, problem.unknowns()[u].highest);
+  }
   return one;
 }
 
@@ -176,7 +187,7 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
   const diagnose::Projection so_far(*base);
   std::vector<Alternative> others;
   for (const Hypothesis& one : belief.all)
-    if (one.kind == Kind::unseen && one.probability > 1e-4 && !contains(belief.never, one.effects.front()))
+    if (one.kind == Kind::unseen && one.probability > 1e-4)
       others.push_back(usual_alternative(*base, so_far, one.effects.front(), one.probability));
   if (something_else > 0.01) {
     std::vector<plant::EffectId> stand_ins;

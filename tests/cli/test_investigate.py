@@ -110,7 +110,8 @@ def test_nothing_concealed():
           and not {"stress_shift_curved", "stress_shift_two_slopes", "driver_lag", "thermocouple_two_lags"} & set(keys), keys)
     arguments[arguments.index("--out") + 1] = "warming"
     arguments[arguments.index("--without") + 1] = ",".join(without("ambient_drift"))
-    arguments[arguments.index("--budget") + 1] = "130s"
+    arguments[arguments.index("--budget") + 1] = "300s"
+    arguments[arguments.index("--longest") + 1] = "160"
     result = sinew(*arguments, "--probability", "0.7", timeout=600)
     one = state("warming")
     first = one["recordings"][0]["believed"]
@@ -118,6 +119,7 @@ def test_nothing_concealed():
           and first["answers"][0]["key"] == "nothing" and first["answers"][0]["probability"] > 0.7
           and first["could_not_be_seen"] == ["ambient_drift"] and len(one["recordings"]) > 1, said(result) + json.dumps(first))
     arguments[arguments.index("--budget") + 1] = "60s"
+    arguments[arguments.index("--longest") + 1] = "40"
     arguments[arguments.index("--out") + 1] = "gain"
     arguments[arguments.index("--without") + 1] = ",".join(without("thermocouple_heat_sink"))
     result = sinew(*arguments, "--probability", "0.5", timeout=600)
