@@ -13,9 +13,6 @@ using diagnose::Diagnosis;
 
 // Of an effect's trace: less is imitated by the other parameters, as apps/diagnosis_text.cpp has it.
 constexpr double imitated_share = 0.02;
-// What is left of a trace below this share is rounding, as diagnose/score.cpp has it: a first order that says nothing of whether it is
-// seen.
-constexpr double rounding_share = 1e-4;
 constexpr double seen_root = 5.0;  // Score::smallest_seen is the strength whose statistic is 25 on average
 
 // A further form of an effect goes by the effect's name.
@@ -28,7 +25,7 @@ std::string key_of(const plant::System& system, const std::vector<plant::EffectI
 
 // Root of the statistic that the effect would bring on average at its usual strength.
 double usual_root(const plant::System& system, const diagnose::Score& score) {
-  if (score.smallest_seen <= 0.0 || score.visible_share < rounding_share) return 0.0;
+  if (score.smallest_seen <= 0.0) return 0.0;
   const auto& declared = system.parameters()[system.effects()[score.effect].strength].declaration;
   const double usual = std::abs(declared.typical - declared.null_value.value_or(0.0)) * declared.unit.internal_per_unit;
   return seen_root * usual / score.smallest_seen;
@@ -82,8 +79,11 @@ double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t eff
   return std::max(1.0, settings.search.least_gain / (2.0 * std::log(std::max<double>(2.0, static_cast<double>(effects)))));
 }
 
-bool Belief::may_yet_show() const {
-  return std::ranges::any_of(all, [&](const Hypothesis& one) { return one.kind == Kind::unseen && contains(unseen, one.effects.front()); });
+std::vector<plant::EffectId> Belief::not_yet_seen() const {
+  std::vector<plant::EffectId> effects;
+  for (const plant::EffectId e : unseen)
+    if (!contains(never, e)) effects.push_back(e);
+  return effects;
 }
 
 double Belief::entropy_bit() const {

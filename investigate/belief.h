@@ -45,8 +45,8 @@ struct Belief {
   std::vector<plant::EffectId> never;   // of these, what other parameters imitate: no duty shows it to the sensors that there are
   double entropy_bit() const;
   const Hypothesis& first() const { return all.front(); }
-  // Whether there is one that an experiment may yet show (information.h designs for it).
-  bool may_yet_show() const;
+  // Of the unseen ones, those that duty may yet show.
+  std::vector<plant::EffectId> not_yet_seen() const;
 };
 
 Belief belief_of(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings);

@@ -13,6 +13,7 @@
 #include "diagnose/state_noise.h"
 #include "hil/heat_bound.h"
 #include "hil/limits.h"
+#include "plant/contains.h"
 #include "sim/simulation.h"
 
 namespace sinew::investigate {
@@ -24,8 +25,6 @@ constexpr double cool_K = 3.0;  // above where it began, a coil counts as cold
 constexpr int most_lowerings = 14;
 constexpr double lowering = 0.88;
 constexpr std::size_t most_stand_ins = 6;  // for something else
-constexpr double farthest = 3.0;           // prior deviations from the base that a parameter is moved
-constexpr int most_steps = 5;
 
 // Effects beyond the plant as given.
 std::vector<plant::EffectId> added(const Explanation& explanation, const Explanation& core) {
@@ -73,8 +72,8 @@ Alternative fitted_alternative(const Explanation& explanation, std::string key, 
   return one;
 }
 
-// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far moves them beside
-// it: what they make up for, no experiment of this kind will show. Gauss-Newton steps with the base's derivatives.
+// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far would have moved
+// them beside it, to first order: what they can make up for, no experiment of this kind will show.
 Alternative usual_alternative(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect, double probability) {
   const plant::System& system = base.system();
   const diagnose::FitProblem& problem = *base.problem;
@@ -90,25 +89,14 @@ Alternative usual_alternative(const Explanation& base, const diagnose::Projectio
   one.model = with_usual(base.model());
   diagnose::FitProblem with(with_usual(problem.centres()), problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
   with.set_idle_before(problem.idle_before());
-  diagnose::Guess guess = base.as_guess();
-  double closest = std::numeric_limits<double>::infinity();
-  for (int step = 0; step <= most_steps; ++step) {
-    diagnose::Path there;
-    if (!follow(with, coordinates_of(guess, with).data(), diagnose::Want::residuals, there)) break;
-    Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
-    difference.col(0) -= base.residual;
-    if (!difference.allFinite()) break;
-    so_far.whiten(difference);
-    if (difference.squaredNorm() >= closest) break;
-    closest = difference.squaredNorm();
-    Eigen::VectorXd z = coordinates_of(guess, problem);
-    one.model = with_usual(problem.plant_at(z.data()));
-    z += so_far.of(difference).columns.col(0).tail(z.size());
-    if ((z - base.z).cwiseAbs().maxCoeff() > farthest) break;
-    for (std::size_t u = 0; u < problem.unknowns().size(); ++u)
-      guess.values[problem.unknowns()[u].name] =
-          std::clamp(problem.value(u, z(static_cast<Eigen::Index>(u))), problem.unknowns()[u].lowest, problem.unknowns()[u].highest);
-  }
+  diagnose::Path there;
+  if (!follow(with, coordinates_of(base.as_guess(), with).data(), diagnose::Want::residuals, there)) return one;
+  Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
+  difference.col(0) -= base.residual;
+  if (!difference.allFinite()) return one;
+  so_far.whiten(difference);
+  const Eigen::VectorXd z = base.z + so_far.of(difference).columns.col(0).tail(base.z.size());
+  one.model = with_usual(problem.plant_at(z.data()));
   return one;
 }
 
@@ -187,7 +175,7 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
   const diagnose::Projection so_far(*base);
   std::vector<Alternative> others;
   for (const Hypothesis& one : belief.all)
-    if (one.kind == Kind::unseen && one.probability > 1e-4)
+    if (one.kind == Kind::unseen && one.probability > 1e-4 && !contains(belief.never, one.effects.front()))
       others.push_back(usual_alternative(*base, so_far, one.effects.front(), one.probability));
   if (something_else > 0.01) {
     std::vector<plant::EffectId> stand_ins;
@@ -261,7 +249,7 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
       if (!safe) break;
       const diagnose::FitProblem problem(one.fitted ? one.fitted->problem->centres() : one.model,
                                          one.fitted ? one.fitted->problem->parameters() : std::vector<plant::ParameterId>{}, data,
-                                         {diagnose::StartPolicy::estimated, question.counted_from_s, true}, question.numerics);
+                                         {diagnose::StartPolicy::estimated, question.counted_from_s}, question.numerics);
       if (i == 0) blocks.emplace(problem);
       if (one.fitted) {
         // How it begins will be estimated, as of every recording that is not the limb's first.
@@ -293,8 +281,7 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
               diagnose::measured(own.samples[row.sample], row.channel) - diagnose::measured(measured.samples[row.sample], row.channel);
           residuals.push_back(difference / question.noise[row.channel]);
         }
-        // The base's own shift is of where its beginning is believed to be, which is not at rest; this one's is the same.
-        shifts.col(static_cast<Eigen::Index>(i)) = shifts.col(0) + blocks->means(residuals.data(), 1).col(0);
+        shifts.col(static_cast<Eigen::Index>(i)) = blocks->means(residuals.data(), 1).col(0);
       }
     }
     if (!safe || highest + margin_K > limit) continue;

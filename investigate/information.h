@@ -42,7 +42,7 @@ struct Question {
   plant::NumericalSettings numerics;
   double exaggeration = 1.0;
   double mass = 0.0;  // probability of all alternatives
-  // On the recordings' clock, when the first one began and the last one ended: the experiment begins no earlier. None: they say no times.
+  // When the first recording began, and when the experiment would, on the recordings' clock; none: they say no times.
   std::optional<double> counted_from_s, begins_s;
   double entropy_nat() const;  // of the alternatives, times `mass`
 };

@@ -201,8 +201,8 @@ class Investigator {
     last.after = believed(belief, diagnosis);
     const double left_s = this->left_s();
     const bool enough = belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else;
-    // That nothing is missing is no answer while the best experiment would show what no recording could.
-    if (enough && (belief.first().kind != Kind::nothing || !belief.may_yet_show())) {
+    // That nothing is missing is no answer while experiments may yet show what no recording could.
+    if (enough && (belief.first().kind != Kind::nothing || belief.not_yet_seen().empty())) {
       if (hooks_.computing) hooks_.computing(false);
       resolve(belief, diagnosis.search.core.system());
       return told();
@@ -245,11 +245,7 @@ class Investigator {
     if (hooks_.computing) hooks_.computing(false);
     const bool none_tells = !designed.best.possible || designed.best.information_nat <= settings_.least_share * designed.before_nat ||
                             idle() >= settings_.most_idle;
-    const plant::System& system = diagnosis.search.core.system();
-    const bool would_show = std::ranges::any_of(belief.unseen, [&](plant::EffectId e) {
-      return system.effects()[e].name == designed.best.apart || system.effects()[e].name == designed.best.from;
-    });
-    if (enough && (none_tells || !would_show)) {
+    if (enough && none_tells) {
       resolve(belief, diagnosis.search.core.system());
       return told();
     }

@@ -8,7 +8,6 @@
 #include "investigate/information.h"
 #include "plant/systems.h"
 #include "sim/simulation.h"
-#include "tests/diagnose/one_limb.h"
 
 namespace {
 
@@ -76,43 +75,6 @@ TEST_CASE("programme by chance: one number one shape, others other ones, all wit
   CHECK(coils.size() == 2);
   CHECK(levels.size() > 50);
   CHECK(random_shape(limb.system(), 45.0, 1, 0).drive_s <= 45.0);
-}
-
-TEST_CASE("information: an answer that is the most probable one again is no distance from it, wherever the room is; another one is") {
-  // A room 4 K warmer than the plant believes: where the experiment is believed to begin is not where it rests.
-  plant::Plant warm = limb;
-  warm.set_in_file_units(limb.system().parameter("ambient_temperature_degC"), 29.0);
-  const testing::FittedCore core(testing::babbling(60.0, warm));
-  REQUIRE(core.core.usable);
-  Alternative base;
-  base.key = "nothing";
-  base.probability = 0.5;
-  base.model = core.core.model();
-  base.fitted = &core.core;
-  const auto parameters = static_cast<Eigen::Index>(core.core.problem->parameters().size());
-  base.z = core.core.z.head(parameters);
-  base.spread = 0.01 * Eigen::MatrixXd::Identity(parameters, parameters);
-  Alternative again, other;
-  again.key = "again", other.key = "latent_heat";
-  again.probability = other.probability = 0.5;
-  again.model = base.model;
-  other.model = diagnose::with_effect(base.model, testing::effect("latent_heat"));
-  other.model.set_in_file_units(testing::parameter("latent_heat.latent_heat_J"), 10.0);
-  const auto expected_against = [&](const Alternative& one) {
-    Question question;
-    question.alternatives = {base, one};
-    question.forcing = core.core.forcing;
-    question.noise = testing::paper_noise;
-    question.numerics = core.settings.numerics;
-    question.mass = 1.0;
-    return expected_of(question, {Family::pulses_in_turn, 0, 0.3, 3.0, 7.0, 40.0}, 600.0);
-  };
-  const Expected same = expected_against(again), apart = expected_against(other);
-  REQUIRE(same.possible);
-  REQUIRE(apart.possible);
-  CHECK(same.separation < 1e-6);
-  CHECK(same.information_nat < 1e-9);
-  CHECK(apart.separation > 10.0);
 }
 
 TEST_CASE("device limits: full duty for half a minute passes the on-time, short pulses do not") {
