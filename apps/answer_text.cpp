@@ -431,8 +431,7 @@ void append(Paragraphs& text, Paragraphs more) { text.insert(text.end(), more.be
 
 Paragraphs what_of(const Diagnosis& d, const DiagnosisInputs& inputs, const NothingMissing&) {
   std::string tested = tried_words(d, inputs.settings);
-  if (!d.search.rounds.empty() && !d.search.rounds.back().scores.best.empty()) {
-    const auto& round = d.search.rounds.back();
+  if (const auto& round = round_from(d.search, d.search.core); !round.scores.best.empty()) {
     const plant::EffectId best =
         round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
     tested += " The one that would help most is that " + std::string(effects_of(d)[best].words) + " (" + effect_name(d, best) +

@@ -575,7 +575,7 @@ class Diagnoser {
   }
 
   void list_others() {
-    const Scores& scores = result_.search.rounds.back().scores;
+    const Scores& scores = round_from(result_.search, result_.chosen).scores;
     for (const std::size_t s : scores.best) {
       const Score& score = scores.all[s];
       if (has_family(system(), result_.chosen.effects(), score.effect)) continue;

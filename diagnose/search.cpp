@@ -893,6 +893,12 @@ double as_good_as_nothing(const Explanation& core, const SearchSettings& setting
   return std::max(settings.visible_process_noise, settings.nothing_left_share * core.process_noise);
 }
 
+const Round& round_from(const Search& search, const Explanation& at) {
+  const auto found =
+      std::find_if(search.rounds.begin(), search.rounds.end(), [&](const Round& round) { return round.before.effects() == at.effects(); });
+  return found == search.rounds.end() ? search.rounds.back() : *found;
+}
+
 bool nothing_left(const Search& search, const SearchSettings& settings) {
   return search.best.process_noise < as_good_as_nothing(search.core, settings);
 }
