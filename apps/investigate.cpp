@@ -410,9 +410,6 @@ investigate::Settings settings_of(const InvestigateArguments& arguments, const p
   settings.seed = arguments.seed;
   settings.threads = arguments.threads;
   settings.use = *investigate::use_of(arguments.use);
-  // An emulated limb is switched on for the first recording; of any other nobody knows.
-  settings.diagnosis.start =
-      arguments.training.empty() && arguments.emulate ? diagnose::StartPolicy::first_at_rest : diagnose::StartPolicy::estimated;
   settings.diagnosis.search.without = chosen_effects(arguments.without, plant.system());
   return settings;
 }

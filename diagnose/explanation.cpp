@@ -167,9 +167,8 @@ Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitD
 
 // Where inputs act late, and a recording begins with a command in mid-motion, that command was held before or none was: as fits better.
 void ask_what_was_before(Explanation& given, const std::vector<FitData>& data, const ExplanationSettings& settings) {
-  if (!given.usable || given.model().equations()->input_delay_s() <= 0.0) return;
+  if (!given.usable || given.problem->at_rest() || given.model().equations()->input_delay_s() <= 0.0) return;
   for (std::size_t r = 0; r < data.size(); ++r) {
-    if (given.problem->at_rest(r)) continue;
     const std::vector<double>& first = data[r].recording->samples.front().inputs;
     if (std::all_of(first.begin(), first.end(), [](double input) { return input == 0.0; })) continue;
     Guess guess = given.as_guess();

@@ -105,7 +105,7 @@ void FitProblem::add_start_unknowns(std::size_t recording, const std::vector<dou
   first_start_.push_back(unknowns_.size());
   free_states_.emplace_back();
   for (const plant::StateId i : states_.ids())
-    if ((states_[i].at_start == plant::AtStart::open && !at_rest(recording)) ||
+    if ((states_[i].at_start == plant::AtStart::open && !at_rest()) ||
         (plant::grows_between_recordings(states_[i].at_start) && (recording > 0 || start_.later) && !elapsed_[recording][i.index]))
       free_states_[recording].push_back(i);
   if (free_states_[recording].empty()) return;
@@ -131,7 +131,7 @@ plant::Plant FitProblem::plant_at(const double* z) const {
 
 plant::Start FitProblem::start_at(const double* z, std::size_t recording) const {
   plant::Start start{elapsed_[recording], {}};
-  if (!at_rest(recording) && (recording >= idle_before_.size() || !idle_before_[recording]))
+  if (!at_rest() && (recording >= idle_before_.size() || !idle_before_[recording]))
     start.inputs = data_[recording].recording->samples.front().inputs;
   const std::size_t first = first_start_[recording];
   const std::vector<plant::StateId>& free = free_states_[recording];

@@ -45,9 +45,8 @@ struct FitData {
 };
 
 enum class StartPolicy {
-  estimated,      // recordings may begin in mid-motion
-  first_at_rest,  // the first begins cold and at rest, the others perhaps not
-  at_rest,        // all begin cold and at rest; unknown is at most what has grown since the first recording
+  estimated,  // recordings may begin in mid-motion
+  at_rest,    // all begin cold and at rest; unknown is at most what has grown since the first recording
 };
 struct Beginnings {
   StartPolicy policy;
@@ -86,9 +85,7 @@ class FitProblem {
   const std::vector<plant::ParameterId>& parameters() const { return parameters_; }
   const plant::System& system() const { return centres_.system(); }
   const Beginnings& beginnings() const { return start_; }
-  bool at_rest(std::size_t recording) const {
-    return start_ == StartPolicy::at_rest || (start_ == StartPolicy::first_at_rest && recording == 0);
-  }
+  bool at_rest() const { return start_ == StartPolicy::at_rest; }
   // States whose first value is unknown where this recording begins, and the first of their unknowns, which stand in this order.
   const std::vector<plant::StateId>& free_states(std::size_t recording) const { return free_states_[recording]; }
   std::size_t first_start(std::size_t recording) const { return first_start_[recording]; }

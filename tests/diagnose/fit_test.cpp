@@ -93,10 +93,6 @@ TEST_CASE("fit: what has grown since the first recording is open where a later o
   }
   CHECK(contains(both, "start[0].temperature_A_degC"));
   CHECK_FALSE(contains(resting, "start[1].temperature_A_degC"));
-  const auto switched_on = unknowns_of({of(first), of(second)}, diagnose::StartPolicy::first_at_rest);
-  CHECK_FALSE(contains(switched_on, "start[0].temperature_A_degC"));
-  CHECK(contains(switched_on, "start[1].temperature_A_degC"));
-  CHECK(contains(switched_on, "start[1].ambient_drift.elapsed_s"));
 
   const diagnose::FitProblem problem(limb, diagnose::fittable_parameters(limb), {of(first), of(second)}, diagnose::StartPolicy::estimated,
                                      {plant::Method::arkode, 1e-10});
