@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "investigate/usual_strength.h"
 #include "plant/contains.h"
 
 namespace sinew::investigate {
@@ -11,9 +12,8 @@ namespace {
 
 using diagnose::Diagnosis;
 
-// Of an effect's trace: less is imitated by the other parameters, as apps/diagnosis_text.cpp has it.
-constexpr double imitated_share = 0.02;
-constexpr double seen_root = 5.0;  // Score::smallest_seen is the strength whose statistic is 25 on average
+constexpr double least_probability = 1e-4;
+constexpr double excluded = 12.5;  // nats of log evidence: five standard deviations, as Score::smallest_seen has it
 
 // A further form of an effect goes by the effect's name.
 std::string key_of(const plant::System& system, const std::vector<plant::EffectId>& effects) {
@@ -23,31 +23,38 @@ std::string key_of(const plant::System& system, const std::vector<plant::EffectI
   return key;
 }
 
-// Root of the statistic that the effect would bring on average at its usual strength.
-double usual_root(const plant::System& system, const diagnose::Score& score) {
-  if (score.smallest_seen <= 0.0) return 0.0;
-  const auto& declared = system.parameters()[system.effects()[score.effect].strength].declaration;
-  const double usual = std::abs(declared.typical - declared.null_value.value_or(0.0)) * declared.unit.internal_per_unit;
-  return seen_root * usual / score.smallest_seen;
+// Of something against nothing, by the gain in log evidence; what is beyond doubt need not overflow.
+double odds(double gain, double divisor, std::size_t effects) {
+  return std::exp(std::min(gain / divisor, 300.0)) / static_cast<double>(effects);
+}
+
+// In log posterior, from nothing to whatever explains most: names, laws, and the process noise that is there without them.
+double highest_gain(const Diagnosis& diagnosis) {
+  const diagnose::Explanation &core = diagnosis.search.core, &best = diagnosis.search.best;
+  return 0.5 * core.process_noise + std::max(0.0, best.log_posterior - core.log_posterior);
 }
 
 void add_unseen(Belief& belief, const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings) {
-  const plant::System& system = diagnosis.search.core.system();
-  const diagnose::Scores& scores = diagnosis.search.rounds.back().scores;
-  const double count = static_cast<double>(scores.best.size()), divisor = exaggeration(settings, scores.best.size());
-  for (const std::size_t s : scores.best) {
-    const diagnose::Score& score = scores.all[s];
-    const double root = usual_root(system, score);
-    const double found = score.two_sided ? std::abs(score.root) : score.root;
-    const double probability = std::exp((root * std::min(found, root) - 0.5 * root * root) / divisor) / count;
-    const std::string key = key_of(system, {score.effect});
-    const auto there = std::find_if(belief.all.begin(), belief.all.end(), [&](const Hypothesis& one) { return one.key == key; });
-    if (there == belief.all.end())
-      belief.all.push_back({Kind::unseen, {score.effect}, key, probability});
-    else
-      there->probability += probability;  // another form of it
-    if (root < seen_root) belief.unseen.push_back(score.effect);
-    if (root < seen_root && score.smallest_seen > 0.0 && score.visible_share < imitated_share) belief.never.push_back(score.effect);
+  const diagnose::Explanation& core = diagnosis.search.core;
+  const plant::System& system = core.system();
+  const diagnose::Scores& scores = round_from(diagnosis.search, core).scores;
+  const double divisor = exaggeration(settings, scores.best.size());
+  std::vector<plant::EffectId> effects;
+  for (const std::size_t s : scores.best) effects.push_back(scores.all[s].effect);
+  const AtUsualStrength fits = at_usual_strength(core, effects, settings.search);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    const auto& fitted = fits.with[i];
+    if (!fitted) continue;
+    const double gain = fitted->log_evidence - fits.log_evidence_without, probability = odds(gain, divisor, scores.best.size());
+    const std::string key = key_of(system, {effects[i]});
+    if (gain > -excluded) belief.unseen.push_back(effects[i]);
+    const auto there = std::ranges::find(belief.all, key, &Hypothesis::key);
+    if (there == belief.all.end()) {
+      belief.all.push_back({Kind::unseen, {effects[i]}, key, probability, fitted});
+    } else {  // another form of it; the likeliest stands for all
+      if (fitted->log_evidence > there->fitted->log_evidence) *there = {Kind::unseen, {effects[i]}, key, there->probability, fitted};
+      there->probability += probability;
+    }
   }
 }
 
@@ -79,12 +86,7 @@ double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t eff
   return std::max(1.0, settings.search.least_gain / (2.0 * std::log(std::max<double>(2.0, static_cast<double>(effects)))));
 }
 
-std::vector<plant::EffectId> Belief::not_yet_seen() const {
-  std::vector<plant::EffectId> effects;
-  for (const plant::EffectId e : unseen)
-    if (!contains(never, e)) effects.push_back(e);
-  return effects;
-}
+bool Belief::may_yet_show(const Hypothesis& one) { return one.kind == Kind::unseen && one.probability > least_probability; }
 
 double Belief::entropy_bit() const {
   double sum = 0.0;
@@ -98,14 +100,17 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
   belief.verdict = verdict_of(diagnosis.answer);
   const plant::System& system = diagnosis.search.core.system();
   const std::vector<diagnose::FoundEffect>& effects = effects_in(diagnosis.answer);
+  const std::size_t count = round_from(diagnosis.search, diagnosis.search.core).scores.best.size();
+  const double something = odds(highest_gain(diagnosis), exaggeration(settings, count), count);
   if (effects.empty()) {
     if (std::holds_alternative<diagnose::NothingMissing>(diagnosis.answer)) {
       belief.all.push_back({Kind::nothing, {}, "nothing", 1.0});
       add_unseen(belief, diagnosis, settings);
-      normalise(belief);
     } else {
-      belief.all.push_back({Kind::something_else, {}, "something else", 1.0});
+      belief.all.push_back({Kind::something_else, {}, "something else", something});
+      belief.all.push_back({Kind::nothing, {}, "nothing", 1.0});
     }
+    normalise(belief);
     return belief;
   }
   std::vector<plant::EffectId> named;
@@ -117,6 +122,10 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
   std::sort(named.begin(), named.end());
   belief.all.push_back({Kind::named, named, key_of(system, named), confidence});
   double left = 1.0 - confidence;
+  if (const double nothing = std::min(left, 1.0 / (1.0 + something)); nothing > 1e-6) {
+    belief.all.push_back({Kind::nothing, {}, "nothing", nothing});
+    left -= nothing;
+  }
   for (const diagnose::FoundEffect& found : effects)
     for (const auto& [rival, loss] : found.rivals) {
       std::vector<plant::EffectId> instead = named;

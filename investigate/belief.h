@@ -9,13 +9,14 @@
 // - "something else", not in the catalogue or in another form, with what is left.
 //
 // Where nothing is named and nothing is left over, the list is "nothing is missing" and every effect of the catalogue that may be there at
-// its usual strength though it was not found. One effect in so many is expected beforehand, each with 1 / their number; the score test
-// says how a limb with it would have looked. Let r be the root of its statistic that usual strength would bring on average, z the one that
-// was found: the likelihood ratio is exp((r z - r^2 / 2) / k), 1 where the recordings could not have shown it. The k is by how much
-// the diagnosis holds gains to be exaggerated: it takes one below SearchSettings::least_gain for chance, where independent normal errors
-// would bring 2 log(effects).
+// its usual strength though it was not found. One effect in so many is expected beforehand, each with 1 / their number; and the odds of
+// each against nothing are exp(gain / k) times that, with the gain in log evidence of a fit that has it (usual_strength.h). The k is by how
+// much the diagnosis holds gains to be exaggerated: it takes twice a gain below SearchSettings::least_gain for chance, where independent
+// normal errors would bring 2 log(effects). By the same odds "nothing" stands beside a name that gains little, and beside "something else"
+// where little was to be gained.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,7 @@ namespace sinew::investigate {
 enum class Kind {
   nothing,         // the plant as given, calibrated
   named,           // effects that an explanation was fitted with
-  unseen,          // an effect that the recordings could not have shown well enough to be excluded
+  unseen,          // an effect that is not named, but may be there at its usual strength
   something_else,  // no explanation at hand
 };
 std::string_view text_of(Kind kind);
@@ -36,22 +37,22 @@ struct Hypothesis {
   std::vector<plant::EffectId> effects;  // beyond the plant as given
   std::string key;                       // "nothing", "latent_heat", "latent_heat+dry_friction", "something else"
   double probability = 0.0;
+  std::shared_ptr<const diagnose::Explanation> fitted{};  // of one that is not named: with it, at its usual strength
 };
 
 struct Belief {
   std::vector<Hypothesis> all;  // most probable first
   diagnose::Verdict verdict = diagnose::Verdict::consistent;
   std::vector<plant::EffectId> unseen;  // at usual strength these would have gone unnoticed
-  std::vector<plant::EffectId> never;   // of these, what other parameters imitate: no duty shows it to the sensors that there are
   double entropy_bit() const;
   const Hypothesis& first() const { return all.front(); }
-  // Of the unseen ones, those that duty may yet show.
-  std::vector<plant::EffectId> not_yet_seen() const;
+  // Whether it is one that is not named, and not excluded either.
+  static bool may_yet_show(const Hypothesis& one);
 };
 
 Belief belief_of(const diagnose::Diagnosis& diagnosis, const diagnose::DiagnosisSettings& settings);
 
-// What the likelihood ratios above are divided by, in their logarithm.
+// The k above.
 double exaggeration(const diagnose::DiagnosisSettings& settings, std::size_t effects);
 
 }  // namespace sinew::investigate

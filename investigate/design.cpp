@@ -20,6 +20,7 @@ bool tells_more(const Expected& a, const Expected& b) {
 Design design(const Question& question, const DesignSettings& settings) {
   Design result;
   result.before_nat = question.entropy_nat();
+  result.farthest.resize(question.alternatives.size());
   const plant::System& system = question.alternatives.front().model.system();
   const std::vector<Shape> first = first_shapes(system, settings.longest_drive_s);
   const std::size_t in_all = first.size() + static_cast<std::size_t>(settings.rounds) * settings.varied * 8;
@@ -32,7 +33,10 @@ Design design(const Question& question, const DesignSettings& settings) {
       if (settings.progress) settings.progress(static_cast<double>(++done) / static_cast<double>(in_all));
     });
     for (const Expected& one : expected)
-      if (one.possible) result.most_nat = std::max(result.most_nat, one.information_nat);
+      if (one.possible) {
+        result.most_nat = std::max(result.most_nat, one.information_nat);
+        for (std::size_t j = 0; j < one.from_first.size(); ++j) result.farthest[j] = std::max(result.farthest[j], one.from_first[j]);
+      }
     result.tried += shapes.size();
     return expected;
   };

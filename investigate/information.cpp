@@ -9,11 +9,10 @@
 
 #include "diagnose/calibrate.h"
 #include "diagnose/path.h"
-#include "diagnose/projection.h"
 #include "diagnose/state_noise.h"
 #include "hil/heat_bound.h"
 #include "hil/limits.h"
-#include "plant/contains.h"
+#include "investigate/usual_strength.h"
 #include "sim/simulation.h"
 
 namespace sinew::investigate {
@@ -56,49 +55,24 @@ std::map<std::vector<plant::EffectId>, const Explanation*> at_hand(const diagnos
   return all;
 }
 
-Alternative fitted_alternative(const Explanation& explanation, std::string key, double probability) {
+Alternative alternative_of(std::shared_ptr<const Explanation> fitted, std::string key, double probability) {
   Alternative one;
   one.key = std::move(key);
   one.probability = probability;
-  one.model = explanation.model();
-  one.fitted = &explanation;
-  const auto p = static_cast<Eigen::Index>(explanation.problem->parameters().size());
-  one.z = explanation.z.head(p);
+  one.model = fitted->model();
+  const auto p = static_cast<Eigen::Index>(fitted->problem->parameters().size());
+  one.z = fitted->z.head(p);
   // The prior where the covariance is none: nothing was learned.
-  Eigen::MatrixXd covariance = explanation.covariance.rows() >= p ? Eigen::MatrixXd(explanation.covariance.topLeftCorner(p, p))
-                                                                  : Eigen::MatrixXd(Eigen::MatrixXd::Identity(p, p));
+  Eigen::MatrixXd covariance = fitted->covariance.rows() >= p ? Eigen::MatrixXd(fitted->covariance.topLeftCorner(p, p))
+                                                              : Eigen::MatrixXd(Eigen::MatrixXd::Identity(p, p));
   const Eigen::LLT<Eigen::MatrixXd> factor(0.5 * (covariance + covariance.transpose()) + 1e-10 * Eigen::MatrixXd::Identity(p, p));
   one.spread = factor.info() == Eigen::Success ? Eigen::MatrixXd(factor.matrixL()) : Eigen::MatrixXd(Eigen::MatrixXd::Identity(p, p));
+  one.fitted = std::move(fitted);
   return one;
 }
 
-// The base's plant with one more effect, at its usual strength, and its parameters where a fit to the recordings so far would have moved
-// them beside it, to first order: what they can make up for, no experiment of this kind will show.
-Alternative usual_alternative(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect, double probability) {
-  const plant::System& system = base.system();
-  const diagnose::FitProblem& problem = *base.problem;
-  const plant::ParameterId strength = system.effects()[effect].strength;
-  const auto with_usual = [&](const plant::Plant& plant) {
-    plant::Plant with = diagnose::with_effect(plant, effect);
-    with.set_in_file_units(strength, system.parameters()[strength].declaration.typical);
-    return with;
-  };
-  Alternative one;
-  one.key = std::string(system.effects()[effect].name);
-  one.probability = probability;
-  one.model = with_usual(base.model());
-  diagnose::FitProblem with(with_usual(problem.centres()), problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
-  with.set_idle_before(problem.idle_before());
-  diagnose::Path there;
-  if (!follow(with, coordinates_of(base.as_guess(), with).data(), diagnose::Want::residuals, there)) return one;
-  Eigen::MatrixXd difference = base.blocks->means(there.residuals.data(), 1);
-  difference.col(0) -= base.residual;
-  if (!difference.allFinite()) return one;
-  so_far.whiten(difference);
-  const Eigen::VectorXd z = base.z + so_far.of(difference).columns.col(0).tail(base.z.size());
-  one.model = with_usual(problem.plant_at(z.data()));
-  return one;
-}
+// Which the diagnosis keeps.
+std::shared_ptr<const Explanation> of_diagnosis(const Explanation& one) { return {std::shared_ptr<const void>(), &one}; }
 
 struct Played {
   double highest = -std::numeric_limits<double>::infinity();
@@ -151,38 +125,39 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
   question.numerics = core.problem->numerics();
   question.counted_from_s = diagnosis.gate.front().begins_s;
   if (const diagnose::GateNotes& last = diagnosis.gate.back(); last.begins_s) question.begins_s = *last.begins_s + last.duration_s;
-  const diagnose::Scores& scores = diagnosis.search.rounds.back().scores;
-  question.exaggeration = exaggeration(settings, scores.best.size());
   double something_else = 0.0;
   for (const Hypothesis& one : belief.all) {
     if (one.kind == Kind::something_else) something_else += one.probability;
     if (one.kind != Kind::nothing && one.kind != Kind::named) continue;
     const auto there = explanations.find(one.effects);
     if (there != explanations.end() && one.probability > 1e-4)
-      question.alternatives.push_back(fitted_alternative(*there->second, one.key, one.probability));
+      question.alternatives.push_back(alternative_of(of_diagnosis(*there->second), one.key, one.probability));
   }
   // Where nothing is named, the core is what stand-ins are added to.
   if (question.alternatives.empty()) {
-    question.alternatives.push_back(fitted_alternative(core, "the plant as given", 0.5 * something_else));
+    question.alternatives.push_back(alternative_of(of_diagnosis(core), "the plant as given", 0.5 * something_else));
     something_else *= 0.5;
   }
-  const Explanation* base = question.alternatives.front().fitted;
+  const Explanation* base = question.alternatives.front().fitted.get();
+  const diagnose::Scores& scores = round_from(diagnosis.search, *base).scores;
+  question.exaggeration = exaggeration(settings, scores.best.size());
   question.forcing = base->forcing;
   const auto& groups = core.system().entry_groups();
   for (const plant::EntryGroupId g : groups.ids())
     if (groups[g].is_nuisance) question.forcing[g] = std::max(question.forcing[g], groups[g].typical);
-  const plant::Plant model = question.alternatives.front().model;
-  const diagnose::Projection so_far(*base);
   std::vector<Alternative> others;
   for (const Hypothesis& one : belief.all)
-    if (one.kind == Kind::unseen && one.probability > 1e-4 && !contains(belief.never, one.effects.front()))
-      others.push_back(usual_alternative(*base, so_far, one.effects.front(), one.probability));
+    if (Belief::may_yet_show(one)) others.push_back(alternative_of(one.fitted, one.key, one.probability));
   if (something_else > 0.01) {
     std::vector<plant::EffectId> stand_ins;
     for (const std::size_t s : scores.best)
-      if (const plant::EffectId e = scores.all[s].effect; !model.is_on(e) && stand_ins.size() < most_stand_ins) stand_ins.push_back(e);
-    for (const plant::EffectId e : stand_ins)
-      others.push_back(usual_alternative(*base, so_far, e, something_else / static_cast<double>(stand_ins.size())));
+      if (const plant::EffectId e = scores.all[s].effect; !base->problem->centres().is_on(e) && stand_ins.size() < most_stand_ins)
+        stand_ins.push_back(e);
+    const auto fitted = at_usual_strength(*base, stand_ins, settings.search).with;
+    for (std::size_t i = 0; i < stand_ins.size(); ++i)
+      if (fitted[i])
+        others.push_back(alternative_of(fitted[i], std::string(core.system().effects()[stand_ins[i]].name),
+                                        something_else / static_cast<double>(stand_ins.size())));
   }
   std::stable_sort(others.begin(), others.end(), [](const Alternative& a, const Alternative& b) { return a.probability > b.probability; });
   for (Alternative& one : others) question.alternatives.push_back(std::move(one));
@@ -247,42 +222,31 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
       highest = std::max(highest, its.highest);
       safe = its.safe;
       if (!safe) break;
-      const diagnose::FitProblem problem(one.fitted ? one.fitted->problem->centres() : one.model,
-                                         one.fitted ? one.fitted->problem->parameters() : std::vector<plant::ParameterId>{}, data,
-                                         {diagnose::StartPolicy::estimated, question.counted_from_s}, question.numerics);
+      // How it begins will be estimated, as of every recording that is not the limb's first.
+      const diagnose::FitProblem problem(one.fitted->problem->centres(), one.fitted->problem->parameters(), data,
+                                         {diagnose::StartPolicy::estimated, question.counted_from_s, true}, question.numerics);
       if (i == 0) blocks.emplace(problem);
-      if (one.fitted) {
-        // How it begins will be estimated, as of every recording that is not the limb's first.
-        const auto unknowns = static_cast<Eigen::Index>(problem.unknowns().size()), parameters = one.z.size();
-        Eigen::VectorXd z = Eigen::VectorXd::Zero(unknowns);
-        z.head(parameters) = one.z;
-        diagnose::Path path;
-        if (!follow(problem, z.data(), diagnose::Want::everything, path)) return expected;
-        columns[i] = blocks->means(path.jacobian.data(), problem.unknowns().size());
-        columns[i].leftCols(parameters) *= one.spread;
-        if (i == 0) {
-          shifts = Eigen::MatrixXd::Zero(columns[i].rows(), static_cast<Eigen::Index>(n));
-          state_noise.emplace(problem, *blocks, z.data(), path);
-          state_noise->set(question.forcing);
-          double widest = 0.0;
-          for (std::size_t r = 0; r < blocks->rows().size(); ++r) {
-            const plant::ChannelId c = blocks->rows()[r].channel;
-            if (system.channels()[c].driven_by)
-              widest = std::max(widest, columns[i].row(static_cast<Eigen::Index>(r)).head(parameters).norm() * question.noise[c]);
-          }
-          margin_K = 2.0 * widest;
+      const auto unknowns = static_cast<Eigen::Index>(problem.unknowns().size()), parameters = one.z.size();
+      Eigen::VectorXd z = Eigen::VectorXd::Zero(unknowns);
+      z.head(parameters) = one.z;
+      diagnose::Path path;
+      if (!follow(problem, z.data(), i == 0 ? diagnose::Want::everything : diagnose::Want::derivatives, path)) return expected;
+      columns[i] = blocks->means(path.jacobian.data(), problem.unknowns().size());
+      columns[i].leftCols(parameters) *= one.spread;
+      if (i == 0) {
+        shifts = Eigen::MatrixXd::Zero(columns[i].rows(), static_cast<Eigen::Index>(n));
+        state_noise.emplace(problem, *blocks, z.data(), path);
+        state_noise->set(question.forcing);
+        double widest = 0.0;
+        for (std::size_t r = 0; r < blocks->rows().size(); ++r) {
+          const plant::ChannelId c = blocks->rows()[r].channel;
+          if (system.channels()[c].driven_by)
+            widest = std::max(widest, columns[i].row(static_cast<Eigen::Index>(r)).head(parameters).norm() * question.noise[c]);
         }
-        shifts.col(static_cast<Eigen::Index>(i)) = blocks->means(path.residuals.data(), 1).col(0);
-        state_noise->whiten(columns[i]);
-      } else {
-        std::vector<double> residuals;
-        for (const diagnose::Row& row : problem.rows()) {
-          const double difference =
-              diagnose::measured(own.samples[row.sample], row.channel) - diagnose::measured(measured.samples[row.sample], row.channel);
-          residuals.push_back(difference / question.noise[row.channel]);
-        }
-        shifts.col(static_cast<Eigen::Index>(i)) = blocks->means(residuals.data(), 1).col(0);
+        margin_K = 2.0 * widest;
       }
+      shifts.col(static_cast<Eigen::Index>(i)) = blocks->means(path.residuals.data(), 1).col(0);
+      state_noise->whiten(columns[i]);
     }
     if (!safe || highest + margin_K > limit) continue;
     state_noise->whiten(shifts);
@@ -292,10 +256,8 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = 0; j < i; ++j) {
         const auto a = static_cast<Eigen::Index>(i), b = static_cast<Eigen::Index>(j);
-        const Eigen::MatrixXd& first = columns[i].size() > 0 ? columns[i] : columns[0];
-        const Eigen::MatrixXd& second = columns[j].size() > 0 ? columns[j] : columns[0];
-        Eigen::MatrixXd both(first.rows(), first.cols() + second.cols());
-        both << std::sqrt(0.5) * first, std::sqrt(0.5) * second;
+        Eigen::MatrixXd both(columns[i].rows(), columns[i].cols() + columns[j].cols());
+        both << std::sqrt(0.5) * columns[i], std::sqrt(0.5) * columns[j];
         const Eigen::VectorXd difference = shifts.col(a) - shifts.col(b);
         const Eigen::VectorXd along = both.transpose() * difference;
         Eigen::MatrixXd information = both.transpose() * both;
@@ -312,6 +274,7 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
         }
       }
     for (std::size_t i = 0; i < n; ++i) {
+      expected.from_first.push_back(std::sqrt(distance(static_cast<Eigen::Index>(i), 0)));
       double overlap = 0.0;
       for (std::size_t j = 0; j < n; ++j)
         overlap += question.alternatives[j].probability / question.mass *

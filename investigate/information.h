@@ -12,9 +12,9 @@
 //   I = - sum_i p_i log sum_j p_j exp(-d_ij^2 / 8 k)
 //
 // with Bhattacharyya's distance for equal covariances, and k of belief.h. An effect that no recording could have shown is an answer, too:
-// the most probable plant with it at its usual strength, and its parameters where a fit would have moved them beside it. So the same
-// number asks what would make visible what this limb may have. Where "something else" is probable, effects of the catalogue stand in for
-// it, equally likely: what would show many of them shows more of what is in none.
+// the most probable plant with it at its usual strength, and all else fitted again beside it. So the same number asks what would make
+// visible what this limb may have. Where "something else" is probable, effects of the catalogue stand in for it, equally likely: what would
+// show many of them shows more of what is in none.
 //
 // Source: Kolchinsky, Tracey 2017, Entropy 19:361 (the bound); Box, Hill 1967, Technometrics 9:57 (experiments that discriminate).
 #pragma once
@@ -28,21 +28,19 @@ struct Alternative {
   std::string key;
   double probability = 0.0;
   plant::Plant model;
-  // Of an answer that was fitted: its problem's centres and parameters, where it ended, and a factor of the covariance there. Of one that
-  // was not: null, and its parameters are as uncertain as the most probable one's.
-  const diagnose::Explanation* fitted = nullptr;
-  Eigen::VectorXd z;
-  Eigen::MatrixXd spread;
+  std::shared_ptr<const diagnose::Explanation> fitted;
+  Eigen::VectorXd z;       // of its parameters, where the fit ended
+  Eigen::MatrixXd spread;  // a factor of their covariance there
 };
 
 struct Question {
-  std::vector<Alternative> alternatives;  // the first is the most probable that was fitted
+  std::vector<Alternative> alternatives;  // the first is the most probable of those that the diagnosis fitted
   diagnose::ForcingSize forcing;
   diagnose::PerChannel noise;
   plant::NumericalSettings numerics;
   double exaggeration = 1.0;
   double mass = 0.0;  // probability of all alternatives
-  // When the first recording began, and when the experiment would, on the recordings' clock; none: they say no times.
+  // On the recordings' clock, when the first one began and the last one ended: the experiment begins no earlier. None: they say no times.
   std::optional<double> counted_from_s, begins_s;
   double entropy_nat() const;  // of the alternatives, times `mass`
 };
@@ -55,12 +53,13 @@ inline constexpr double longest_cooling_s = 150.0;  // at the end of a programme
 
 // What a limb that is heated may bear: limits.h of hil/, and the states' own.
 struct Expected {
-  bool possible = false;         // within the limits, after the level was lowered where it must be
-  Programme programme;           // with that level, and time to cool
-  double information_nat = 0.0;  // expected fall of the entropy
-  double highest_degC = 0.0;     // of all coils in all alternatives, with two standard deviations of what is not known of the parameters
-  std::string apart, from;       // the two alternatives that it separates most, weighted by their probabilities
-  double separation = 0.0;       // d_ij of these
+  bool possible = false;           // within the limits, after the level was lowered where it must be
+  Programme programme;             // with that level, and time to cool
+  double information_nat = 0.0;    // expected fall of the entropy
+  double highest_degC = 0.0;       // of all coils in all alternatives, with two standard deviations of what is not known of the parameters
+  std::string apart, from;         // the two alternatives that it separates most, weighted by their probabilities
+  double separation = 0.0;         // d_ij of these
+  std::vector<double> from_first;  // d_0j of all alternatives
   double per_minute() const { return programme.duration_s() > 0.0 ? 60.0 * information_nat / programme.duration_s() : 0.0; }
 };
 

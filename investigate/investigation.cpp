@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr double least_used_s = 20.0;        // of a recording that is diagnosed
 constexpr double least_experiment_s = 45.0;  // that must be left of the budget for another one
 constexpr double idle_share = 0.1;
+constexpr double told_apart = 1.0;            // standard deviations: an experiment that sets two answers less apart tells nothing of them
 constexpr double longest_babbling_s = 300.0;  // of one recording
 constexpr int most_draws = 50;                // of a programme by chance, until one is within the limits
 
@@ -195,22 +196,24 @@ class Investigator {
     diagnosis_settings.search.threads = settings_.threads;
     diagnosis_settings.search.fit.should_stop = hooks_.should_stop;
     const std::string of = std::to_string(recordings.size()) + (recordings.size() == 1 ? " recording" : " recordings");
-    diagnosis_settings.search.progress = [&](double share, const std::string& doing) { tell(0.85 * share, of + ": " + doing); };
+    diagnosis_settings.search.progress = [&](double share, const std::string& doing) { tell(0.75 * share, of + ": " + doing); };
     const diagnose::Diagnosis diagnosis = diagnose::diagnose(nominal_, recordings, {}, diagnosis_settings);
-    const Belief belief = belief_of(diagnosis, settings_.diagnosis);
+    tell(0.8, of + ": what may be there though it is not named");
+    const Belief belief = belief_of(diagnosis, diagnosis_settings);
     last.after = believed(belief, diagnosis);
     const double left_s = this->left_s();
-    const bool enough = belief.first().probability >= settings_.probability && belief.first().kind != Kind::something_else;
+    const bool an_answer = belief.first().kind == Kind::nothing || belief.first().kind == Kind::named;
+    const bool enough = an_answer && belief.first().probability >= settings_.probability;
     // That nothing is missing is no answer while experiments may yet show what no recording could.
-    if (enough && (belief.first().kind != Kind::nothing || belief.not_yet_seen().empty())) {
+    if (enough && (belief.first().kind != Kind::nothing || std::ranges::none_of(belief.all, Belief::may_yet_show))) {
       if (hooks_.computing) hooks_.computing(false);
-      resolve(belief, diagnosis.search.core.system());
+      resolve(belief);
       return told();
     }
     if (left_s < least_experiment_s) {
       if (hooks_.computing) hooks_.computing(false);
       if (enough) {
-        resolve(belief, diagnosis.search.core.system());
+        resolve(belief);
         return told();
       }
       state_.ending = Ending::budget;
@@ -225,7 +228,7 @@ class Investigator {
       babble_on();
       return save();
     }
-    const Question question = question_of(diagnosis, belief, settings_.diagnosis);
+    const Question question = question_of(diagnosis, belief, diagnosis_settings);
     if (settings_.use == Use::random) {
       told();
       draw(question, diagnosis);
@@ -240,13 +243,14 @@ class Investigator {
     design_settings.longest_s = left_s;
     design_settings.threads = settings_.threads;
     design_settings.should_stop = hooks_.should_stop;
-    design_settings.progress = [&](double share) { tell(0.85 + 0.15 * share, "simulating experiments"); };
+    design_settings.progress = [&](double share) { tell(0.9 + 0.1 * share, "simulating experiments"); };
     const Design designed = design(question, design_settings);
     if (hooks_.computing) hooks_.computing(false);
     const bool none_tells = !designed.best.possible || designed.best.information_nat <= settings_.least_share * designed.before_nat ||
                             idle() >= settings_.most_idle;
     if (enough && none_tells) {
-      resolve(belief, diagnosis.search.core.system());
+      resolve(belief);
+      if (designed.best.possible) ask_beside_nothing(question, designed);
       return told();
     }
     if (!designed.best.possible && left_s < settings_.longest_s + longest_cooling_s) {
@@ -363,20 +367,20 @@ class Investigator {
       if (one.kind == Kind::something_else) measure_at(diagnosis.located.place);
     }
   }
-  void resolve(const Belief& belief, const plant::System& system) {
+  void resolve(const Belief& belief) {
     state_.ending = Ending::resolved;
     state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
-    if (belief.first().kind == Kind::nothing) ask_beside_nothing(belief, system);
   }
   // That nothing is missing says nothing of what no duty can show.
-  void ask_beside_nothing(const Belief& belief, const plant::System& system) {
-    if (belief.never.empty()) return;
+  void ask_beside_nothing(const Question& question, const Design& designed) {
+    const plant::System& system = question.alternatives.front().model.system();
     std::string names;
-    for (const plant::EffectId e : belief.never) {
-      names += (names.empty() ? "" : ", ") + std::string(system.effects()[e].name);
-      measure_at(system.effects()[e].place);
+    for (std::size_t j = 1; j < question.alternatives.size(); ++j) {
+      if (designed.farthest[j] >= told_apart) continue;
+      names += (names.empty() ? "" : ", ") + question.alternatives[j].key;
+      measure_at(system.effects()[system.effect(question.alternatives[j].key)].place);
     }
-    state_.ending_words += " That is of what duty can show: whether there is " + names + " cannot be told by duty.";
+    if (!names.empty()) state_.ending_words += " That is of what duty can show: whether there is " + names + " cannot be told by duty.";
   }
 
   Investigation& state_;

@@ -8,6 +8,7 @@
 #include "investigate/information.h"
 #include "plant/systems.h"
 #include "sim/simulation.h"
+#include "tests/diagnose/one_limb.h"
 
 namespace {
 
@@ -75,6 +76,47 @@ TEST_CASE("programme by chance: one number one shape, others other ones, all wit
   CHECK(coils.size() == 2);
   CHECK(levels.size() > 50);
   CHECK(random_shape(limb.system(), 45.0, 1, 0).drive_s <= 45.0);
+}
+
+TEST_CASE("information: an answer that is the most probable one again is no distance from it, wherever the room is; another one is") {
+  // A room 4 K warmer than the plant believes: where the experiment is believed to begin is not where it rests.
+  plant::Plant warm = limb;
+  warm.set_in_file_units(limb.system().parameter("ambient_temperature_degC"), 29.0);
+  const testing::FittedCore core(testing::babbling(60.0, warm));
+  REQUIRE(core.core.usable);
+  // With so much latent heat, and all else fitted beside it.
+  const auto with_latent_heat = [&](double latent_heat_J) {
+    plant::Plant with = diagnose::with_effect(core.core.problem->centres(), testing::effect("latent_heat"));
+    with.set_in_file_units(testing::parameter("latent_heat.latent_heat_J"), latent_heat_J);
+    with.set_own_deviation(testing::parameter("latent_heat.latent_heat_J"), 0.0);
+    return std::make_shared<const diagnose::Explanation>(explain(with, core.data, core.core.as_guess(), core.settings));
+  };
+  const auto alternative_of = [](std::shared_ptr<const diagnose::Explanation> fitted) {
+    Alternative one;
+    one.probability = 0.5;
+    one.model = fitted->model();
+    const auto parameters = static_cast<Eigen::Index>(fitted->problem->parameters().size());
+    one.z = fitted->z.head(parameters);
+    one.spread = 0.01 * Eigen::MatrixXd::Identity(parameters, parameters);
+    one.fitted = std::move(fitted);
+    return one;
+  };
+  const auto expected_against = [&](double latent_heat_J) {
+    Question question;
+    question.alternatives = {alternative_of(std::make_shared<const diagnose::Explanation>(core.core)),
+                             alternative_of(with_latent_heat(latent_heat_J))};
+    question.forcing = core.core.forcing;
+    question.noise = testing::paper_noise;
+    question.numerics = core.settings.numerics;
+    question.mass = 1.0;
+    return expected_of(question, {Family::pulses_in_turn, 0, 0.3, 3.0, 7.0, 40.0}, 600.0);
+  };
+  const Expected same = expected_against(0.0), apart = expected_against(10.0);
+  REQUIRE(same.possible);
+  REQUIRE(apart.possible);
+  CHECK(same.separation < 0.1);
+  CHECK(same.information_nat < 1e-3);
+  CHECK(apart.separation > 10.0);
 }
 
 TEST_CASE("device limits: full duty for half a minute passes the on-time, short pulses do not") {
