@@ -210,12 +210,24 @@ class Investigator {
       resolve(belief);
       return told();
     }
+    const auto designed_within = [&](const Question& question, double longest_s) {
+      DesignSettings design_settings;
+      design_settings.longest_drive_s = std::min(settings_.longest_s, longest_s - 10.0);
+      design_settings.longest_s = longest_s;
+      design_settings.threads = settings_.threads;
+      design_settings.should_stop = hooks_.should_stop;
+      design_settings.progress = [&](double share) { tell(0.9 + 0.1 * share, "simulating experiments"); };
+      return design(question, design_settings);
+    };
+    const double any_s = settings_.longest_s + longest_cooling_s;  // if the budget did not end
     if (left_s < least_experiment_s) {
-      if (hooks_.computing) hooks_.computing(false);
       if (enough) {
-        resolve(belief);
-        return told();
+        resolve(belief);  // nothing is missing, or it would have ended above
+        const Question question = question_of(diagnosis, belief, diagnosis_settings);
+        ask_beside_nothing(question, designed_within(question, any_s));
       }
+      if (hooks_.computing) hooks_.computing(false);
+      if (enough) return told();
       state_.ending = Ending::budget;
       state_.ending_words =
           "The budget is used: " + sim::shortest(std::round(state_.spent_s())) + " s of " + sim::shortest(settings_.budget_s) + " s.";
@@ -238,22 +250,16 @@ class Investigator {
       state_.ending_words = "No programme that was drawn by chance stays within the limits.";
       return save();
     }
-    DesignSettings design_settings;
-    design_settings.longest_drive_s = std::min(settings_.longest_s, left_s - 10.0);
-    design_settings.longest_s = left_s;
-    design_settings.threads = settings_.threads;
-    design_settings.should_stop = hooks_.should_stop;
-    design_settings.progress = [&](double share) { tell(0.9 + 0.1 * share, "simulating experiments"); };
-    const Design designed = design(question, design_settings);
-    if (hooks_.computing) hooks_.computing(false);
+    const Design designed = designed_within(question, left_s);
     const bool none_tells = !designed.best.possible || designed.best.information_nat <= settings_.least_share * designed.before_nat ||
                             idle() >= settings_.most_idle;
     if (enough && none_tells) {
       resolve(belief);
-      if (designed.best.possible) ask_beside_nothing(question, designed);
-      return told();
+      ask_beside_nothing(question, designed.best.possible ? designed : designed_within(question, any_s));
     }
-    if (!designed.best.possible && left_s < settings_.longest_s + longest_cooling_s) {
+    if (hooks_.computing) hooks_.computing(false);
+    if (state_.ending) return told();
+    if (!designed.best.possible && left_s < any_s) {
       state_.ending = Ending::budget;
       state_.ending_words =
           "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment and its cooling.";
@@ -373,6 +379,7 @@ class Investigator {
   }
   // That nothing is missing says nothing of what no duty can show.
   void ask_beside_nothing(const Question& question, const Design& designed) {
+    if (!designed.best.possible) return;
     const plant::System& system = question.alternatives.front().model.system();
     std::string names;
     for (std::size_t j = 1; j < question.alternatives.size(); ++j) {

@@ -117,7 +117,7 @@ def test_nothing_concealed():
     first = one["recordings"][0]["believed"]
     check("nothing is missing, but 40 s could not show a room that warms: it is asked for", result.returncode == 0
           and first["answers"][0]["key"] == "nothing" and first["answers"][0]["probability"] > 0.7
-          and first["could_not_be_seen"] == ["ambient_drift"] and len(one["recordings"]) > 1, said(result) + json.dumps(first))
+          and "ambient_drift" in first["could_not_be_seen"] and len(one["recordings"]) > 1, said(result) + json.dumps(first))
     arguments[arguments.index("--budget") + 1] = "60s"
     arguments[arguments.index("--longest") + 1] = "40"
     arguments[arguments.index("--out") + 1] = "gain"
