@@ -384,7 +384,7 @@ class Investigator {
     std::string names;
     for (std::size_t j = 1; j < question.alternatives.size(); ++j) {
       if (designed.farthest[j] >= told_apart) continue;
-      names += (names.empty() ? "" : ", ") + question.alternatives[j].key;
+      names += (names.empty() ? "" : " or ") + question.alternatives[j].key;
       measure_at(system.effects()[system.effect(question.alternatives[j].key)].place);
     }
     if (!names.empty()) state_.ending_words += " That is of what duty can show: whether there is " + names + " cannot be told by duty.";
