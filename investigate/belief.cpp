@@ -25,7 +25,7 @@ std::string key_of(const plant::System& system, const std::vector<plant::EffectI
 
 // Of something against nothing, by the gain in log evidence; what is beyond doubt need not overflow.
 double odds(double gain, double divisor, std::size_t effects) {
-  return std::exp(std::min(gain / divisor, 300.0)) / static_cast<double>(effects);
+  return std::exp(std::min(gain / divisor, 300.0)) / std::max(1.0, static_cast<double>(effects));
 }
 
 // In log posterior, from nothing to whatever explains most: names, laws, and the process noise that is there without them.

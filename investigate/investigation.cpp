@@ -255,7 +255,7 @@ class Investigator {
                             idle() >= settings_.most_idle;
     if (enough && none_tells) {
       resolve(belief);
-      ask_beside_nothing(question, designed.best.possible ? designed : designed_within(question, any_s));
+      ask_beside_nothing(question, left_s >= any_s ? designed : designed_within(question, any_s));
     }
     if (hooks_.computing) hooks_.computing(false);
     if (state_.ending) return told();

@@ -69,9 +69,9 @@ def read_tool():
     return tool
 
 
-def believed(*answers, ending="resolved", measure=()):
+def believed(*answers, answer_kind="named", ending="resolved", measure=()):
     state = {"probability": 0.95, "ending": {"why": ending}, "measure_instead": list(measure)}
-    return state, {"answers": [{"key": key, "probability": probability} for key, probability in answers]}
+    return state, {"answers": [{"key": key, "kind": answer_kind, "probability": probability} for key, probability in answers]}
 
 
 def test_scores(tool):
@@ -81,6 +81,7 @@ def test_scores(tool):
     for what, due, got in (
             ("the true name with what is asked", "right", score("cross_heating", ("cross_heating", 0.96), ("nothing", 0.04))),
             ("the true name with less", "not resolved", score("cross_heating", ("cross_heating", 0.94), ending="cannot_tell")),
+            ("the true name, which the diagnosis does not give", "not resolved", score("cross_heating", ("cross_heating", 0.99), answer_kind="unseen")),
             ("another name", "wrong", score("cross_heating", ("body_heat_storage", 0.95))),
             ("the true name and one more", "wrong", score("cross_heating", ("cross_heating+dry_friction", 0.99))),
             ("nothing, where something is", "wrong", score("cross_heating", ("nothing", 0.99))),
@@ -96,6 +97,7 @@ def test_scores(tool):
             ("gain: nothing, without a word of it", "wrong", score("thermocouple_heat_sink", ("nothing", 0.96))),
             ("gain: cannot tell, and something else to measure", "not resolved",
              score("thermocouple_heat_sink", ("nothing", 0.6), ending="cannot_tell", measure=["the angle by a camera"])),
+            ("gain: its name", "right", score("thermocouple_heat_sink", ("thermocouple_heat_sink", 0.96))),
             ("gain: the budget is used", "not resolved", score("thermocouple_heat_sink", ("nothing", 0.6), ending="budget", measure=[wire]))):
         check(f"score: {what}: {due}", got == due, got)
     low, high = tool.wilson(9, 10)  # Brown, Cai, DasGupta 2001: by the formula, by hand
