@@ -45,11 +45,11 @@ diagnose::Guess nearest_to(const Explanation& base, const diagnose::Projection& 
 }
 
 std::shared_ptr<const Explanation> fitted(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect,
-                                          const diagnose::ExplanationSettings& settings) {
+                                          double strength_in_file_units, const diagnose::ExplanationSettings& settings) {
   const plant::System& system = base.system();
   const plant::ParameterId strength = system.effects()[effect].strength;
   plant::Plant centres = diagnose::with_effect(base.problem->centres(), effect);
-  centres.set_in_file_units(strength, system.parameters()[strength].declaration.typical);
+  centres.set_in_file_units(strength, strength_in_file_units);
   centres.set_own_deviation(strength, 0.0);
   diagnose::Guess guess = base.as_guess();
   guess.forcing = diagnose::small_forcing(system);
@@ -62,6 +62,18 @@ std::shared_ptr<const Explanation> fitted(const Explanation& base, const diagnos
     if (other.usable && (!best.usable || other.log_posterior > best.log_posterior)) best = std::move(other);
   }
   return best.usable ? std::make_shared<const Explanation>(std::move(best)) : nullptr;
+}
+
+// Where the strength may be on either side of its null, the likelier of the two.
+std::shared_ptr<const Explanation> fitted(const Explanation& base, const diagnose::Projection& so_far, plant::EffectId effect,
+                                          const diagnose::ExplanationSettings& settings) {
+  const plant::System& system = base.system();
+  const plant::Declaration& declared = system.parameters()[system.effects()[effect].strength].declaration;
+  auto one = fitted(base, so_far, effect, declared.typical, settings);
+  const double other_side = 2.0 * declared.null_value.value_or(0.0) - declared.typical;
+  if (!declared.null_value || other_side < declared.range.lowest || other_side > declared.range.highest) return one;
+  auto other = fitted(base, so_far, effect, other_side, settings);
+  return !one || (other && other->log_evidence > one->log_evidence) ? other : one;
 }
 
 }  // namespace

@@ -54,6 +54,20 @@ TEST_CASE("usual strength: a body that is there fits at least as well as none, t
   CHECK(root * score.root - 0.5 * root * root < -100.0);
 }
 
+TEST_CASE("usual strength: of a strength that may have either sign, the likelier one: a room that cools is not taken for one that warms") {
+  const plant::EffectId drift = testing::effect("ambient_drift");
+  const plant::ParameterId rate = testing::limb_system().effects()[drift].strength;
+  plant::Plant cooling = diagnose::with_effect(plant::default_plant(), drift);
+  cooling.set_in_file_units(rate, -testing::limb_system().parameters()[rate].declaration.typical);
+  const testing::FittedCore core(noisy_babbling(cooling));
+  REQUIRE(core.core.usable);
+  diagnose::SearchSettings settings;
+  settings.fit = core.settings;
+  const auto fits = at_usual_strength(core.core, {drift}, settings).with;
+  REQUIRE(fits[0]);
+  CHECK(fits[0]->model().get(rate) == cooling.get(rate));
+}
+
 TEST_CASE("belief: where nothing is missing it is that, or what this recording could not have shown" * long_when_sanitized) {
   plant::Plant limb = plant::default_plant();
   limb.set(testing::parameter("heat_loss_A_W_K"), 0.043);
