@@ -37,7 +37,8 @@ struct Hypothesis {
   std::vector<plant::EffectId> effects;  // beyond the plant as given
   std::string key;                       // "nothing", "latent_heat", "latent_heat+dry_friction", "something else"
   double probability = 0.0;
-  std::shared_ptr<const diagnose::Explanation> fitted{};  // of one that is not named: with it, at its usual strength
+  std::shared_ptr<const diagnose::Explanation>
+      fitted{};  // of one that is not named: with it, at its usual strength; of the diagnosis' recordings
 };
 
 struct Belief {

@@ -22,7 +22,7 @@ struct Design {
   Expected best;  // not possible where nothing is
   double before_nat = 0.0;
   std::size_t tried = 0;
-  // Of each alternative, the farthest that any programme sets it apart from the first.
+  // Of each alternative, the farthest that any programme that was tried sets it apart from the first.
   std::vector<double> farthest;
   // Most that any programme would tell, whatever its time.
   double most_nat = 0.0;

@@ -25,11 +25,11 @@ constexpr int most_lowerings = 14;
 constexpr double lowering = 0.88;
 constexpr std::size_t most_stand_ins = 6;  // for something else
 
-// Effects beyond the plant as given.
+// Effects beyond the plant as given; laws, which its System may not have, too.
 std::vector<plant::EffectId> added(const Explanation& explanation, const Explanation& core) {
   std::vector<plant::EffectId> effects;
   for (const plant::EffectId e : explanation.effects())
-    if (!core.problem->centres().is_on(e)) effects.push_back(e);
+    if (e.index >= core.system().effects().size() || !core.problem->centres().is_on(e)) effects.push_back(e);
   std::sort(effects.begin(), effects.end());
   return effects;
 }
