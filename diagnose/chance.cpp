@@ -84,7 +84,9 @@ ProcessNoiseByChance process_noise_by_chance(const Explanation& found, double pr
       }
       std::vector<FitData> instead = data;
       for (std::size_t r = 0; r < data.size(); ++r) instead[r].recording = &recordings[r];
-      Explanation again = explain(found.problem->centres(), instead, found.as_guess(), shortly);
+      Guess guess = found.as_guess();
+      guess.course = nullptr;  // of other air
+      Explanation again = explain(found.problem->centres(), instead, guess, shortly);
       if (again.usable && again.process_noise >= process_noise)
         if (const Explanation whole = explain(found.problem->centres(), instead, again.as_guess(), settings); whole.usable) again = whole;
       drawn[i] = again.usable ? again.process_noise : process_noise;

@@ -4,11 +4,19 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "diagnose/calibrate.h"
 
 namespace sinew::diagnose {
 namespace {
+
+// Linear equations about a path without forcings miss that these may push the plant over a corner. Where an explanation is off by more
+// than so many deviations of what it should be, it is asked whether they did; unless each reading is off by so much, in squared
+// deviations: no air does that.
+constexpr double surely_off = 3.0;
+constexpr double most_off = 10.0;
+constexpr int most_courses = 4;
 
 // W times columns of block rows, in place.
 using Whiten = std::function<void(Eigen::Ref<Eigen::MatrixXd> columns)>;
@@ -25,7 +33,7 @@ void whiten_by_count(const Blocks& blocks, Eigen::Ref<Eigen::MatrixXd> columns) 
 class Fit {
  public:
   // `want`: what is followed at each step, with the Jacobian.
-  Fit(const FitProblem& problem, const Blocks& blocks, Want want) : problem_(problem), blocks_(blocks), want_(want) {
+  Fit(FitProblem& problem, const Blocks& blocks, Want want) : problem_(problem), blocks_(blocks), want_(want) {
     for (const Unknown& u : problem.unknowns()) {
       low_.push_back(u.coordinate_of(u.lowest));
       high_.push_back(u.coordinate_of(u.highest));
@@ -45,7 +53,18 @@ class Fit {
   bool begin(const Eigen::VectorXd& z) {
     z_ = z;
     damping_ = 1e-3;
-    return follow(problem_, z_.data(), want_, path_);
+    if (!follow(problem_, z_.data(), want_, path_)) return false;
+    linearise();
+    return true;
+  }
+
+  // What the course does to the residuals, along the path as it is now.
+  void linearise() {
+    const auto& course = problem_.course();
+    if (!course) return;
+    auto now = std::make_shared<Course>(Course{course->states, course->pushes, response_to(problem_, path_, course->pushes)});
+    for (std::size_t i = 0; i < path_.residuals.size(); ++i) path_.residuals[i] += course->response[i] - now->response[i];
+    problem_.set_course(std::move(now));
   }
 
   const Eigen::VectorXd& z() const { return z_; }
@@ -123,7 +142,7 @@ class Fit {
     return 0.5 * (residual.squaredNorm() + z.squaredNorm()) + 0.5 * problem_.order_residuals(z.data(), nullptr).squaredNorm();
   }
 
-  const FitProblem& problem_;
+  FitProblem& problem_;
   const Blocks& blocks_;
   Want want_;
   std::vector<double> low_, high_;
@@ -157,6 +176,7 @@ Guess Explanation::as_guess() const {
   for (std::size_t u = 0; u < problem->unknowns().size(); ++u) guess.values[problem->unknowns()[u].name] = value(u);
   guess.forcing = forcing;
   guess.idle_before = problem->idle_before();
+  guess.course = problem->course();
   return guess;
 }
 
@@ -264,79 +284,160 @@ Explanation explain(const plant::Plant& centres, const std::vector<FitData>& dat
 
 namespace {
 
+// One explanation in the making.
+class Explainer {
+ public:
+  Explainer(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess, const ExplanationSettings& settings)
+      : settings_(settings),
+        problem_(std::make_shared<FitProblem>(centres,
+                                              settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres), data,
+                                              settings.start, settings.numerics)),
+        blocks_(std::make_shared<Blocks>(*problem_)),
+        fit_(*problem_, *blocks_, settings.least_squares ? Want::derivatives : Want::everything),
+        free_(settings.only_ordinary ? ordinary_free(centres.system()) : all_free(centres.system())),
+        size_(settings.least_squares  ? no_forcing(centres.system())
+              : guess.forcing.empty() ? forcing_to_begin_with(centres.system())
+                                      : guess.forcing) {
+    problem_->set_idle_before(guess.idle_before);
+    if (!settings.least_squares) problem_->set_course(guess.course);
+    for (const plant::EntryGroupId g : size_.ids())
+      if (!free_[g]) size_[g] = 0.0;
+    found_.of.problem = problem_;
+    found_.of.blocks = blocks_;
+    found_.of.log_posterior = none;
+  }
+
+  Explanation run(const Guess& guess) {
+    if (!fit_.begin(fit_.clamped(coordinates_of(guess, *problem_), 1e-3))) return found_.of;
+    fit();
+    if (found_.of.log_posterior == none) return found_.of;
+    weigh_by_surroundings();
+    const auto rows = static_cast<double>(blocks_->rows().size());
+    if (found_.noise && !settings_.varying && found_.of.misfit > surely_off * std::sqrt(2.0 * rows) && found_.of.misfit < most_off * rows)
+      follow_courses();
+    problem_->set_course(found_.course);
+    weigh_freedom();
+    return std::move(found_.of);
+  }
+
+ private:
+  static constexpr double none = -1e300;  // log posterior of no explanation
+
+  // An explanation, and what belongs to it.
+  struct Found {
+    Explanation of;
+    Eigen::MatrixXd sensitivity;  // whitened
+    std::shared_ptr<StateNoise> noise;
+    std::shared_ptr<const Course> course;  // along which it holds
+  };
+
+  void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const { noise_ ? noise_->whiten(columns) : whiten_by_count(*blocks_, columns); }
+
+  // Unknowns and sizes of forcings in turn, from where the fit is; what is likelier than what was found replaces it.
+  void fit() {
+    const Whiten by_noise = [this](Eigen::Ref<Eigen::MatrixXd> columns) { whiten(columns); };
+    for (int round = 0; round <= settings_.most_rounds; ++round) {
+      const Eigen::VectorXd residual = fit_.residual();
+      if (!settings_.least_squares) {
+        VaryingPush push;
+        if (settings_.varying && !varying_push(*problem_, fit_.z().data(), *settings_.varying, push)) break;
+        noise_ =
+            std::make_shared<StateNoise>(*problem_, *blocks_, fit_.z().data(), fit_.path(), settings_.varying ? &push : nullptr, free_);
+        if (found_.noise && settings_.varying) noise_->set(size_, found_.of.varying_size);
+        size_ = noise_->maximise(residual, size_, free_, round == settings_.most_rounds ? 1.3 : 1.6, settings_.only_ordinary);
+      }
+      Eigen::MatrixXd whitened = residual;
+      whiten(whitened);
+      const double likelihood = -0.5 * (whitened.squaredNorm() + (noise_ ? noise_->log_determinant() : 0.0));
+      const double posterior =
+          likelihood - 0.5 * fit_.z().squaredNorm() - 0.5 * problem_->order_residuals(fit_.z().data(), nullptr).squaredNorm();
+      const double gained = posterior - found_.of.log_posterior;
+      if (gained > 0.0) {
+        found_.of.z = fit_.z();
+        found_.of.residual = residual;
+        found_.of.forcing = size_;
+        found_.of.varying_size = noise_ ? noise_->varying_size() : 0.0;
+        found_.of.log_likelihood = likelihood;
+        found_.of.log_posterior = posterior;
+        found_.sensitivity = fit_.whitened_jacobian(by_noise);
+        found_.noise = noise_;
+        found_.course = problem_->course();
+      }
+      if (gained < settings_.enough || round == settings_.most_rounds) break;
+      fit_.improve(by_noise, settings_.iterations_per_round, settings_.enough, settings_.should_stop);
+      fit_.linearise();
+    }
+  }
+
+  void weigh_by_surroundings() {
+    if (!found_.noise) return;
+    Explanation& of = found_.of;
+    const FreeForcings surroundings = nuisance_free(of.system());
+    static_cast<void>(found_.noise->maximise(of.residual, sizes_to_begin_with(of, surroundings), surroundings, 1.3));
+    of.process_noise = 2.0 * (of.log_likelihood - found_.noise->log_likelihood(of.residual));
+    Eigen::MatrixXd whitened = of.residual;
+    found_.noise->whiten(whitened);
+    of.misfit = whitened.squaredNorm() - static_cast<double>(blocks_->rows().size());
+  }
+
+  // The path follows the likeliest course of the forcings, the equations are linear about that, and it is fitted again: until that changes
+  // nothing. The likeliest of these is what was found.
+  void follow_courses() {
+    Found likeliest = found_;
+    for (int k = 0; k < most_courses && move_to_its_course(); ++k) {
+      const double before = std::exchange(found_.of.log_posterior, none);
+      size_ = found_.of.forcing;
+      fit();
+      if (found_.of.log_posterior == none) break;
+      weigh_by_surroundings();
+      if (found_.of.log_posterior > likeliest.of.log_posterior) likeliest = found_;
+      if (std::abs(found_.of.log_posterior - before) < settings_.enough) break;
+    }
+    found_ = std::move(likeliest);
+  }
+
+  bool move_to_its_course() {
+    problem_->set_course(found_.course);
+    const double* z = found_.of.z.data();
+    Path path;
+    if (!follow(*problem_, z, Want::points, path)) return false;
+    found_.noise->set(found_.of.forcing);
+    Course next{.states = {},
+                .pushes = found_.noise->pushes(found_.of.residual, *problem_, z, path),
+                .response = std::vector<double>(problem_->rows().size(), 0.0)};
+    for (const plant::StateInfo& state : problem_->centres().states()) next.states.push_back(state.key);
+    problem_->set_course(std::make_shared<const Course>(std::move(next)));
+    return fit_.begin(found_.of.z);
+  }
+
+  // Laplace.
+  void weigh_freedom() {
+    Explanation& of = found_.of;
+    const auto n = static_cast<Eigen::Index>(problem_->unknowns().size());
+    Eigen::MatrixXd information = found_.sensitivity.transpose() * found_.sensitivity + Eigen::MatrixXd::Identity(n, n);
+    FitProblem::RowMajor order_jacobian;
+    if (problem_->order_residuals(of.z.data(), &order_jacobian).any()) information += order_jacobian.transpose() * order_jacobian;
+    const Eigen::LLT<Eigen::MatrixXd> factor(information);
+    of.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
+    double log_determinant = 0.0;
+    for (Eigen::Index i = 0; i < n; ++i) log_determinant += 2.0 * std::log(factor.matrixL()(i, i));
+    of.log_evidence = of.log_posterior - 0.5 * log_determinant;
+    of.usable = std::isfinite(of.log_evidence);
+  }
+
+  const ExplanationSettings& settings_;
+  const std::shared_ptr<FitProblem> problem_;
+  const std::shared_ptr<Blocks> blocks_;
+  Fit fit_;
+  const FreeForcings free_;
+  ForcingSize size_;
+  std::shared_ptr<StateNoise> noise_;  // along the fit's path; null in least squares
+  Found found_;
+};
+
 Explanation explain_as_begun(const plant::Plant& centres, const std::vector<FitData>& data, const Guess& guess,
                              const ExplanationSettings& settings) {
-  Explanation result;
-  const auto made =
-      std::make_shared<FitProblem>(centres, settings.only_start ? std::vector<plant::ParameterId>{} : fittable_parameters(centres), data,
-                                   settings.start, settings.numerics);
-  made->set_idle_before(guess.idle_before);
-  result.problem = made;
-  const FitProblem& problem = *result.problem;
-  result.blocks = std::make_shared<Blocks>(problem);
-  const Blocks& blocks = *result.blocks;
-  const auto n = static_cast<Eigen::Index>(problem.unknowns().size());
-  Fit fit(problem, blocks, settings.least_squares ? Want::derivatives : Want::everything);
-  if (!fit.begin(fit.clamped(coordinates_of(guess, problem), 1e-3))) return result;
-
-  result.log_posterior = -1e300;
-  Eigen::MatrixXd sensitivity;
-  std::shared_ptr<StateNoise> noise, best;  // null in least squares
-  const Whiten whiten = [&](Eigen::Ref<Eigen::MatrixXd> columns) { noise ? noise->whiten(columns) : whiten_by_count(blocks, columns); };
-  const FreeForcings free = settings.only_ordinary ? ordinary_free(result.system()) : all_free(result.system());
-  ForcingSize size = settings.least_squares  ? no_forcing(result.system())
-                     : guess.forcing.empty() ? forcing_to_begin_with(result.system())
-                                             : guess.forcing;
-  for (const plant::EntryGroupId g : size.ids())
-    if (!free[g]) size[g] = 0.0;
-  for (int round = 0; round <= settings.most_rounds; ++round) {
-    const Eigen::VectorXd residual = fit.residual();
-    if (!settings.least_squares) {
-      VaryingPush push;
-      if (settings.varying && !varying_push(problem, fit.z().data(), *settings.varying, push)) break;
-      noise = std::make_shared<StateNoise>(problem, blocks, fit.z().data(), fit.path(), settings.varying ? &push : nullptr, free);
-      if (best && settings.varying) noise->set(size, result.varying_size);
-      size = noise->maximise(residual, size, free, round == settings.most_rounds ? 1.3 : 1.6, settings.only_ordinary);
-    }
-    Eigen::MatrixXd whitened = residual;
-    whiten(whitened);
-    const double likelihood = -0.5 * (whitened.squaredNorm() + (noise ? noise->log_determinant() : 0.0));
-    const double posterior =
-        likelihood - 0.5 * fit.z().squaredNorm() - 0.5 * problem.order_residuals(fit.z().data(), nullptr).squaredNorm();
-    const double gained = posterior - result.log_posterior;
-    if (gained > 0.0) {
-      result.z = fit.z();
-      result.residual = residual;
-      result.forcing = size;
-      result.varying_size = noise ? noise->varying_size() : 0.0;
-      result.log_likelihood = likelihood;
-      result.log_posterior = posterior;
-      sensitivity = fit.whitened_jacobian(whiten);
-      best = noise;
-    }
-    if (gained < settings.enough || round == settings.most_rounds) break;
-    fit.improve(whiten, settings.iterations_per_round, settings.enough, settings.should_stop);
-  }
-  if (result.log_posterior == -1e300) return result;
-  if (best) {
-    const FreeForcings surroundings = nuisance_free(result.system());
-    static_cast<void>(best->maximise(result.residual, sizes_to_begin_with(result, surroundings), surroundings, 1.3));
-    result.process_noise = 2.0 * (result.log_likelihood - best->log_likelihood(result.residual));
-    Eigen::MatrixXd whitened = result.residual;
-    best->whiten(whitened);
-    result.misfit = whitened.squaredNorm() - static_cast<double>(blocks.rows().size());
-  }
-
-  Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
-  FitProblem::RowMajor order_jacobian;
-  if (problem.order_residuals(result.z.data(), &order_jacobian).any()) information += order_jacobian.transpose() * order_jacobian;
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  result.covariance = factor.solve(Eigen::MatrixXd::Identity(n, n));
-  double log_determinant = 0.0;
-  for (Eigen::Index i = 0; i < n; ++i) log_determinant += 2.0 * std::log(factor.matrixL()(i, i));
-  result.log_evidence = result.log_posterior - 0.5 * log_determinant;
-  result.usable = std::isfinite(result.log_evidence);
-  return result;
+  return Explainer(centres, data, guess, settings).run(guess);
 }
 
 }  // namespace

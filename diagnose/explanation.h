@@ -26,6 +26,7 @@ struct Guess {
   std::map<std::string, double> values;
   ForcingSize forcing{};            // empty: forcing_to_begin_with
   std::vector<bool> idle_before{};  // FitProblem::idle_before
+  std::shared_ptr<const Course> course{};
 };
 
 // Where a guess is in a problem's coordinates; what it does not name at its prior's centre.

@@ -121,6 +121,27 @@ void FitProblem::add_start_unknowns(std::size_t recording, const std::vector<dou
   }
 }
 
+// What it does not name is not pushed.
+void FitProblem::set_course(const std::shared_ptr<const Course>& course) {
+  course_ = nullptr;
+  if (!course || course->response.size() != rows_.size() || course->pushes.size() != data_.size()) return;
+  for (std::size_t r = 0; r < data_.size(); ++r)
+    if (course->pushes[r].cols() + 1 != static_cast<Eigen::Index>(data_[r].sample_count)) return;
+  Course mine{.states = {}, .pushes = {}, .response = course->response};
+  for (const plant::StateInfo& state : states_) mine.states.push_back(state.key);
+  if (mine.states == course->states) {
+    course_ = course;
+    return;
+  }
+  for (const Eigen::MatrixXd& pushes : course->pushes) {
+    mine.pushes.emplace_back(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mine.states.size()), pushes.cols()));
+    for (std::size_t i = 0; i < mine.states.size(); ++i)
+      if (const auto there = std::find(course->states.begin(), course->states.end(), mine.states[i]); there != course->states.end())
+        mine.pushes.back().row(static_cast<Eigen::Index>(i)) = pushes.row(there - course->states.begin());
+  }
+  course_ = std::make_shared<const Course>(std::move(mine));
+}
+
 plant::Plant FitProblem::plant_at(const double* z) const {
   plant::Plant plant = centres_;
   // At a bound, rounding must not leave the range that a plant file may have.

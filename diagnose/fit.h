@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,6 +71,14 @@ struct Row {
   plant::ChannelId channel;
 };
 
+// A course that the forcings (state_noise.h) may have taken. Paths follow it instead of none, and what it does to the residuals to first
+// order is taken off again: they are what they were, but for what is not linear.
+struct Course {
+  std::vector<std::string> states;      // keys of those that it pushes
+  std::vector<Eigen::MatrixXd> pushes;  // of each recording: [states x samples less one], from a sample to the next; internal units
+  std::vector<double> response;         // [rows of the problem], in standard deviations of the sensors
+};
+
 class FitProblem {
  public:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -92,6 +101,9 @@ class FitProblem {
   // Where inputs act late, what was commanded before a recording acts in it: its first command, or nothing.
   void set_idle_before(std::vector<bool> idle) { idle_before_ = std::move(idle); }
   const std::vector<bool>& idle_before() const { return idle_before_; }  // empty: none
+  // None where it is of other states or samples.
+  void set_course(const std::shared_ptr<const Course>& course);
+  const std::shared_ptr<const Course>& course() const { return course_; }  // null: none
   void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) { data_[recording].deviation[channel] = deviation; }
   std::size_t residual_count() const { return rows_.size() + unknowns_.size() + orders_.size(); }
   // Rows of the pairs that physics orders, and their derivatives [orders x unknowns]; 0 where the order is kept.
@@ -116,6 +128,7 @@ class FitProblem {
   std::vector<FitData> data_;
   Beginnings start_;
   std::vector<bool> idle_before_;
+  std::shared_ptr<const Course> course_;
   plant::NumericalSettings numerics_;
   std::vector<Unknown> unknowns_;
   struct Order {

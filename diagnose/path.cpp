@@ -144,6 +144,7 @@ struct Follower {
   plant::Start start;
   plant::NumericalSettings numerics;
   plant::SensitivityRequest request;
+  const Eigen::MatrixXd* pushes;  // Course::pushes of the recording; null: none
 
   // visit(sample, reading, sensitivity of the readings [channels x columns]); points, where wanted, one a sample.
   using Visit = std::function<void(std::size_t, const std::vector<double>&, const Eigen::MatrixXd&)>;
@@ -159,6 +160,7 @@ struct Follower {
     plant::Integrator integrator(with_, start, numerics);
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
+      if (pushes && k > 0) integrator.move(pushes->col(static_cast<Eigen::Index>(k) - 1));
       visit(k, integrator.readings(), nothing);
       sim::command_sample(integrator, with_.system(), samples, k);
     }
@@ -300,6 +302,10 @@ struct Follower {
         }
         time_s = stop_s;
       }
+      if (!pushes) continue;
+      integrator.move(pushes->col(static_cast<Eigen::Index>(k)));
+      differentiator.at(integrator.situation(), integrator.state(), &at_end, &seen, &rate_end);
+      jumped = false;
     }
     return true;
   }
@@ -334,13 +340,20 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
     const std::size_t first_start = problem.first_start(r), states = problem.free_states(r).size();
-    const Follower follower{data, plant, problem.start_at(z, r), problem.numerics(), {problem.parameters(), problem.free_states(r)}};
+    const Course* course = problem.course().get();
+    const Follower follower{data,
+                            plant,
+                            problem.start_at(z, r),
+                            problem.numerics(),
+                            {problem.parameters(), problem.free_states(r)},
+                            course ? &course->pushes[r] : nullptr};
     const bool fine = follower.run(derivatives, points ? &path.points[r] : nullptr,
                                    [&](std::size_t k, const std::vector<double>& readings, const Eigen::MatrixXd& sensitivity) {
                                      for (const plant::ChannelId c : system.channels().ids()) {
                                        const double target = measured(data.recording->samples[k], c);
                                        if (std::isnan(target)) continue;
                                        path.residuals[row] = (shown(system, readings, c) - target) / data.deviation[c];
+                                       if (course) path.residuals[row] -= course->response[row];
                                        if (!path.jacobian.empty()) {
                                          double* out = path.jacobian.data() + row * unknowns;
                                          const double weight = 1.0 / (data.deviation[c] * system.channels()[c].unit.internal_per_unit);
@@ -359,9 +372,35 @@ bool follow(const FitProblem& problem, const double* z, Want want, Path& path) {
   return std::all_of(path.residuals.begin(), path.residuals.end(), [](double r) { return std::isfinite(r); });
 }
 
+std::vector<double> response_to(const FitProblem& problem, const Path& path, const std::vector<Eigen::MatrixXd>& pushes) {
+  const plant::System& system = problem.system();
+  std::vector<double> response;
+  response.reserve(problem.rows().size());
+  for (std::size_t r = 0; r < problem.data().size(); ++r) {
+    const FitData& data = problem.data()[r];
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(path.points[r].front().reading.cols());
+    for (std::size_t k = 0; k < data.sample_count; ++k) {
+      const PathPoint& point = path.points[r][k];
+      for (const plant::ChannelId c : system.channels().ids())
+        if (!std::isnan(measured(data.recording->samples[k], c)))
+          response.push_back(point.reading.row(static_cast<Eigen::Index>(c.index)).dot(moved) /
+                             (data.deviation[c] * system.channels()[c].unit.internal_per_unit));
+      if (k + 1 < data.sample_count) moved = (point.transition * moved + pushes[r].col(static_cast<Eigen::Index>(k))).eval();
+    }
+  }
+  return response;
+}
+
 bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Plant& with, const std::vector<plant::ParameterId>& parameters,
                     std::vector<double>& columns) {
   const plant::Plant without = problem.plant_at(z);
+  // The same recordings of that plant, for the course on its states.
+  std::shared_ptr<const Course> course;
+  if (problem.course()) {
+    FitProblem same(with, {}, problem.data(), problem.beginnings(), problem.numerics());
+    same.set_course(problem.course());
+    course = same.course();
+  }
   const plant::System& system = problem.system();
   columns.assign(problem.rows().size() * parameters.size(), 0.0);
   std::vector<double> scale;
@@ -373,7 +412,7 @@ bool sensitivity_to(const FitProblem& problem, const double* z, const plant::Pla
   for (std::size_t r = 0; r < problem.data().size(); ++r) {
     const FitData& data = problem.data()[r];
     const plant::Start start = carried_over(problem.start_at(z, r), without, with, *data.recording, problem.beginnings().counted_from_s);
-    const Follower follower{data, with, start, problem.numerics(), {parameters, {}}};
+    const Follower follower{data, with, start, problem.numerics(), {parameters, {}}, course ? &course->pushes[r] : nullptr};
     const bool fine = follower.run(true, nullptr, [&](std::size_t k, const std::vector<double>&, const Eigen::MatrixXd& sensitivity) {
       for (const plant::ChannelId c : system.channels().ids()) {
         if (std::isnan(measured(data.recording->samples[k], c))) continue;

@@ -37,6 +37,9 @@ enum class Want { residuals, derivatives, points, everything };  // derivatives:
 // False where the integration fails.
 bool follow(const FitProblem& problem, const double* z, Want want, Path& path);
 
+// What pushes on the states (Course::pushes, of the problem's plant) do to the rows, to first order along a path that has its points.
+std::vector<double> response_to(const FitProblem& problem, const Path& path, const std::vector<Eigen::MatrixXd>& pushes);
+
 // Columns of further parameters at a path, [rows x parameters], row-major, in the scale of their prior deviations (or, where
 // a parameter has none, of 1): `with` has them on, at their nulls or not; its states begin at rest but for what `start` of
 // the problem gives, and for what the recordings' clock says.

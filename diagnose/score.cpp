@@ -154,6 +154,7 @@ Scores score(const Explanation& at, const std::vector<plant::EffectId>& candidat
       // The problem with the effect on, all else as it is.
       FitProblem with(job.plant, problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
       with.set_idle_before(problem.idle_before());
+      with.set_course(problem.course());
       const Eigen::VectorXd z = coordinates_of(at.as_guess(), with);
       Path there;
       if (!follow(with, z.data(), Want::residuals, there)) return;

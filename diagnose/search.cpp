@@ -894,9 +894,13 @@ double as_good_as_nothing(const Explanation& core, const SearchSettings& setting
 }
 
 const Round& round_from(const Search& search, const Explanation& at) {
-  const auto found =
-      std::find_if(search.rounds.begin(), search.rounds.end(), [&](const Round& round) { return round.before.effects() == at.effects(); });
-  return found == search.rounds.end() ? search.rounds.back() : *found;
+  const std::vector<plant::EffectId> effects = at.effects();
+  const auto begins_within = [&](const Round& round) {
+    const std::vector<plant::EffectId> before = round.before.effects();
+    return std::all_of(before.begin(), before.end(), [&](plant::EffectId e) { return contains(effects, e); });
+  };
+  const auto last = std::find_if(search.rounds.rbegin(), search.rounds.rend(), begins_within);
+  return last == search.rounds.rend() ? search.rounds.front() : *last;
 }
 
 bool nothing_left(const Search& search, const SearchSettings& settings) {

@@ -95,7 +95,7 @@ bool is_own(const plant::System& system, const std::vector<plant::EffectId>& nam
 // The process noise below which an explanation leaves nothing, beside the core's.
 double as_good_as_nothing(const Explanation& core, const SearchSettings& settings);
 
-// The round that began with the effects of this explanation, the last one where none did: its scores say what else could be there.
+// The last round that began with effects of this explanation and no others: its scores say what else could be there.
 const Round& round_from(const Search& search, const Explanation& at);
 
 // Whether the best explanation leaves no more than noise.

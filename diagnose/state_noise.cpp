@@ -132,11 +132,11 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
              channels = static_cast<Eigen::Index>(system_.channels().size());
   const Eigen::Index all = padded_states_ + padded_forcings_, last = q - 1;
   Eigen::MatrixXd push = Eigen::MatrixXd::Zero(n, q), direct = Eigen::MatrixXd::Zero(channels, q);
+  push.leftCols(static_cast<Eigen::Index>(used_.size())) = constant_push(plant);
   std::vector<Eigen::Index> along_the_path;  // entries that push by what the path itself says
   for (std::size_t k = 0; k < used_.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
     const plant::Entry& entry = entries[used_[k]];
-    if (entry.state) push(static_cast<Eigen::Index>(entry.state->index), j) = entry.divided_by ? 1.0 / plant.get(*entry.divided_by) : 1.0;
     if (entry.channel) direct(static_cast<Eigen::Index>(entry.channel->index), j) = 1.0;
     if (entry.parameter) along_the_path.push_back(j);
   }
@@ -179,6 +179,15 @@ StateNoise::StateNoise(const FitProblem& problem, const Blocks& blocks, const do
     step.reading = reading.transpose();
     steps_.push_back(std::move(step));
   }
+}
+
+Eigen::MatrixXd StateNoise::constant_push(const plant::Plant& plant) const {
+  Eigen::MatrixXd push = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(states_), static_cast<Eigen::Index>(used_.size()));
+  for (std::size_t k = 0; k < used_.size(); ++k)
+    if (const plant::Entry& entry = system_.entries()[used_[k]]; entry.state)
+      push(static_cast<Eigen::Index>(entry.state->index), static_cast<Eigen::Index>(k)) =
+          entry.divided_by ? 1.0 / plant.get(*entry.divided_by) : 1.0;
+  return push;
 }
 
 template <class Work>
@@ -442,6 +451,35 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
         if (const std::size_t row = blocks_.blocks()[b].row[c]; row != Blocks::no_row)
           result.response(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(g.index)) =
               steps_[b].reading.col(static_cast<Eigen::Index>(c.index)).dot(driven);
+    }
+  }
+  return result;
+}
+
+// A residual is what the plant shows too much: so much of each forcing is taken off.
+std::vector<Eigen::MatrixXd> StateNoise::pushes(const Eigen::VectorXd& residual, const FitProblem& problem, const double* z,
+                                                const Path& path) const {
+  const Smoothed smoothed = smooth(residual);
+  Eigen::MatrixXd push = constant_push(problem.plant_at(z));
+  std::vector<Eigen::MatrixXd> result;
+  for (const FitData& data : problem.data())
+    result.emplace_back(static_cast<Eigen::Index>(states_), static_cast<Eigen::Index>(data.sample_count) - 1);
+  Eigen::VectorXd forcing(static_cast<Eigen::Index>(used_.size()));
+  for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
+    const Blocks::Block& block = blocks_.blocks()[b];
+    const auto& samples = problem.data()[block.recording].recording->samples;
+    for (std::size_t k = block.first_sample; k <= block.last_sample; ++k) {
+      const PathPoint& point = path.points[block.recording][k];
+      if (point.transition.size() == 0) continue;
+      // A block's state is that of its first sample; from there on forcings fade.
+      for (std::size_t e = 0; e < used_.size(); ++e) {
+        const plant::Entry& entry = system_.entries()[used_[e]];
+        const double tau_s = system_.entry_groups()[entry.group].correlation_time_s;
+        if (entry.parameter) push.col(static_cast<Eigen::Index>(e)) = point.ambient;
+        forcing(static_cast<Eigen::Index>(e)) = smoothed.forcing[used_[e]](static_cast<Eigen::Index>(b)) *
+                                                std::exp(-(samples[k].time_s - samples[block.first_sample].time_s) / tau_s);
+      }
+      result[block.recording].col(static_cast<Eigen::Index>(k)) = -(point.integral * (push * forcing));
     }
   }
   return result;

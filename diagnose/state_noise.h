@@ -108,6 +108,9 @@ class StateNoise {
 
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
+  // Course::pushes that would explain a residual, of the plant at z along its path; not those of a strength that varies.
+  std::vector<Eigen::MatrixXd> pushes(const Eigen::VectorXd& residual, const FitProblem& problem, const double* z, const Path& path) const;
+
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
   // help end at 0; the surroundings do not pass EntryGroup::ordinary, and nothing does where only what is ordinary is sought. The strength
   // that varies, where there is one, is free, too, and begins at its size here. Sizes are found to within `finest_factor`. Leaves the
@@ -139,6 +142,8 @@ class StateNoise {
   // Of the k-th forcing: first those of `used_`, then the strength that varies.
   Eigen::Index forcing_state(std::size_t k) const { return padded_states_ + static_cast<Eigen::Index>(k); }
   std::size_t forcings() const { return used_.size() + (varies_ ? 1 : 0); }
+  // Rates by each forcing, [states x used_]; nothing by the surroundings', which push by what a point of the path says.
+  Eigen::MatrixXd constant_push(const plant::Plant& plant) const;
 
   const plant::System& system_;
   const Blocks& blocks_;

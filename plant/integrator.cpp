@@ -867,6 +867,10 @@ void Integrator::hold(const std::vector<double>& inputs, const std::vector<doubl
 }
 std::optional<IntegrationFailure> Integrator::advance_to(double time_s) { return implementation_->advance_to(time_s); }
 void Integrator::restart() { implementation_->restart(); }
+void Integrator::move(const Eigen::Ref<const Eigen::VectorXd>& by) {
+  implementation_->restart();
+  for (std::size_t i = 0; i < implementation_->y_.size(); ++i) implementation_->y_[i] += by(static_cast<Eigen::Index>(i));
+}
 Checkpoint Integrator::checkpoint() { return implementation_->checkpoint(); }
 double Integrator::time_s() const { return implementation_->time_s_; }
 const std::vector<double>& Integrator::state() const { return implementation_->y_; }

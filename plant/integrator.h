@@ -92,6 +92,9 @@ class Integrator {
 
   // Starts the solver again here even though nothing jumped, so that a checkpoint can be taken.
   void restart();
+
+  // Moves the states here and now by as much, [states]; their sensitivities stay.
+  void move(const Eigen::Ref<const Eigen::VectorXd>& by);
   Checkpoint checkpoint();
 
   double time_s() const;
