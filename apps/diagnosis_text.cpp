@@ -346,8 +346,7 @@ std::vector<std::string> next_words(const Diagnosis& d) {
           "on what it depends.");
   } else if (verdict == diagnose::Verdict::missing_physics && ambiguous_with.empty()) {
     std::string more = "Nothing further is found.";
-    if (!d.search.rounds.empty() && !d.search.rounds.back().accepted && !d.search.rounds.back().scores.best.empty()) {
-      const auto& round = d.search.rounds.back();
+    if (const auto& round = round_from(d.search, d.chosen); !round.accepted && !round.scores.best.empty()) {
       const plant::EffectId best =
           round.candidates.empty() ? round.scores.all[round.scores.best.front()].effect : round.candidates.front().effect;
       more += (is_found(d, best) ? " Another form of " + std::string(effects_of(d)[plant::family_of(effects_of(d), best)].name)

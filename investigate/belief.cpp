@@ -40,7 +40,9 @@ void add_unseen(Belief& belief, const Diagnosis& diagnosis, const diagnose::Diag
   const diagnose::Scores& scores = round_from(diagnosis.search, core).scores;
   const double divisor = exaggeration(settings, scores.best.size());
   std::vector<plant::EffectId> effects;
-  for (const std::size_t s : scores.best) effects.push_back(scores.all[s].effect);
+  // What begins at an instant has shown itself, or begins later: no duty asks for it.
+  for (const std::size_t s : scores.best)
+    if (!system.effects()[scores.all[s].effect].begins_at_an_instant) effects.push_back(scores.all[s].effect);
   const AtUsualStrength fits = at_usual_strength(core, effects, settings.search);
   for (std::size_t i = 0; i < effects.size(); ++i) {
     const auto& fitted = fits.with[i];

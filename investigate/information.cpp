@@ -279,7 +279,7 @@ Expected expected_of(const Question& question, const Shape& asked, double longes
       for (std::size_t j = 0; j < n; ++j)
         overlap += question.alternatives[j].probability / question.mass *
                    std::exp(-distance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) / (8.0 * question.exaggeration));
-      expected.information_nat -= question.alternatives[i].probability * std::log(overlap);
+      if (overlap > 0.0) expected.information_nat -= question.alternatives[i].probability * std::log(overlap);
     }
     expected.possible = true;
     expected.programme = std::move(programme);

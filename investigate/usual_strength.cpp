@@ -23,6 +23,7 @@ diagnose::Guess nearest_to(const Explanation& base, const diagnose::Projection& 
   const diagnose::FitProblem& problem = *base.problem;
   diagnose::FitProblem with(centres, problem.parameters(), problem.data(), problem.beginnings(), problem.numerics());
   with.set_idle_before(problem.idle_before());
+  with.set_course(problem.course());
   diagnose::Guess guess = base.as_guess(), nearest = guess;
   double least = std::numeric_limits<double>::infinity();
   for (int step = 0; step <= most_steps; ++step) {

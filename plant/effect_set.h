@@ -116,6 +116,7 @@ void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<P
     info.equation = Effect::equation;
     info.words = Effect::words;
     if constexpr (requires { Effect::argument; }) info.argument = Effect::argument;
+    info.begins_at_an_instant = requires(const Effect& effect) { effect.switch_time_s(); };
     if constexpr (requires { Effect::grown_words; }) {
       info.grown_words = Effect::grown_words;
       info.grown_unit = Effect::grown_unit;

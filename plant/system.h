@@ -129,6 +129,8 @@ struct EffectInfo {
   std::optional<EffectId> form_of = std::nullopt;
   // Of these parameters a recording shows less where this is on: what is believed of them then is wider by the factor.
   std::vector<std::pair<ParameterId, double>> hides = {};
+  // It begins at an instant, which is one of its parameters.
+  bool begins_at_an_instant = false;
   // Where this is no effect of the catalogue but a law: which of System::laws().
   std::optional<std::size_t> law = std::nullopt;
   // Where it is none but that parts have values of their own (apart.h): which of System::sharings().

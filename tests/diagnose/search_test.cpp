@@ -202,18 +202,22 @@ TEST_CASE("search: coils that are not alike are found to be so, beside no name, 
 
 TEST_CASE("search: what else could be there is asked beside the answer, also where a later round added what the answer leaves out") {
   const testing::FittedCore core(testing::babbling(20.0));
-  Explanation with = core.core;
-  with.problem = std::make_shared<FitProblem>(with_effect(core.core.problem->centres(), testing::effect("latent_heat")),
-                                              core.core.problem->parameters(), core.data, core.settings.start, core.settings.numerics);
+  const auto beside_core = [&](std::string_view effect) {
+    Explanation with = core.core;
+    with.problem = std::make_shared<FitProblem>(with_effect(core.core.problem->centres(), testing::effect(effect)),
+                                                core.core.problem->parameters(), core.data, core.settings.start, core.settings.numerics);
+    return with;
+  };
+  const Explanation with = beside_core("latent_heat");
   Search search;
   search.rounds.resize(2);
   search.rounds[0].before = core.core;
   search.rounds[1].before = with;
   CHECK(&round_from(search, core.core) == &search.rounds[0]);
   CHECK(&round_from(search, with) == &search.rounds[1]);
-  // Where no round began with the answer: the last.
-  search.rounds[0].before = with;
-  CHECK(&round_from(search, core.core) == &search.rounds[1]);
+  // Where no round began with the answer: the last that began with a part of it.
+  const Explanation other = beside_core("dry_friction");
+  CHECK(&round_from(search, other) == &search.rounds[0]);
 }
 
 }  // namespace diagnose_search_test
