@@ -29,8 +29,8 @@ sim::Recording held_in_moving_air() {
   recording.columns = sim::columns_of(system);
   plant::Plant now = limb;
   plant::Integrator integrator(now, plant::Start{}, {});
-  for (int k = 0; k <= 2200; ++k) {
-    const double time_s = 0.1 * k;
+  for (int k = 0; k <= 1100; ++k) {
+    const double time_s = 0.2 * k;
     REQUIRE_FALSE(integrator.advance_to(time_s));
     integrator.restart();
     now.set(air, limb.get(air) - std::cos(time_s / 40.0));
