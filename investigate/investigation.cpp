@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr double least_used_s = 20.0;        // of a recording that is diagnosed
 constexpr double least_experiment_s = 45.0;  // that must be left of the budget for another one
 constexpr double idle_share = 0.1;
+constexpr double least_believed = 1e-4;
 constexpr double told_apart = 1.0;            // standard deviations: an experiment that sets two answers less apart tells nothing of them
 constexpr double longest_babbling_s = 300.0;  // of one recording
 constexpr int most_draws = 50;                // of a programme by chance, until one is within the limits
@@ -354,8 +355,7 @@ class Investigator {
       const Step& step = state_.steps[k];
       const std::optional<Believed>& before = state_.steps[k - 1].after;
       if (step.origin != "experiment" || !step.after || !before) break;
-      const bool same = step.after->answers.front().key == before->answers.front().key;
-      if (!same || before->entropy_bit - step.after->entropy_bit > idle_share * step.plan->expected_bit) break;
+      if (told_bit(*before, *step.after) > idle_share * step.plan->expected_bit) break;
       ++count;
     }
     return count;
@@ -440,6 +440,16 @@ std::optional<Use> use_of(std::string_view text) {
   for (const Use use : {Use::designed, Use::babbling, Use::random, Use::once})
     if (text_of(use) == text) return use;
   return std::nullopt;
+}
+
+double told_bit(const Believed& before, const Believed& after) {
+  double sum = 0.0;
+  for (const Believed::Answer& now : after.answers) {
+    const auto then = std::ranges::find(before.answers, now.key, &Believed::Answer::key);
+    const double was = then == before.answers.end() ? 0.0 : then->probability;
+    if (now.probability > 0.0) sum += now.probability * std::log2(now.probability / std::max(was, least_believed));
+  }
+  return std::max(0.0, sum);
 }
 
 Step* Investigation::next() {

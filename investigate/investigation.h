@@ -57,6 +57,12 @@ struct Believed {
   std::vector<std::pair<std::string, double>> values;  // of the first answer's parameters, in the units of files
 };
 
+// What was learned from one belief to the next: the relative entropy of the later to the earlier one. On average over what may come back
+// that is what an experiment is expected to tell; a belief that was wrong and is shaken is less certain than before, and has learned, too.
+// What an earlier belief does not have, or excludes, counts there as one in ten thousand.
+// Source: Lindley 1956, Annals of Mathematical Statistics 27:986.
+double told_bit(const Believed& before, const Believed& after);
+
 struct Plan {
   std::string words, family;  // what it will do
   std::string apart, from;    // which answers it is to tell apart

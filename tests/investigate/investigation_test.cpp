@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "investigate/story.h"
 #include "plant/systems.h"
 
@@ -48,6 +50,23 @@ Investigation example() {
   one.ending = Ending::interrupted;
   one.ending_words = "During recording_02: the device tripped.";
   return one;
+}
+
+TEST_CASE("investigation: what was told is the relative entropy: a belief that is shaken has learned, one that stays as it is has not") {
+  const auto believed = [](double nothing, double body) {
+    Believed one;
+    one.answers = {{"nothing", "nothing", nothing}, {"body_heat_storage", "unseen", body}};
+    return one;
+  };
+  CHECK(told_bit(believed(0.9, 0.1), believed(0.9, 0.1)) == 0.0);
+  // By hand: 0.5 log2(0.5/0.9) + 0.5 log2(0.5/0.1).
+  CHECK(told_bit(believed(0.9, 0.1), believed(0.5, 0.5)) == doctest::Approx(0.736966));
+  CHECK(told_bit(believed(0.5, 0.5), believed(1.0, 0.0)) == doctest::Approx(1.0));
+  // What was not thought of, or excluded, was believed to one in ten thousand.
+  Believed other;
+  other.answers = {{"dry_friction", "named", 1.0}};
+  CHECK(told_bit(believed(1.0, 0.0), other) == doctest::Approx(std::log2(1e4)));
+  CHECK(told_bit(believed(1.0, 0.0), believed(0.0, 1.0)) == doctest::Approx(std::log2(1e4)));
 }
 
 TEST_CASE("investigation: its state goes through JSON and back, to the byte") {
