@@ -385,7 +385,7 @@ std::vector<double> response_to(const FitProblem& problem, const Path& path, con
         if (!std::isnan(measured(data.recording->samples[k], c)))
           response.push_back(point.reading.row(static_cast<Eigen::Index>(c.index)).dot(moved) /
                              (data.deviation[c] * system.channels()[c].unit.internal_per_unit));
-      if (k + 1 < data.sample_count) moved = (point.transition * moved + pushes[r].col(static_cast<Eigen::Index>(k))).eval();
+      if (point.transition.size() > 0) moved = (point.transition * moved + pushes[r].col(static_cast<Eigen::Index>(k))).eval();
     }
   }
   return response;

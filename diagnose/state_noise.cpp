@@ -463,7 +463,7 @@ std::vector<Eigen::MatrixXd> StateNoise::pushes(const Eigen::VectorXd& residual,
   Eigen::MatrixXd push = constant_push(problem.plant_at(z));
   std::vector<Eigen::MatrixXd> result;
   for (const FitData& data : problem.data())
-    result.emplace_back(static_cast<Eigen::Index>(states_), static_cast<Eigen::Index>(data.sample_count) - 1);
+    result.emplace_back(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(states_), static_cast<Eigen::Index>(data.sample_count) - 1));
   Eigen::VectorXd forcing(static_cast<Eigen::Index>(used_.size()));
   for (std::size_t b = 0; b < blocks_.blocks().size(); ++b) {
     const Blocks::Block& block = blocks_.blocks()[b];
