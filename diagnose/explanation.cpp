@@ -312,9 +312,13 @@ class Explainer {
     fit();
     if (found_.of.log_posterior == none) return found_.of;
     weigh_by_surroundings();
-    const auto rows = static_cast<double>(blocks_->rows().size());
-    if (found_.noise && !settings_.varying && found_.of.misfit > surely_off * std::sqrt(2.0 * rows) && found_.of.misfit < most_off * rows)
-      follow_courses();
+    if (found_.noise && !settings_.varying) {
+      // A guess's course is that of another explanation: where it leads to none of its own, there is none.
+      const Eigen::VectorXd z = found_.of.z;
+      if (found_.course && !settle_along_the_surroundings() && !fit_about_no_course(z)) return found_.of;
+      const auto rows = static_cast<double>(blocks_->rows().size());
+      if (!found_.course && found_.of.misfit > surely_off * std::sqrt(2.0 * rows) && found_.of.misfit < most_off * rows) follow_courses();
+    }
     problem_->set_course(found_.course);
     weigh_freedom();
     return std::move(found_.of);
@@ -380,34 +384,63 @@ class Explainer {
     of.misfit = whitened.squaredNorm() - static_cast<double>(blocks_->rows().size());
   }
 
-  // The path follows the likeliest course of the forcings, the equations are linear about that, and it is fitted again: until that changes
-  // nothing. The likeliest of these is what was found.
+  // Along the likeliest course of all forcings, which takes it off a corner, and from there along that of the surroundings alone.
   void follow_courses() {
-    Found likeliest = found_;
-    for (int k = 0; k < most_courses && move_to_its_course(); ++k) {
-      const double before = std::exchange(found_.of.log_posterior, none);
-      size_ = found_.of.forcing;
-      fit();
-      if (found_.of.log_posterior == none) break;
-      weigh_by_surroundings();
-      if (found_.of.log_posterior > likeliest.of.log_posterior) likeliest = found_;
-      if (std::abs(found_.of.log_posterior - before) < settings_.enough) break;
-    }
-    found_ = std::move(likeliest);
+    const Found without = found_;
+    if (!fit_along(StateNoise::Of::all) || !fit_along(StateNoise::Of::surroundings) || !settle_along_the_surroundings() ||
+        found_.of.log_posterior < without.of.log_posterior)
+      found_ = without;
   }
 
-  bool move_to_its_course() {
+  bool fit_about_no_course(const Eigen::VectorXd& z) {
+    problem_->set_course(nullptr);
+    return fit_again_from(z);
+  }
+
+  // The path follows the likeliest course of the surroundings, the equations are linear about that, and it is fitted again: until that
+  // changes nothing. Measures that are linear do not hold as far away as the next course may be; an explanation that is less likely along
+  // its own course than it seemed to be is none. Where the courses come to no end, the likeliest of the others was found; false where
+  // there is none.
+  bool settle_along_the_surroundings() {
+    std::optional<Found> likeliest;
+    for (int k = 0; k < most_courses; ++k) {
+      const Found before = found_;
+      if (!fit_along(StateNoise::Of::surroundings)) break;
+      const double gained = found_.of.log_posterior - before.of.log_posterior;
+      if (gained < -settings_.enough) continue;
+      const bool settled = gained < settings_.enough;
+      if (settled || !likeliest || before.of.log_posterior > likeliest->of.log_posterior) likeliest = settled ? found_ : before;
+      if (settled) break;
+    }
+    if (likeliest) found_ = std::move(*likeliest);
+    return likeliest.has_value();
+  }
+
+  // Three that are false where it cannot be integrated.
+  bool fit_again_from(const Eigen::VectorXd& z) {
+    found_.of.log_posterior = none;
+    if (!fit_.begin(z)) return false;
+    size_ = found_.of.forcing;
+    fit();
+    if (found_.of.log_posterior == none) return false;
+    weigh_by_surroundings();
+    return true;
+  }
+
+  bool fit_along(StateNoise::Of which) { return move_to_course(which) && fit_again_from(Eigen::VectorXd(found_.of.z)); }
+
+  bool move_to_course(StateNoise::Of which) {
     problem_->set_course(found_.course);
     const double* z = found_.of.z.data();
     Path path;
     if (!follow(*problem_, z, Want::points, path)) return false;
     found_.noise->set(found_.of.forcing);
     Course next{.states = {},
-                .pushes = found_.noise->pushes(found_.of.residual, *problem_, z, path),
+                .pushes = found_.noise->pushes(found_.of.residual, *problem_, z, path, which),
                 .response = std::vector<double>(problem_->rows().size(), 0.0)};
     for (const plant::StateInfo& state : problem_->centres().states()) next.states.push_back(state.key);
     problem_->set_course(std::make_shared<const Course>(std::move(next)));
-    return fit_.begin(found_.of.z);
+    return true;
   }
 
   // Laplace.

@@ -104,6 +104,10 @@ class FitProblem {
   // None where it is of other states or samples.
   void set_course(const std::shared_ptr<const Course>& course);
   const std::shared_ptr<const Course>& course() const { return course_; }  // null: none
+  // Moves an integrator that has come to this sample by what the course, if there is one, brings since the one before.
+  void follow_course(plant::Integrator& integrator, std::size_t recording, std::size_t sample) const {
+    if (course_ && sample > 0) integrator.move(course_->pushes[recording].col(static_cast<Eigen::Index>(sample) - 1));
+  }
   void set_deviation(std::size_t recording, plant::ChannelId channel, double deviation) { data_[recording].deviation[channel] = deviation; }
   std::size_t residual_count() const { return rows_.size() + unknowns_.size() + orders_.size(); }
   // Rows of the pairs that physics orders, and their derivatives [orders x unknowns]; 0 where the order is kept.

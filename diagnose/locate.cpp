@@ -158,6 +158,7 @@ std::vector<Eigen::VectorXd> variables_of(const Explanation& at) {
     const auto& samples = data.recording->samples;
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return {};
+      at.problem->follow_course(integrator, r, k);
       sim::command_sample(integrator, system, samples, k);
       if (b >= blocks.size() || blocks[b].recording != r || blocks[b].first_sample != k) continue;
       const std::vector<double> values = integrator.variables();

@@ -778,6 +778,7 @@ class Searcher {
 
   // What fits instead of each effect. Of one alone the first round knows; of several, or beside parts that are not alike, each is taken out
   // again, and the best of the others put in its place.
+  static constexpr int most_weighings = 3;
   std::vector<Instead> weigh(Search& result) const {
     std::vector<Instead> instead;
     const double before = log_odds(result.best);
@@ -800,30 +801,40 @@ class Searcher {
           instead.push_back({mine()[0], candidate.effect, candidate.explanation});
         }
     } else {
-      for (const plant::EffectId e : mine()) {
-        const Explanation less = reduced(result.best, e);
-        if (!less.usable) continue;
-        if (log_odds(less) > log_odds(result.best)) {
-          result.best = less;
-          continue;
-        }
-        std::vector<Candidate> others = fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
-        settle_alike(others, e, result);
-        plant::EffectId kept = e;
-        const double with_it = log_odds(result.best);
-        if (!others.empty() && others.front().explanation.usable && log_odds(others.front().explanation) > with_it + 1.0) {
-          result.best = others.front().explanation;
-          kept = others.front().effect;
-          if (kept != e) {
-            result.rivals[kept].emplace_back(e, log_odds(result.best) - with_it);
-            tell_instead(result, e, others.front(), 2.0 * (result.best.log_posterior - less.log_posterior));
+      // What is taken out or exchanged changes what the others gain, and what fits in their place.
+      bool changed = true;
+      for (int pass = 0; changed && pass < most_weighings; ++pass) {
+        changed = false;
+        result.rivals.clear();
+        instead.clear();
+        for (const plant::EffectId e : mine()) {
+          const Explanation less = reduced(result.best, e);
+          if (!less.usable) continue;
+          if (log_odds(less) > log_odds(result.best)) {
+            result.best = less;
+            changed = true;
+            continue;
           }
-        }
-        for (const Candidate& candidate : others)
-          if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable) {
-            result.rivals[kept].emplace_back(candidate.effect, log_odds(result.best) - log_odds(candidate.explanation));
-            instead.push_back({kept, candidate.effect, candidate.explanation});
+          std::vector<Candidate> others =
+              fitted(less, score(less, candidates_at(less), settings_.threads), 3, 0.9, 0.97, "weighing rivals");
+          settle_alike(others, e, result);
+          plant::EffectId kept = e;
+          const double with_it = log_odds(result.best);
+          if (!others.empty() && others.front().explanation.usable && log_odds(others.front().explanation) > with_it + 1.0) {
+            result.best = others.front().explanation;
+            kept = others.front().effect;
+            if (kept != e) {
+              changed = true;
+              result.rivals[kept].emplace_back(e, log_odds(result.best) - with_it);
+              tell_instead(result, e, others.front(), 2.0 * (result.best.log_posterior - less.log_posterior));
+            }
           }
+          for (const Candidate& candidate : others)
+            if (candidate.effect != kept && candidate.effect != e && candidate.explanation.usable) {
+              result.rivals[kept].emplace_back(candidate.effect, log_odds(result.best) - log_odds(candidate.explanation));
+              instead.push_back({kept, candidate.effect, candidate.explanation});
+            }
+        }
       }
       if (is_apart(result.best)) result.apart_log_odds += log_odds(result.best) - before;
     }

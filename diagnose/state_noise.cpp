@@ -458,7 +458,7 @@ Smoothed StateNoise::smooth(const Eigen::VectorXd& residual) const {
 
 // A residual is what the plant shows too much: so much of each forcing is taken off.
 std::vector<Eigen::MatrixXd> StateNoise::pushes(const Eigen::VectorXd& residual, const FitProblem& problem, const double* z,
-                                                const Path& path) const {
+                                                const Path& path, Of which) const {
   const Smoothed smoothed = smooth(residual);
   Eigen::MatrixXd push = constant_push(problem.plant_at(z));
   std::vector<Eigen::MatrixXd> result;
@@ -475,7 +475,10 @@ std::vector<Eigen::MatrixXd> StateNoise::pushes(const Eigen::VectorXd& residual,
       for (std::size_t e = 0; e < used_.size(); ++e) {
         const plant::Entry& entry = system_.entries()[used_[e]];
         const double tau_s = system_.entry_groups()[entry.group].correlation_time_s;
-        if (entry.parameter) push.col(static_cast<Eigen::Index>(e)) = point.ambient;
+        if (entry.parameter)
+          push.col(static_cast<Eigen::Index>(e)) = point.ambient;
+        else if (which == Of::surroundings)
+          push.col(static_cast<Eigen::Index>(e)).setZero();
         forcing(static_cast<Eigen::Index>(e)) = smoothed.forcing[used_[e]](static_cast<Eigen::Index>(b)) *
                                                 std::exp(-(samples[k].time_s - samples[block.first_sample].time_s) / tau_s);
       }

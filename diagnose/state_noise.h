@@ -108,8 +108,11 @@ class StateNoise {
 
   Smoothed smooth(const Eigen::VectorXd& residual) const;
 
-  // Course::pushes that would explain a residual, of the plant at z along its path; not those of a strength that varies.
-  std::vector<Eigen::MatrixXd> pushes(const Eigen::VectorXd& residual, const FitProblem& problem, const double* z, const Path& path) const;
+  // Course::pushes that would explain a residual, of the plant at z along its path; not those of a strength that varies. Of all forcings,
+  // or of the surroundings' part in that explanation.
+  enum class Of { all, surroundings };
+  std::vector<Eigen::MatrixXd> pushes(const Eigen::VectorXd& residual, const FitProblem& problem, const double* z, const Path& path,
+                                      Of which) const;
 
   // The sizes that make a residual most likely, from `begin` on. Forcings not in `free` keep their size. Sizes that do not
   // help end at 0; the surroundings do not pass EntryGroup::ordinary, and nothing does where only what is ordinary is sought. The strength

@@ -98,6 +98,7 @@ bool varying_push(const FitProblem& problem, const double* z, const Varying& var
     push.readings.emplace_back();
     for (std::size_t k = 0; k < data.sample_count; ++k) {
       if (integrator.advance_to(samples[k].time_s - samples.front().time_s)) return false;
+      problem.follow_course(integrator, r, k);
       sim::command_sample(integrator, system, samples, k);
       plant::Situation given = integrator.situation();
       if (varying.of.effect) {

@@ -119,7 +119,7 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
   double confidence = 1.0;
   for (const diagnose::FoundEffect& found : effects) {
     named.push_back(found.effect);
-    confidence = std::min(confidence, found.confidence);
+    confidence *= found.confidence;
   }
   std::sort(named.begin(), named.end());
   belief.all.push_back({Kind::named, named, key_of(system, named), confidence});

@@ -100,6 +100,21 @@ TEST_CASE("course: a recording that moving air explains without a corner has non
   CHECK_FALSE(limb.core.problem->course());
 }
 
+TEST_CASE("course: a fit that begins along the course of another explanation ends along its own") {
+  const testing::FittedCore limb(testing::babbling(60.0));
+  REQUIRE(limb.core.usable);
+  diagnose::Guess guess = limb.core.as_guess();
+  guess.course = warm_for_a_while(*limb.core.problem, 0.05, 50, 150);
+  const diagnose::Explanation again = diagnose::explain(plant::default_plant(), limb.data, guess, only_how_it_begins());
+  REQUIRE(again.usable);
+  const diagnose::Explanation alone = diagnose::explain(plant::default_plant(), limb.data, {}, only_how_it_begins());
+  CHECK(std::abs(again.log_posterior - alone.log_posterior) < 1.0);
+  if (again.problem->course()) {
+    const double begun = guess.course->pushes[0].norm(), ended = again.problem->course()->pushes[0].norm();
+    CHECK(ended < 0.1 * begun);
+  }
+}
+
 TEST_CASE("course: what it does to the residuals to first order is taken off again") {
   const testing::FittedCore limb(testing::babbling(40.0));
   const diagnose::Explanation& core = limb.core;
