@@ -181,18 +181,14 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
   }
   const bool has_pauses = std::any_of(parts.begin(), parts.end(), [](const auto& of_one) { return of_one.size() > 1; });
   std::vector<diagnose::FitData> data;
-  std::vector<diagnose::PerChannel> noise;                                         // of each recording
+  std::vector<diagnose::PerChannel> noise;  // of each recording
+  check_keeps_back(recordings, arguments.fit_until_s);
   std::vector<std::vector<std::optional<std::size_t>>> fitted(recordings.size());  // which of `data` a part is; none: held out
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const sim::Recording& recording = recordings[r];
     noise.push_back(noise_of_option(arguments.noise, system, diagnose::noise_of(system, recording)));
     const std::size_t count = diagnose::samples_until(recording, arguments.fit_until_s);
-    if (count < 20)
-      throw sim::InputError({.file = recording.name,
-                             .key = "--fit-until",
-                             .value = sim::shortest(arguments.fit_until_s),
-                             .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
-                                       sim::shortest(recording.samples.front().time_s) + " s"});
+    check_long_enough(recording, arguments.fit_until_s);
     for (const sim::Recording& part : parts[r]) {
       const std::size_t of_part = diagnose::samples_until(part, arguments.fit_until_s);
       const bool is_fitted = of_part >= std::min<std::size_t>(20, count);
@@ -305,6 +301,7 @@ int calibrate_command(const CalibrateArguments& arguments) {
   const plant::System& system = nominal.system();
   static_cast<void>(noise_of_option(arguments.noise, system, diagnose::per_channel(system)));  // before any recording is read
   std::vector<sim::Recording> recordings;
+  check_given_once({{"RECORDING", arguments.recordings}});
   for (const std::string& file : arguments.recordings) recordings.push_back(read_recording_of(file, nominal));
   Calibrated result;
   {

@@ -43,6 +43,7 @@ int compare_command(const CompareArguments& arguments) {
   const plant::Plant plant = sim::read_plant_file(arguments.plant);
   sim::Recording recording = read_recording_of(arguments.recording, plant);
   ignore(arguments.ignored, plant.system(), {&recording});
+  check_keeps_back({recording}, arguments.fit_until_s);
   const diagnose::PerChannel noise = diagnose::noise_of(plant.system(), recording);
   const plant::NumericalSettings numerics{plant::Method::automatic, 1e-7};
 

@@ -382,9 +382,7 @@ std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recor
   return lines;
 }
 
-namespace {
-constexpr std::size_t least_samples_of_part = 20;
-}
+namespace {}
 
 void count_from_first(std::vector<sim::Recording>& recordings) {
   if (std::ranges::none_of(recordings, [](const sim::Recording& one) { return one.time_zero_s.has_value(); }))
@@ -394,7 +392,7 @@ void count_from_first(std::vector<sim::Recording>& recordings) {
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording) {
   std::vector<sim::Recording> parts = sim::parts_between_pauses(recording);
   if (parts.size() == 1) return parts;
-  std::erase_if(parts, [](const sim::Recording& part) { return part.samples.size() < least_samples_of_part; });
+  std::erase_if(parts, [](const sim::Recording& part) { return part.samples.size() < least_samples; });
   return parts.empty() ? std::vector{recording} : parts;
 }
 
@@ -434,6 +432,41 @@ void check_recording(const sim::Recording& recording, const plant::Plant& plant)
 void check_columns(const sim::Recording& recording, const plant::Plant& plant) {
   if (const auto mistaken = diagnose::mistaken_column(plant, recording))
     throw sim::InputError({.file = recording.name, .key = mistaken->column, .value = mistaken->range, .advice = mistaken->why});
+}
+
+void check_long_enough(const sim::Recording& recording, double fit_until_s) {
+  if (diagnose::samples_until(recording, fit_until_s) >= least_samples) return;
+  const std::string begins = "the recording begins at " + sim::shortest(recording.samples.front().time_s) + " s";
+  const std::size_t rows = recording.samples.size();
+  if (rows < least_samples)
+    throw sim::InputError(
+        {.file = recording.name, .key = "rows", .value = std::to_string(rows), .advice = "too few to fit: 20 are the least"});
+  throw sim::InputError({.file = recording.name,
+                         .key = "--fit-until",
+                         .value = sim::shortest(fit_until_s),
+                         .advice = "leaves fewer than 20 samples to fit; " + begins});
+}
+
+void check_keeps_back(const std::vector<sim::Recording>& recordings, double fit_until_s) {
+  const bool keeps = std::any_of(recordings.begin(), recordings.end(), [&](const sim::Recording& one) {
+    return diagnose::samples_until(one, fit_until_s) + least_samples <= one.samples.size();
+  });
+  if (std::isfinite(fit_until_s) && !keeps)
+    throw sim::InputError({.file = "",
+                           .key = "--fit-until",
+                           .value = sim::shortest(fit_until_s),
+                           .advice = "keeps fewer than 20 samples of each recording back; leave it out"});
+}
+
+void check_given_once(const std::vector<std::pair<std::string, std::vector<std::string>>>& recordings) {
+  std::vector<std::filesystem::path> seen;
+  for (const auto& [option, paths] : recordings)
+    for (const std::string& path : paths) {
+      const std::filesystem::path file = std::filesystem::weakly_canonical(path);
+      if (contains(seen, file))
+        throw sim::InputError({.file = "", .key = option, .value = path, .advice = "is given twice; each recording can be used once"});
+      seen.push_back(file);
+    }
 }
 
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant) {

@@ -43,6 +43,9 @@ diagnose::PerChannel noise_of_option(const std::vector<std::string>& given, cons
 // A recording that a plant is fitted to or compared with, refused where one of its columns is not what its name says, and where nothing
 // is measured in it. Throws InputError.
 sim::Recording read_recording_of(const std::string& path, const plant::Plant& plant);
+// By option, the recordings that it names. A recording twice would count its evidence twice, and one that is both fitted and held out
+// proves nothing. Throws sim::InputError.
+void check_given_once(const std::vector<std::pair<std::string, std::vector<std::string>>>& recordings);
 void check_recording(const sim::Recording& recording, const plant::Plant& plant);  // the same, of one that is read
 void check_columns(const sim::Recording& recording, const plant::Plant& plant);    // of that, what columns are
 
@@ -54,11 +57,15 @@ std::vector<std::string> doubts_of(const plant::Plant& plant, const sim::Recordi
 std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recording& recording, const diagnose::PerChannel& noise,
                                      bool alone = true);
 
-// Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
-// longer.
 // Where none says when it was made, the first one's own time is the clock: of its parts between pauses, and of no other recording.
 void count_from_first(std::vector<sim::Recording>& recordings);
+// Its parts between pauses, without those of fewer than 20 samples, which nothing is fitted to. At least one: the whole, where none is
+// longer.
 std::vector<sim::Recording> usable_parts(const sim::Recording& recording);
+inline constexpr std::size_t least_samples = 20;  // of a recording, or a part, that are fitted or held out
+// Throw InputError where fewer of a recording would be fitted; where --fit-until keeps fewer of each back.
+void check_long_enough(const sim::Recording& recording, double fit_until_s);
+void check_keeps_back(const std::vector<sim::Recording>& recordings, double fit_until_s);
 // Throws InputError where so many samples would be fitted at once that memory may not do: about 5 kB each. `what_to_do`: a clause.
 void check_fitted_samples(std::size_t count, const std::string& first_recording,
                           const std::string& what_to_do = "--fit-until takes the first part of a recording");

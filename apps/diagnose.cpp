@@ -32,8 +32,6 @@
 namespace sinew::apps {
 namespace {
 
-constexpr std::size_t least_samples = 20;  // of a recording that are fitted, or held out
-
 struct DiagnoseArguments : DiagnoseRequest {
   std::string out;
   bool json = false, overwrite = false;
@@ -48,28 +46,6 @@ std::vector<std::string> files_of_diagnosis(const DiagnoseArguments& arguments) 
     if (k > recordings && !std::filesystem::exists(std::filesystem::path(arguments.out) / name)) return names;
     names.push_back(name);
   }
-}
-
-// A recording twice would count its evidence twice, and one that is both fitted and held out proves nothing.
-void check_apart(const DiagnoseArguments& arguments) {
-  std::vector<std::filesystem::path> seen;
-  const auto check = [&](const std::string& key, const std::string& path) {
-    const std::filesystem::path file = std::filesystem::weakly_canonical(path);
-    if (contains(seen, file))
-      throw sim::InputError({.file = "", .key = key, .value = path, .advice = "is given twice; each recording can be used once"});
-    seen.push_back(file);
-  };
-  for (const std::string& path : arguments.training) check("--train", path);
-  for (const std::string& path : arguments.held_out) check("--heldout", path);
-}
-
-void check_long_enough(const sim::Recording& recording, double fit_until_s) {
-  if (diagnose::samples_until(recording, fit_until_s) < least_samples)
-    throw sim::InputError({.file = recording.name,
-                           .key = "--fit-until",
-                           .value = std::isfinite(fit_until_s) ? sim::shortest(fit_until_s) : "the end",
-                           .advice = "leaves fewer than 20 samples to fit; the recording begins at " +
-                                     sim::shortest(recording.samples.front().time_s) + " s"});
 }
 
 // A pause ends a recording: what follows begins with a state of its own. A part that is after --fit-until is held out.
@@ -152,13 +128,7 @@ Diagnosed diagnosed(const DiagnoseRequest& arguments, const plant::Plant& nomina
   ignore(arguments.ignored, nominal.system(), all);
   if (!arguments.noise.empty())
     settings.noise = noise_of_option(arguments.noise, nominal.system(), diagnose::noise_of(nominal.system(), training.front()));
-  if (std::isfinite(arguments.fit_until_s) && std::all_of(training.begin(), training.end(), [&](const sim::Recording& one) {
-        return diagnose::samples_until(one, arguments.fit_until_s) + least_samples > one.samples.size();
-      }))
-    throw sim::InputError({.file = "",
-                           .key = "--fit-until",
-                           .value = sim::shortest(arguments.fit_until_s),
-                           .advice = "keeps fewer than 20 samples of each recording back; without it two blocks are"});
+  check_keeps_back(training, arguments.fit_until_s);
   std::size_t samples = 0;
   for (const sim::Recording& recording : training) samples += diagnose::samples_until(recording, arguments.fit_until_s);
   check_fitted_samples(samples, arguments.training.front());
@@ -202,7 +172,7 @@ namespace {
 
 int diagnose_command(const DiagnoseArguments& arguments) {
   const std::filesystem::path out = arguments.out;
-  check_apart(arguments);
+  check_given_once({{"--train", arguments.training}, {"--heldout", arguments.held_out}});
   InputPaths read{.files = arguments.training, .yaml = {arguments.plant}};
   read.files.insert(read.files.end(), arguments.held_out.begin(), arguments.held_out.end());
   Outputs outputs(out, read, arguments.overwrite);

@@ -255,9 +255,9 @@ std::vector<std::string> files_of_others(const fs::path& out, const investigate:
 
 std::int64_t number_of(const std::string& name) { return std::stoll(name.substr(name.rfind('_') + 1)); }
 
+// A session's, each reading at its time; or one that was given.
 sim::Recording read_kept(const fs::path& folder, const plant::Plant& plant) {
-  const fs::path timed = folder / "timed.csv";
-  return sim::read_recording(fs::exists(timed) ? timed : folder / "recording.csv", plant.system());
+  return sim::read_recording(folder / (fs::exists(folder / "session.json") ? "timed.csv" : "recording.csv"), plant.system());
 }
 
 // A session each, with the board at a port or in the emulator; files in a folder each.
@@ -290,8 +290,7 @@ class SessionLimb : public investigate::Limb {
       settings.time_zero_s = 0.0;
       if (const auto before = session_before(name)) {
         command.insert(command.end(), {"--goes-on-from", (*before / emulated_limb_file).string()});
-        const sim::Recording recording = read_kept(*before, plant_);
-        settings.time_zero_s = recording.begins_s().value() + recording.duration_s() + emulated_pause_s;
+        settings.time_zero_s = ended_s(*before) + emulated_pause_s;
       }
       link = std::make_unique<hil::LockStepLink>(command);
     } else {
@@ -331,6 +330,14 @@ class SessionLimb : public investigate::Limb {
   }
 
  private:
+  // When a session ended, on the emulated limb's clock. One that was stopped at once has no recording that could be read.
+  double ended_s(const fs::path& folder) const {
+    const Json session = Json::parse(sim::read_file(folder / "session.json"));
+    if (session.at("ticks").get<std::int64_t>() < 2) return session.at("time_zero_s");
+    const sim::Recording recording = read_kept(folder, plant_);
+    return recording.begins_s().value() + recording.duration_s();
+  }
+
   // The last session on the emulated limb before this one: its folder.
   std::optional<fs::path> session_before(const std::string& name) const {
     for (std::int64_t number = number_of(name) - 1; number > 0; --number) {
@@ -378,7 +385,7 @@ class KeptLimb : public investigate::Limb {
 std::map<std::string, std::string> reports_of(const investigate::Investigation& state, const plant::Plant& plant, const fs::path& out) {
   std::vector<sim::Recording> recordings;
   for (const investigate::Step& step : state.steps)
-    if (step.status) recordings.push_back(read_kept(out / step.name, plant));
+    if (step.status) recordings.push_back(step.duration_s > 0.0 ? read_kept(out / step.name, plant) : sim::Recording{});
   return {{"story.txt", investigate::to_text(investigate::story_of(state, plant.system()))},
           {"report.html", report::to_html(investigation_page(state, plant.system(), recordings))}};
 }
@@ -487,6 +494,29 @@ int replay_investigation(const fs::path& out, int threads) {
   return 1;
 }
 
+// What a later call is given is what the investigation was begun with.
+void check_same(const Json& begun_with, const Json& now, const fs::path& file) {
+  static const std::map<std::string, std::string> options{{"plant_sha256", "--plant"},
+                                                          {"limb", "--emulate, --port"},
+                                                          {"seed", "--seed"},
+                                                          {"first_s", "--first"},
+                                                          {"longest_s", "--longest"},
+                                                          {"without", "--without"},
+                                                          {"given", "--train"},
+                                                          {"use", "--use"},
+                                                          {"concealed_sha256", "--effect, --limb-seed, --strength"}};
+  for (const auto& [key, option] : options) {
+    const Json then = begun_with.value(key, Json()), given = now.value(key, Json());
+    if (then == given) continue;
+    const bool says_little = key == "given" || key.ends_with("_sha256") || then.is_null() || given.is_null();
+    throw sim::InputError({.file = file.string(),
+                           .key = option,
+                           .value = says_little ? "" : given.dump(),
+                           .advice = (says_little ? "is not what this investigation was begun with" : "it was begun with " + then.dump()) +
+                                     "\ngive what it was begun with, or another --out"});
+  }
+}
+
 int investigate_command(InvestigateArguments arguments) {
   if (arguments.page && (arguments.replay || arguments.dry))
     throw sim::InputError({.key = "--page", .advice = "shows sessions, and --dry-run and --replay run none"});
@@ -511,6 +541,7 @@ int investigate_command(InvestigateArguments arguments) {
     }
   }
   if (arguments.emulate) emulator_command(arguments.plant, {});  // says so where it is not built
+  check_given_once({{"--train", arguments.training}});
   std::vector<sim::Recording> given;
   std::size_t samples = 0;
   for (const std::string& path : arguments.training) {
@@ -531,17 +562,7 @@ int investigate_command(InvestigateArguments arguments) {
   investigate::Investigation state;
   if (goes_on) {
     const Json stored = read_state(out / state_file);
-    for (const auto& [key, value] : identity.items())
-      if (!stored["identity"].contains(key) || stored["identity"][key] != value)
-        throw sim::InputError({.file = (out / state_file).string(),
-                               .key = key,
-                               .value = stored["identity"].value(key, Json()).dump(),
-                               .advice = "this investigation was begun with that; now it is " + value.dump() +
-                                         ". Give what it was begun with, or another --out"});
-    if (stored["identity"].size() != identity.size())
-      throw sim::InputError({.file = (out / state_file).string(),
-                             .key = "--effect, --use",
-                             .advice = "it was begun with one of these; give the same, or another --out"});
+    check_same(stored["identity"], identity, out / state_file);
     try {
       state = investigate::from_json(stored);
       const bool more = stored.at("budget_s") != settings.budget_s || stored.at("probability") != settings.probability;

@@ -103,8 +103,9 @@ report::Page investigation_page(const investigate::Investigation& investigation,
   for (std::size_t k = 0; k < story.chapters.size(); ++k) {
     page.blocks.push_back(report::Section{.heading = story.chapters[k].heading});
     for (const std::string& paragraph : story.chapters[k].paragraphs) page.blocks.push_back(report::Paragraph{.text = paragraph});
-    if (investigation.steps[k].status && recorded < recordings.size())
-      add_plots(page, investigation.steps[k].name, system, recordings[recorded++]);
+    if (!investigation.steps[k].status || recorded == recordings.size()) continue;
+    const sim::Recording& recording = recordings[recorded++];
+    if (!recording.samples.empty()) add_plots(page, investigation.steps[k].name, system, recording);
   }
   page.footer.push_back(
       "Probabilities are the diagnosis' own (docs/diagnosis.md) and are not calibrated on whole investigations: docs/investigate.md.");

@@ -305,10 +305,11 @@ std::string figures_text(const Score& score) {
 }
 
 void check_kind(const std::string& name) {
-  std::vector<std::string> all;
-  for (const auto& kinds : {prove::kinds(), prove::unlike_kinds()})
-    for (const prove::Kind& kind : kinds) all.push_back(kind.name);
-  if (!contains(all, name)) refuse("", "--kinds", name, "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all));
+  try {
+    prove::kind_of_name(name);
+  } catch (const std::invalid_argument& e) {
+    refuse("", "--kinds", name, e.what());
+  }
 }
 
 Json sealed_answers(const fs::path& out) {

@@ -17,9 +17,8 @@ Replayed replay_session(const std::filesystem::path& folder) {
   const std::string json_text = sim::read_file(json_file);
   nlohmann::json json;
   SessionSettings settings;
-  std::int64_t ticks = 0;
   std::string limb;
-  bool stopped = false;
+  std::int64_t stops_at = 0;  // the question whether to stop; 0: it was not stopped
   try {
     json = nlohmann::json::parse(json_text);
     settings.session = json.at("session");
@@ -28,8 +27,7 @@ Replayed replay_session(const std::filesystem::path& folder) {
     settings.real_time_priority = json.value("real_time_priority", false);
     if (json.contains("time_zero_s")) settings.time_zero_s = json["time_zero_s"].get<double>();
     limb = json.at("limb");
-    ticks = json.at("ticks");
-    stopped = json.at("status") == "stopped";
+    if (json.at("status") == "stopped") stops_at = json.at("asked_to_stop");
     for (const auto& [name, hash] : json.at("sha256").items()) {
       if (name.find('/') != std::string::npos)
         throw sim::InputError({.file = json_file.string(), .key = name, .advice = "names a file elsewhere"});
@@ -45,10 +43,11 @@ Replayed replay_session(const std::filesystem::path& folder) {
   }
   const sim::Scenario scenario = sim::parse_scenario(replayed.stored["scenario.yaml"], folder / "scenario.yaml");
   if (replayed.stored.contains("twin.yaml")) settings.twin = sim::read_plant_file(folder / "twin.yaml");
-  if (stopped) settings.should_stop = [ticks](std::int64_t tick) { return tick + 1 >= ticks; };
+  std::int64_t asked = 0;
+  if (stops_at > 0) settings.should_stop = [&](std::int64_t) { return ++asked >= stops_at; };
   ReplayLink link(replayed.stored["wire.bin"], (folder / "wire.bin").string());
   replayed.result = run_session(scenario, link, settings);
-  if (!link.at_end()) throw ReplayDiffers("the session ended before its log");
+  if (!link.at_end()) throw ReplayDiffers(folder.string() + ": the session ended before its log");
   replayed.files = replayed.stored;
   replayed.files["recording.csv"] = replayed.result.recording_csv;
   if (replayed.stored.contains("timed.csv")) replayed.files["timed.csv"] = sim::to_csv(replayed.result.timed);

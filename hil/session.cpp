@@ -236,7 +236,7 @@ class Session {
       supervisor_->look(now, backend_.telemetry()->said.thermocouple_raw);
       supervisor_->bound_said(backend_.telemetry()->said.bound_rise_cK);
       if (settings_.angle_faults_end) supervisor_->look_at_angles(now, backend_.telemetry()->said.angle_raw);
-      if (settings_.should_stop && settings_.should_stop(command.tick)) end(SessionStatus::stopped, "stopped by request");
+      if (should_stop(command.tick)) end(SessionStatus::stopped, "stopped by request");
       command.inputs = sent = supervisor_->lower(wanted, now);
       object();
       return result_.status == SessionStatus::finished;
@@ -261,7 +261,7 @@ class Session {
       }
       if (before.said.state == DEVICE_TRIPPED)
         end(SessionStatus::tripped, "the device tripped: " + std::string(words(static_cast<trip_cause>(before.said.trip_cause))));
-      if (settings_.should_stop && settings_.should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
+      if (should_stop(tick)) end(SessionStatus::stopped, "stopped by request");
       sim::Command command = driver_.command(measured, view.time_s);
       const std::int64_t lowered = supervisor_->lowered();
       wanted = command.inputs;
@@ -307,6 +307,12 @@ class Session {
       finish(view, lowered);
       if (ends) break;
     }
+  }
+
+  bool should_stop(std::int64_t tick) {
+    if (!settings_.should_stop) return false;
+    ++result_.asked_to_stop;
+    return settings_.should_stop(tick);
   }
 
   void finish(SessionView& view, std::int64_t lowered_before) {
@@ -484,6 +490,7 @@ std::string session_json(const sim::Scenario& scenario, const SessionSettings& s
   json["twin"] = settings.twin.has_value();
   if (settings.time_zero_s) json["time_zero_s"] = *settings.time_zero_s;
   json.update(Json::parse(result.report_json));
+  if (result.status == SessionStatus::stopped) json["asked_to_stop"] = result.asked_to_stop;
   for (const auto& [name, content] : files) json["sha256"][name] = sim::sha256(content);
   return json.dump(2) + "\n";
 }

@@ -72,7 +72,8 @@ struct SessionResult {
   sim::Recording timed;       // the same, with each reading at the time at which it was made (timed_recording.h)
   std::string report_json;    // an object, without braces around other files' hashes: session_json adds those
   std::int64_t ticks = 0;
-  bool brought_to_rest = false;  // the device said that it is disarmed, or tripped
+  std::int64_t asked_to_stop = 0;  // how often should_stop was asked: a session that was stopped ended at the last of these
+  bool brought_to_rest = false;    // the device said that it is disarmed, or tripped
 };
 
 // Throws Refused, and LinkLost where not even the hello came through; sim::InputError where the plant or the twin is none of a

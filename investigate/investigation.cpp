@@ -180,9 +180,10 @@ class Investigator {
   void decide() {
     std::vector<sim::Recording> recordings;
     for (Step& step : state_.steps) {
-      if (!step.status) continue;
+      const bool is_new = step.origin == "given" && step.duration_s == 0.0;
+      if (!step.status || (!step.used && !is_new)) continue;
       sim::Recording recording = limb_.read(step.name);
-      if (step.origin == "given" && step.duration_s == 0.0) take(step, recording);
+      if (is_new) take(step, recording);
       // The loop's own recordings have no reading in their last row, and perhaps none in their first (hil/timed_recording.h).
       if (step.used) recordings.push_back(std::move(recording));
     }

@@ -834,7 +834,7 @@ class Application {
     Tally outside;
     for (std::size_t i = 0; i < values.size(); ++i) {
       double& value = values[i];
-      if (std::isnan(value) || (value >= rule.lowest && value <= rule.highest)) continue;
+      if (std::isnan(value) || (std::isfinite(value) && value >= rule.lowest && value <= rule.highest)) continue;
       outside.add(log_.line_of(kept_[i]));
       if (rule.outside == Outside::missing) value = not_a_number;
       if (rule.outside == Outside::clip) value = std::clamp(value, rule.lowest, rule.highest);
@@ -894,12 +894,12 @@ PauseRule read_pauses(const YamlValue& value, const LogMap& map) {
   if (!(rule.longer_than_s > 0.0)) longer.complain("must be greater than 0");
   const auto by_column = [&](const YamlValue& list) {
     YamlMap checked(list);
-    std::vector<std::pair<std::size_t, double>> all;
+    std::vector<std::pair<std::size_t, const YamlValue*>> all;
     for (const auto& entry : list.map) {
       std::vector<std::string> names;
       for (const ColumnRule& column : map.columns) {
         if (column.written && column.name == entry.key)
-          all.emplace_back(static_cast<std::size_t>(&column - map.columns.data()), entry.value.number());
+          all.push_back({static_cast<std::size_t>(&column - map.columns.data()), &entry.value});
         if (column.written) names.push_back(column.name);
       }
       if (!contains(names, entry.key))
@@ -908,12 +908,17 @@ PauseRule read_pauses(const YamlValue& value, const LogMap& map) {
     }
     return all;
   };
-  rule.then = by_column(keys.require("then", "the value of each input while a pause lasts: {duty_A: 0}"));
-  if (const YamlValue* settling = keys.find("settling")) {
-    rule.settling = by_column(*settling);
-    for (const auto& entry : settling->map)
-      if (!(entry.value.number() >= 0.0)) entry.value.complain("must be at least 0");
+  for (const auto& [column, given] : by_column(keys.require("then", "the value of each input while a pause lasts: {duty_A: 0}"))) {
+    const double lowest = map.columns[column].lowest, highest = map.columns[column].highest;
+    if (!(given->number() >= lowest && given->number() <= highest))
+      given->complain("must lie in [" + shortest(lowest) + ", " + shortest(highest) + "]");
+    rule.then.emplace_back(column, given->number());
   }
+  if (const YamlValue* settling = keys.find("settling"))
+    for (const auto& [column, given] : by_column(*settling)) {
+      if (!(given->number() >= 0.0)) given->complain("must be at least 0");
+      rule.settling.emplace_back(column, given->number());
+    }
   keys.finish();
   return rule;
 }

@@ -2,12 +2,17 @@
 #include "sim/mat_log.h"
 
 #include <matio.h>
+#include <zlib.h>
 
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <optional>
 
 #include "sim/input_error.h"
+#include "sim/text.h"
 
 namespace sinew::sim {
 namespace {
@@ -90,6 +95,45 @@ void append(std::vector<LogArray>& to, const std::string& name, matvar_t& variab
   }
 }
 
+// A file of version 5 to 7 is a header and elements, each of which says how long it is; most are compressed, and have a checksum. matio
+// takes what it can read of one that is cut off or damaged.
+// Source: MathWorks, MAT-File Format (R2019b), chapter 1.
+bool is_whole(const std::string& bytes) {
+  constexpr std::size_t header_bytes = 128, tag_bytes = 8;
+  constexpr std::uint32_t compressed = 15;
+  if (bytes.size() < header_bytes || (bytes.substr(126, 2) != "IM" && bytes.substr(126, 2) != "MI")) return true;  // another version
+  const bool swapped = (bytes.substr(126, 2) == "MI") == (std::endian::native == std::endian::little);
+  const auto number_at = [&](std::size_t at) {
+    std::uint32_t number;
+    std::memcpy(&number, bytes.data() + at, sizeof number);
+    return swapped ? __builtin_bswap32(number) : number;
+  };
+  for (std::size_t at = header_bytes; at < bytes.size();) {
+    if (at + tag_bytes > bytes.size()) return false;
+    const std::uint32_t type = number_at(at), length = number_at(at + 4);
+    at += tag_bytes;
+    if (length > bytes.size() - at) return false;
+    if (type == compressed) {
+      z_stream stream{};
+      if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+      std::array<Bytef, 1 << 16> thrown_away;
+      // zlib does not write there.
+      stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data() + at));  // NOLINT
+      stream.avail_in = length;
+      int state = Z_OK;
+      while (state == Z_OK) {
+        stream.next_out = thrown_away.data();
+        stream.avail_out = static_cast<uInt>(thrown_away.size());
+        state = inflate(&stream, Z_NO_FLUSH);
+      }
+      inflateEnd(&stream);
+      if (state != Z_STREAM_END) return false;
+    }
+    at += length;
+  }
+  return true;
+}
+
 }  // namespace
 
 void append_series(std::vector<LogArray>& to, const std::string& name, const std::vector<double>& values, std::size_t rows,
@@ -115,6 +159,7 @@ std::vector<LogArray> read_mat(const std::filesystem::path& path) {
   const auto refuse = [&](const char* why) { throw InputError({.file = path.string(), .advice = why}); };
   const std::unique_ptr<mat_t, CloseMat> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) refuse("is not a MATLAB file that can be read, or it is damaged");
+  if (!is_whole(read_file(path))) refuse("is cut off or damaged: a variable in it is not whole");
   std::vector<LogArray> arrays;
   while (const std::unique_ptr<matvar_t, FreeVariable> variable{Mat_VarReadNext(file.get())}) {
     if (variable->name != nullptr) append(arrays, variable->name, *variable);

@@ -392,6 +392,14 @@ def test_calibrate():
     refused("--fit of a parameter of an effect that is off",
             ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit", "thermocouple_lag.time_constant_s"],
             r"^--fit = thermocouple_lag\.time_constant_s\n  no such parameter that can be fitted")
+    refused("--fit-until after the end",
+            ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit-until", "60"],
+            r"^--fit-until = 60\n  keeps fewer than 20 samples")
+    refused("compare --fit-until after the end", ["compare", "made/recording.csv", "--plant", PAPER_LIMB, "--fit-until", "100"],
+            r"^--fit-until = 100\n  keeps fewer than 20 samples")
+    refused("calibrate: one recording given twice",
+            ["calibrate", "made/recording.csv", "made/../made/recording.csv", "--plant", PAPER_LIMB, "--out", "o"],
+            r"^RECORDING = made/\.\./made/recording\.csv\n  is given twice")
     refused("--fit-until too early",
             ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit-until", "1.5"],
             r"^made/recording\.csv: --fit-until = 1\.5\n  leaves fewer than 20 samples")

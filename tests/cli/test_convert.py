@@ -7,8 +7,10 @@
 import math
 import re
 import shutil
+import struct
 import subprocess
 import sys
+import zlib
 
 import test_cli as cli
 from test_cli import ROOT, check, columns, refused, said, sinew, write
@@ -93,6 +95,32 @@ def test_wrong_input():
     (cli.folder / "damaged.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
     refused("a damaged .mat", ["convert", "damaged.mat", "never.csv", "--map", "rig.map.yaml"], r"^damaged\.mat\n")
     refused("a .mat without a map", ["convert", "damaged.mat", "never.csv"], r"^damaged\.mat\n.*needs --map MAP\.yaml")
+    write("whole.csv", "time_s,duty_A,duty_B,temperature_A_degC,temperature_B_degC,angle_deg\n"
+          + "".join(f"{k / 10},0,0,{25 + k % 7},{25 + k % 5},{k % 11}\n" for k in range(200)))
+    sinew("convert", "whole.csv", "whole.mat")
+    whole = (cli.folder / "whole.mat").read_bytes()
+    packed = compressed_mat(whole)
+    flipped = bytearray(packed)
+    flipped[-40] ^= 0x55
+    for name, content in (("cut.mat", whole[:-500]), ("cut_in_a_tag.mat", whole[:132]), ("packed_cut.mat", packed[:-30]),
+                          ("packed_flipped.mat", bytes(flipped))):
+        (cli.folder / name).write_bytes(content)
+        write("mat.map.yaml", "format: 1\ntime: {column: time_s, unit: s}\ncolumns:\n  angle_deg: {column: angle_deg}\n")
+        refused(f"a damaged .mat: {name}", ["convert", name, "never.csv", "--map", "mat.map.yaml"], rf"^{name}\n.*(cut off or damaged|damaged)")
+    (cli.folder / "packed.mat").write_bytes(packed)
+    result = sinew("convert", "packed.mat", "unpacked.csv", "--map", "mat.map.yaml")
+    check("a compressed .mat is read", result.returncode == 0, said(result))
+
+
+def compressed_mat(whole):
+    """The same MATLAB file of version 5, each variable compressed."""
+    packed, at = whole[:128], 128
+    while at < len(whole):
+        length = 8 + struct.unpack_from("<I", whole, at + 4)[0]
+        variable = zlib.compress(whole[at:at + length])
+        packed += struct.pack("<II", 15, len(variable)) + variable
+        at += length
+    return packed
 
 
 def test_suggest():

@@ -490,6 +490,8 @@ def test_real_time():
         out, errors = first.communicate(timeout=20)
         check("Ctrl-C: exit code 130, at rest, the recording is written", first.returncode == 130 and session("first")["brought_to_rest"]
               and session("first")["status"] == "stopped", errors)
+        result = sinew("replay", "first")
+        check("a session that Ctrl-C stopped plays again", result.returncode == 0, said(result))
         result = sinew("hil", "mild.yaml", "--port", limb.port, "--out", "after_stop", "--allow-overruns")
         check("after Ctrl-C: the device is disarmed, not tripped", "not armed" not in result.stderr, said(result))
 
@@ -499,6 +501,7 @@ def test_real_time():
         out, errors = process.communicate(timeout=20)
         check("the terminal is closed: brought to rest, the recording is written", process.returncode == 130 and session("hung_up")["brought_to_rest"]
               and session("hung_up")["status"] == "stopped", errors)
+        check("a session that was hung up plays again", sinew("replay", "hung_up").returncode == 0)
         for attempt in range(3):
             process = start("hil", "mild.yaml", "--port", limb.port, "--out", f"unread{attempt}", "--allow-overruns", "--clear-trip")
             running(process, 1.0)

@@ -95,7 +95,7 @@ def test_other_uses():
           and "latent_heat" not in json.dumps(one["identity"]), one["identity"])
     result = sinew("investigate", "--replay", "--out", "babbled", timeout=600)
     check("--use babbling: --replay makes the same bytes", result.returncode == 0 and "the same bytes" in result.stdout, said(result))
-    refused("what was begun with --use, without it", arguments[:-2], r"--effect, --use", cli.WRONG_INPUT)
+    refused("what was begun with --use, without it", arguments[:-2], r"--use\n  is not what this investigation was begun with", cli.WRONG_INPUT)
 
 
 def test_nothing_concealed():
@@ -136,8 +136,7 @@ def test_stopped_and_resumed():
         if (cli.folder / "stopped/recording_01/.sinew.partial/scenario.yaml").exists():
             break
         time.sleep(0.05)
-    time.sleep(0.6)  # of the machine's time: some seconds of the limb's
-    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGINT)  # at once: of the limb's time next to nothing has gone by
     out, errors = process.communicate(timeout=120)
     session = json.loads(content("stopped/recording_01/session.json"))
     check("Ctrl-C in a session: exit code 130, the coils are off, the recording is kept", process.returncode == 130
@@ -148,6 +147,9 @@ def test_stopped_and_resumed():
     check("the same command goes on from there", result.returncode == 0 and after["ending"]["why"] != "stopped"
           and after["recordings"][0]["recorded"]["status"] == "stopped" and len(after["recordings"]) >= 2, said(result))
     check("what was recorded before is as it was", json.loads(content("stopped/recording_01/session.json")) == session)
+    check("a session that was stopped plays again", sinew("replay", "stopped/recording_01").returncode == 0)
+    refused("going on with another limb", [*arguments, "--effect", "latent_heat"],
+            r"stopped/investigation\.json: --effect, --limb-seed, --strength\n  is not what this investigation was begun with")
 
 
 def test_a_limb_that_is_gone():

@@ -126,6 +126,8 @@ TEST_CASE("map: what happens in a pause that was not logged") {
         "m.yaml:4:35: pauses.then.duty_a\n  no such column in `columns`; did you mean duty_A?");
   CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 0, then: {duty_A: 0}}\n") ==
         "m.yaml:4:25: pauses.longer_than_s = 0\n  must be greater than 0");
+  CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 5, then: {duty_A: 3}}\n") ==
+        "m.yaml:4:43: pauses.then.duty_A = 3\n  must lie in [0, 1]");
   CHECK(map_error("format: 1\ntime: t\ncolumns: {duty_A: d}\npauses: {longer_than_s: 5}\n").find("pauses.then") != std::string::npos);
 }
 
