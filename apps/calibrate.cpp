@@ -181,8 +181,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
   }
   const bool has_pauses = std::any_of(parts.begin(), parts.end(), [](const auto& of_one) { return of_one.size() > 1; });
   std::vector<diagnose::FitData> data;
-  std::vector<diagnose::PerChannel> noise;  // of each recording
-  check_keeps_back(recordings, arguments.fit_until_s);
+  std::vector<diagnose::PerChannel> noise;                                         // of each recording
   std::vector<std::vector<std::optional<std::size_t>>> fitted(recordings.size());  // which of `data` a part is; none: held out
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const sim::Recording& recording = recordings[r];
@@ -196,6 +195,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
       if (is_fitted) data.push_back({&part, of_part, noise[r]});
     }
   }
+  check_keeps_back(recordings, arguments.fit_until_s);
   std::size_t samples = 0;
   for (const diagnose::FitData& one : data) samples += one.sample_count;
   check_fitted_samples(samples, recordings.front().name);

@@ -382,8 +382,6 @@ std::vector<std::string> oddities_of(const plant::Plant& plant, const sim::Recor
   return lines;
 }
 
-namespace {}
-
 void count_from_first(std::vector<sim::Recording>& recordings) {
   if (std::ranges::none_of(recordings, [](const sim::Recording& one) { return one.time_zero_s.has_value(); }))
     recordings.front().time_zero_s = 0.0;
@@ -436,15 +434,15 @@ void check_columns(const sim::Recording& recording, const plant::Plant& plant) {
 
 void check_long_enough(const sim::Recording& recording, double fit_until_s) {
   if (diagnose::samples_until(recording, fit_until_s) >= least_samples) return;
-  const std::string begins = "the recording begins at " + sim::shortest(recording.samples.front().time_s) + " s";
   const std::size_t rows = recording.samples.size();
   if (rows < least_samples)
     throw sim::InputError(
         {.file = recording.name, .key = "rows", .value = std::to_string(rows), .advice = "too few to fit: 20 are the least"});
-  throw sim::InputError({.file = recording.name,
-                         .key = "--fit-until",
-                         .value = sim::shortest(fit_until_s),
-                         .advice = "leaves fewer than 20 samples to fit; " + begins});
+  throw sim::InputError(
+      {.file = recording.name,
+       .key = "--fit-until",
+       .value = sim::shortest(fit_until_s),
+       .advice = "leaves fewer than 20 samples to fit; the recording begins at " + sim::shortest(recording.samples.front().time_s) + " s"});
 }
 
 void check_keeps_back(const std::vector<sim::Recording>& recordings, double fit_until_s) {
@@ -455,7 +453,7 @@ void check_keeps_back(const std::vector<sim::Recording>& recordings, double fit_
     throw sim::InputError({.file = "",
                            .key = "--fit-until",
                            .value = sim::shortest(fit_until_s),
-                           .advice = "keeps fewer than 20 samples of each recording back; leave it out"});
+                           .advice = "leaves fewer than 20 samples after it, of every recording; leave it out"});
 }
 
 void check_given_once(const std::vector<std::pair<std::string, std::vector<std::string>>>& recordings) {

@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "apps/app.h"
@@ -505,12 +506,15 @@ void check_same(const Json& begun_with, const Json& now, const fs::path& file) {
                                                           {"given", "--train"},
                                                           {"use", "--use"},
                                                           {"concealed_sha256", "--effect, --limb-seed, --strength"}};
-  for (const auto& [key, option] : options) {
+  std::set<std::string> keys;
+  for (const Json* one : {&begun_with, &now})
+    for (const auto& [key, value] : one->items()) keys.insert(key);
+  for (const std::string& key : keys) {
     const Json then = begun_with.value(key, Json()), given = now.value(key, Json());
     if (then == given) continue;
     const bool says_little = key == "given" || key.ends_with("_sha256") || then.is_null() || given.is_null();
     throw sim::InputError({.file = file.string(),
-                           .key = option,
+                           .key = options.contains(key) ? options.at(key) : key,
                            .value = says_little ? "" : given.dump(),
                            .advice = (says_little ? "is not what this investigation was begun with" : "it was begun with " + then.dump()) +
                                      "\ngive what it was begun with, or another --out"});

@@ -308,14 +308,17 @@ class Explainer {
   }
 
   Explanation run(const Guess& guess) {
-    if (!fit_.begin(fit_.clamped(coordinates_of(guess, *problem_), 1e-3))) return found_.of;
-    fit();
-    if (found_.of.log_posterior == none) return found_.of;
-    weigh_by_surroundings();
+    const Eigen::VectorXd z = fit_.clamped(coordinates_of(guess, *problem_), 1e-3);
+    if (!fit_again_from(z) && !(problem_->course() && fit_about_no_course(z))) return found_.of;
     if (found_.noise && !settings_.varying) {
       // A guess's course is that of another explanation: where it leads to none of its own, there is none.
-      const Eigen::VectorXd z = found_.of.z;
-      if (found_.course && !settle_along_the_surroundings() && !fit_about_no_course(z)) return found_.of;
+      if (found_.course) {
+        const Found begun = found_;
+        if (!fit_along(StateNoise::Of::surroundings) || !settle_along_the_surroundings()) {
+          size_ = begun.of.forcing;
+          if (!fit_about_no_course(begun.of.z)) return found_.of;
+        }
+      }
       const auto rows = static_cast<double>(blocks_->rows().size());
       if (!found_.course && found_.of.misfit > surely_off * std::sqrt(2.0 * rows) && found_.of.misfit < most_off * rows) follow_courses();
     }
@@ -386,6 +389,7 @@ class Explainer {
 
   // Along the likeliest course of all forcings, which takes it off a corner, and from there along that of the surroundings alone.
   void follow_courses() {
+    if (!problem_->system().surroundings()) return;
     const Found without = found_;
     if (!fit_along(StateNoise::Of::all) || !fit_along(StateNoise::Of::surroundings) || !settle_along_the_surroundings() ||
         found_.of.log_posterior < without.of.log_posterior)
@@ -416,18 +420,20 @@ class Explainer {
     return likeliest.has_value();
   }
 
-  // Three that are false where it cannot be integrated.
+  // False where it cannot be integrated, as the two that follow.
   bool fit_again_from(const Eigen::VectorXd& z) {
     found_.of.log_posterior = none;
     if (!fit_.begin(z)) return false;
-    size_ = found_.of.forcing;
     fit();
     if (found_.of.log_posterior == none) return false;
     weigh_by_surroundings();
     return true;
   }
 
-  bool fit_along(StateNoise::Of which) { return move_to_course(which) && fit_again_from(Eigen::VectorXd(found_.of.z)); }
+  bool fit_along(StateNoise::Of which) {
+    size_ = found_.of.forcing;
+    return move_to_course(which) && fit_again_from(Eigen::VectorXd(found_.of.z));
+  }
 
   bool move_to_course(StateNoise::Of which) {
     problem_->set_course(found_.course);
@@ -439,7 +445,8 @@ class Explainer {
                 .pushes = found_.noise->pushes(found_.of.residual, *problem_, z, path, which),
                 .response = std::vector<double>(problem_->rows().size(), 0.0)};
     for (const plant::StateInfo& state : problem_->centres().states()) next.states.push_back(state.key);
-    problem_->set_course(std::make_shared<const Course>(std::move(next)));
+    const bool moves = std::any_of(next.pushes.begin(), next.pushes.end(), [](const Eigen::MatrixXd& push) { return !push.isZero(0.0); });
+    problem_->set_course(moves ? std::make_shared<const Course>(std::move(next)) : nullptr);
     return true;
   }
 

@@ -776,9 +776,9 @@ class Searcher {
     std::stable_sort(others.begin(), others.end(), better);
   }
 
+  static constexpr int most_weighings = 3;
   // What fits instead of each effect. Of one alone the first round knows; of several, or beside parts that are not alike, each is taken out
   // again, and the best of the others put in its place.
-  static constexpr int most_weighings = 3;
   std::vector<Instead> weigh(Search& result) const {
     std::vector<Instead> instead;
     const double before = log_odds(result.best);
@@ -801,16 +801,18 @@ class Searcher {
           instead.push_back({mine()[0], candidate.effect, candidate.explanation});
         }
     } else {
-      // What is taken out or exchanged changes what the others gain, and what fits in their place.
+      // What is taken out or exchanged changes what the others gain, and what fits in their place; at last nothing is any more.
       bool changed = true;
       for (int pass = 0; changed && pass < most_weighings; ++pass) {
         changed = false;
+        const bool may_change = pass + 1 < most_weighings;
         result.rivals.clear();
         instead.clear();
         for (const plant::EffectId e : mine()) {
+          if (!contains_all(mine(), {e})) continue;  // gone with another, which it needs
           const Explanation less = reduced(result.best, e);
           if (!less.usable) continue;
-          if (log_odds(less) > log_odds(result.best)) {
+          if (may_change && log_odds(less) > log_odds(result.best)) {
             result.best = less;
             changed = true;
             continue;
@@ -820,11 +822,11 @@ class Searcher {
           settle_alike(others, e, result);
           plant::EffectId kept = e;
           const double with_it = log_odds(result.best);
-          if (!others.empty() && others.front().explanation.usable && log_odds(others.front().explanation) > with_it + 1.0) {
+          if (may_change && !others.empty() && others.front().explanation.usable && log_odds(others.front().explanation) > with_it + 1.0) {
             result.best = others.front().explanation;
             kept = others.front().effect;
+            changed = true;
             if (kept != e) {
-              changed = true;
               result.rivals[kept].emplace_back(e, log_odds(result.best) - with_it);
               tell_instead(result, e, others.front(), 2.0 * (result.best.log_posterior - less.log_posterior));
             }

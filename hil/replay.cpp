@@ -18,7 +18,8 @@ Replayed replay_session(const std::filesystem::path& folder) {
   nlohmann::json json;
   SessionSettings settings;
   std::string limb;
-  std::int64_t stops_at = 0;  // the question whether to stop; 0: it was not stopped
+  std::int64_t ticks = 0, stops_at = 0;  // the question whether to stop; 0: not written, by versions before
+  bool stopped = false;
   try {
     json = nlohmann::json::parse(json_text);
     settings.session = json.at("session");
@@ -27,7 +28,9 @@ Replayed replay_session(const std::filesystem::path& folder) {
     settings.real_time_priority = json.value("real_time_priority", false);
     if (json.contains("time_zero_s")) settings.time_zero_s = json["time_zero_s"].get<double>();
     limb = json.at("limb");
-    if (json.at("status") == "stopped") stops_at = json.at("asked_to_stop");
+    ticks = json.at("ticks");
+    stopped = json.at("status") == "stopped";
+    stops_at = json.value("asked_to_stop", std::int64_t{0});
     for (const auto& [name, hash] : json.at("sha256").items()) {
       if (name.find('/') != std::string::npos)
         throw sim::InputError({.file = json_file.string(), .key = name, .advice = "names a file elsewhere"});
@@ -44,7 +47,7 @@ Replayed replay_session(const std::filesystem::path& folder) {
   const sim::Scenario scenario = sim::parse_scenario(replayed.stored["scenario.yaml"], folder / "scenario.yaml");
   if (replayed.stored.contains("twin.yaml")) settings.twin = sim::read_plant_file(folder / "twin.yaml");
   std::int64_t asked = 0;
-  if (stops_at > 0) settings.should_stop = [&](std::int64_t) { return ++asked >= stops_at; };
+  if (stopped) settings.should_stop = [&](std::int64_t tick) { return stops_at > 0 ? ++asked >= stops_at : tick + 1 >= ticks; };
   ReplayLink link(replayed.stored["wire.bin"], (folder / "wire.bin").string());
   replayed.result = run_session(scenario, link, settings);
   if (!link.at_end()) throw ReplayDiffers(folder.string() + ": the session ended before its log");

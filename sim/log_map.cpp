@@ -834,7 +834,8 @@ class Application {
     Tally outside;
     for (std::size_t i = 0; i < values.size(); ++i) {
       double& value = values[i];
-      if (std::isnan(value) || (std::isfinite(value) && value >= rule.lowest && value <= rule.highest)) continue;
+      if (std::isinf(value)) log_.fail_in_row(kept_[i], rule.name, "", rule.name + " is infinite here\n" + place_of(rule.at) + " says so");
+      if (std::isnan(value) || (value >= rule.lowest && value <= rule.highest)) continue;
       outside.add(log_.line_of(kept_[i]));
       if (rule.outside == Outside::missing) value = not_a_number;
       if (rule.outside == Outside::clip) value = std::clamp(value, rule.lowest, rule.highest);

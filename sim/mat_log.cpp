@@ -95,14 +95,15 @@ void append(std::vector<LogArray>& to, const std::string& name, matvar_t& variab
   }
 }
 
-// A file of version 5 to 7 is a header and elements, each of which says how long it is; most are compressed, and have a checksum. matio
-// takes what it can read of one that is cut off or damaged.
-// Source: MathWorks, MAT-File Format (R2019b), chapter 1.
+// A file of version 5 (MATLAB 5 to 7.2) is a header and elements, each of which says how long it is; most are compressed, and have a
+// checksum. matio takes what it can read of one that is cut off or damaged. Source: MathWorks, MAT-File Format (R2019b), chapter 1.
 bool is_whole(const std::string& bytes) {
   constexpr std::size_t header_bytes = 128, tag_bytes = 8;
   constexpr std::uint32_t compressed = 15;
-  if (bytes.size() < header_bytes || (bytes.substr(126, 2) != "IM" && bytes.substr(126, 2) != "MI")) return true;  // another version
-  const bool swapped = (bytes.substr(126, 2) == "MI") == (std::endian::native == std::endian::little);
+  const std::string version = bytes.size() < header_bytes ? "" : bytes.substr(124, 4);
+  const bool is_little = version == std::string("\0\1IM", 4);
+  if (!is_little && version != std::string("\1\0MI", 4)) return true;  // of another version
+  const bool swapped = is_little != (std::endian::native == std::endian::little);
   const auto number_at = [&](std::size_t at) {
     std::uint32_t number;
     std::memcpy(&number, bytes.data() + at, sizeof number);

@@ -394,9 +394,9 @@ def test_calibrate():
             r"^--fit = thermocouple_lag\.time_constant_s\n  no such parameter that can be fitted")
     refused("--fit-until after the end",
             ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit-until", "60"],
-            r"^--fit-until = 60\n  keeps fewer than 20 samples")
+            r"^--fit-until = 60\n  leaves fewer than 20 samples after it")
     refused("compare --fit-until after the end", ["compare", "made/recording.csv", "--plant", PAPER_LIMB, "--fit-until", "100"],
-            r"^--fit-until = 100\n  keeps fewer than 20 samples")
+            r"^--fit-until = 100\n  leaves fewer than 20 samples after it")
     refused("calibrate: one recording given twice",
             ["calibrate", "made/recording.csv", "made/../made/recording.csv", "--plant", PAPER_LIMB, "--out", "o"],
             r"^RECORDING = made/\.\./made/recording\.csv\n  is given twice")
@@ -626,7 +626,7 @@ input:
     count = lambda channels: [channels[c]["fitted"]["samples"] for c in ("temperature_A_degC", "temperature_B_degC", "angle_deg")]
     check("compare --ignore: ten seconds of both temperatures are left out, of the angle none",
           [b - a for a, b in zip(count(less), count(whole))] == [101, 101, 0], f"{count(less)} {count(whole)}")
-    refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  keeps fewer than 20 samples")
+    refused("diagnose --fit-until after the end", [*made, "--fit-until", "9000", "--out", "nothing_kept"], r"--fit-until = 9000\n  leaves fewer than 20 samples after it")
     refused("diagnose --fit-until that is no time", [*made, "--fit-until", "nan", "--out", "nothing_kept"], r"--fit-until.* nan is not a finite number")
     refused("diagnose --noise that is no number", [*made, "--noise", "0.4,x,1", "--out", "nothing_kept"],
             r"--noise = x\n +is not a positive number")

@@ -85,6 +85,19 @@ TEST_CASE("belief: where nothing is missing it is that, or what this recording c
   CHECK(find(belief, "thermocouple_lag")->probability < 1e-6);
   REQUIRE(find(belief, "coil_slack"));
   CHECK(Belief::may_yet_show(*find(belief, "coil_slack")));
+  // Two names are right together where each is.
+  diagnose::Found two;
+  for (const auto& [name, confidence] : {std::pair{"dry_friction", 0.9}, {"latent_heat", 0.8}}) {
+    two.effects.emplace_back();
+    two.effects.back().effect = testing::effect(name);
+    two.effects.back().confidence = confidence;
+  }
+  diagnose::Diagnosis named = diagnosis;
+  named.answer = two;
+  const Belief of_two = belief_of(named, settings);
+  REQUIRE(of_two.first().kind == Kind::named);
+  CHECK(of_two.first().effects.size() == 2);
+  CHECK(of_two.first().probability == doctest::Approx(0.72).epsilon(1e-9));
 }
 
 }  // namespace investigate_belief_test
