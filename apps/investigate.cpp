@@ -537,13 +537,7 @@ int investigate_command(InvestigateArguments arguments) {
   hil::parts_of(plant, arguments.plant);
   std::vector<std::string> all_effects;
   const investigate::Settings settings = settings_of(arguments, plant);
-  if (!arguments.effect.empty()) {
-    try {
-      prove::kind_of_name(arguments.effect);
-    } catch (const std::invalid_argument& e) {
-      throw sim::InputError({.key = "--effect", .value = arguments.effect, .advice = e.what()});
-    }
-  }
+  if (!arguments.effect.empty()) check_concealed_kind("--effect", arguments.effect);
   if (arguments.emulate) emulator_command(arguments.plant, {});  // says so where it is not built
   check_given_once({{"--train", arguments.training}});
   std::vector<sim::Recording> given;

@@ -18,6 +18,9 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "apps/words.h"
+#include "plant/contains.h"
+#include "prove/generator.h"
 #include "sim/input_error.h"
 
 namespace sinew::apps {
@@ -37,6 +40,15 @@ std::vector<std::string> emulator_command(const std::string& scenario, const std
                                    program_beside("firmware.elf", advice)};
   for (const std::string& fault : faults) command.insert(command.end(), {"--fault", fault});
   return command;
+}
+
+void check_concealed_kind(const std::string& option, const std::string& name) {
+  std::vector<std::string> all;
+  for (const auto& kinds : {prove::kinds(), prove::unlike_kinds()})
+    for (const prove::Kind& kind : kinds) all.push_back(kind.name);
+  if (!contains(all, name))
+    throw sim::InputError(
+        {.key = option, .value = name, .advice = "no such kind" + sim::did_you_mean(name, all) + "\nthere are " + listed(all)});
 }
 
 double seconds_since_1970() {

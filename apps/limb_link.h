@@ -10,6 +10,9 @@ namespace sinew::apps {
 // Program and arguments. Throws sim::InputError where one is missing.
 std::vector<std::string> emulator_command(const std::string& scenario, const std::vector<std::string>& faults);
 
+// Throws sim::InputError where no kind of concealed limb has this name.
+void check_concealed_kind(const std::string& option, const std::string& name);
+
 // By this machine's clock, to the millisecond: when a session on a limb begins.
 double seconds_since_1970();
 

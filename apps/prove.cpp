@@ -12,6 +12,7 @@
 
 #include "apps/app.h"
 #include "apps/diagnosis_json.h"
+#include "apps/limb_link.h"
 #include "apps/outputs.h"
 #include "apps/ranks.h"
 #include "diagnose/calibrate.h"
@@ -304,14 +305,6 @@ std::string figures_text(const Score& score) {
   throw sim::InputError({.file = file, .key = key, .value = value, .advice = advice});
 }
 
-void check_kind(const std::string& name) {
-  try {
-    prove::kind_of_name(name);
-  } catch (const std::invalid_argument& e) {
-    refuse("", "--kinds", name, e.what());
-  }
-}
-
 Json sealed_answers(const fs::path& out) {
   const fs::path file = out / "answers.json";
   const Json sealed = fs::exists(file) ? Json::parse(sim::read_file(file), nullptr, false) : Json();
@@ -363,7 +356,7 @@ std::vector<ProofCase> cases_of(const ProveArguments& arguments) {
   };
   std::erase_if(cases,
                 [&](const ProofCase& one) { return !chosen(arguments.families, one.family()) || !chosen(arguments.kinds, one.kind.name); });
-  for (const std::string& kind : arguments.kinds) check_kind(kind);
+  for (const std::string& kind : arguments.kinds) check_concealed_kind("--kinds", kind);
   if (cases.empty()) refuse("", "--families, --kinds", "", "no case is left; `--families` has none of these kinds");
   if (arguments.without_baselines)
     for (ProofCase& one : cases) one.with_baselines = false;

@@ -12,7 +12,6 @@
 #include "prove/generator_limb.h"
 #include "prove/generator_random.h"
 #include "prove/generator_recording.h"
-#include "sim/input_error.h"
 
 namespace sinew::prove {
 namespace {
@@ -237,15 +236,15 @@ Run concealed_run(const Kind& kind, std::uint64_t seed, const Settings& settings
 }
 
 Kind kind_of_name(std::string_view name) {
-  std::vector<std::string> names;
-  std::string all;
-  for (const auto& some : {kinds(), unlike_kinds()})
-    for (const Kind& kind : some) {
-      if (kind.name == name) return kind;
-      names.push_back(kind.name);
-      all += (all.empty() ? "" : ", ") + kind.name;
-    }
-  throw std::invalid_argument("no such kind" + sim::did_you_mean(name, names) + "\nthere are " + all);
+  std::string near;
+  std::vector<Kind> all = kinds();
+  for (const Kind& kind : unlike_kinds()) all.push_back(kind);
+  for (const Kind& kind : all) {
+    if (kind.name == name) return kind;
+    const std::string_view stem = name.substr(0, std::min<std::size_t>(name.size(), 4));
+    if (!stem.empty() && kind.name.find(stem) != std::string::npos) near += (near.empty() ? "" : ", ") + kind.name;
+  }
+  throw std::invalid_argument("no kind of concealed limb is called " + std::string(name) + (near.empty() ? "" : "; near are: " + near));
 }
 
 Concealed make(const Kind& kind, std::uint64_t seed, const Settings& settings) {
