@@ -190,7 +190,7 @@ Calibrated calibrated(const CalibrateRequest& arguments, const plant::Plant& nom
     check_long_enough(recording, arguments.fit_until_s);
     for (const sim::Recording& part : parts[r]) {
       const std::size_t of_part = diagnose::samples_until(part, arguments.fit_until_s);
-      const bool is_fitted = of_part >= std::min<std::size_t>(20, count);
+      const bool is_fitted = of_part >= std::min(least_samples, count);
       fitted[r].push_back(is_fitted ? std::optional(data.size()) : std::nullopt);
       if (is_fitted) data.push_back({&part, of_part, noise[r]});
     }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <optional>
 
 #include "sim/input_error.h"
@@ -118,7 +119,7 @@ bool is_whole(const std::string& bytes) {
       z_stream stream{};
       if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
       std::array<Bytef, 1 << 16> thrown_away;
-      // zlib does not write there.
+      // zlib does not write to its input.
       stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data() + at));  // NOLINT
       stream.avail_in = length;
       int state = Z_OK;
