@@ -400,6 +400,13 @@ std::string summary_sentence(const Diagnosis& d) {
   for (const plant::ChannelId other : channels_of(d).ids())
     if (held.samples[other] > 0 && held.gain_highest[other] < 0.0 && held.gain[other] < -0.01)
       worse.push_back(channel_words(channels_of(d)[other]));
+  // Of these nothing is gained, though they are off by more than noise.
+  constexpr double of_noise = 2.0;
+  std::vector<std::string> as_before;
+  for (const plant::ChannelId other : channels_of(d).ids())
+    if (held.samples[other] > 0 && held.gain_lowest[other] <= 0.0 && held.gain_highest[other] >= 0.0 &&
+        held.after[other] > of_noise * held.noise[other])
+      as_before.push_back(channel_words(channels_of(d)[other]));
   return "With " +
          std::string(!laws.empty() || (effects.empty() && !apart.empty())
                          ? (fitted_effects(d.answer) + laws.size() + apart.size() == 1 ? "it" : "them")
@@ -409,7 +416,8 @@ std::string summary_sentence(const Diagnosis& d) {
          " put in, the error of " + channel_words(channels_of(d)[c]) + " on held-out data goes from " +
          channel_value(channels_of(d)[c], held.before[c]) + " to " + channel_value(channels_of(d)[c], held.after[c]) +
          "; noise alone would give " + channel_value(channels_of(d)[c], held.noise[c]) + "." +
-         (worse.empty() ? "" : " It grows for " + listed(worse) + ".");
+         (worse.empty() ? "" : " It grows for " + listed(worse) + ".") +
+         (as_before.empty() ? "" : " Of " + listed(as_before) + " no change could be told from chance.");
 }
 
 }  // namespace
