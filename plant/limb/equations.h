@@ -98,6 +98,10 @@ LimbEquations<S>::LimbEquations(std::shared_ptr<const System> alive, const Shape
                                 const EffectsOn& on, const States& states)
     : alive_(std::move(alive)), shape_(shape), at_(shape), values_(Core<S>(shape), own), on_(on), states_(states), now_(values_.core) {
   values_.assign(values);
+  const std::vector<S>& heat_capacity_J_K = values_.core.heat_capacity_J_K;
+  S sum_J_K(0.0);
+  for (const S& one_J_K : heat_capacity_J_K) sum_J_K += one_J_K;
+  now_.mean_heat_capacity_J_K = sum_J_K / static_cast<double>(heat_capacity_J_K.size());
   std::size_t next = at_.count;
   values_.each_effect([&](auto index, const auto& instances) {
     using Effect = typename std::remove_cvref_t<decltype(instances.sets)>::value_type;

@@ -70,6 +70,7 @@ struct Instant {
   }
 
   const Core<S>* core;
+  S mean_heat_capacity_J_K;  // of the wires, the core's
   const Situation* given = nullptr;
   const Shape& shape() const { return *core->shape; }
 

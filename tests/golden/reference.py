@@ -344,10 +344,10 @@ class Plant:
             heat_in = power - h * (T[j] - T_inf)
             followed = T[j]
             if self.C_x != 0:
-                # CHOICE the share s of the power takes C_j as it is in the file, and the junction cools by r_x alone:
-                # convection and airflow leave it as it is.
+                # CHOICE the share s of the power is the same in all coils, by the mean of C_j as they are in the file, and the
+                # junction cools by r_x alone: convection and airflow leave it as it is.
                 T_x, T_y = y[JA + j], y[LA + j]
-                share_x = self.q_x * self.C_x / (self.C[j] + self.C_x)
+                share_x = self.q_x * self.C_x / (sum(self.C) / len(self.C) + self.C_x)
                 into_junction = share_x * power + self.G_x * (T[j] - T_x)
                 into_layer = self.G_y * (T_x - T_y)
                 heat_in -= into_junction

@@ -3,10 +3,11 @@
 // epoxy that holds the bead. This junction is heated by its share of the current, cools by itself, and is joined to the working
 // wire by conduction.
 //
-//   C_x dT_x,j/dt = s_j P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf),   s_j = q_x C_x / (C_j + C_x), at most 1,   reading: T_x,j
-//   the working wire: C_j dT_j/dt = (1 - s_j) P_j - G_x (T_j - T_x,j) - ...
+//   C_x dT_x,j/dt = s P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf),   s = q_x C_x / (C + C_x), at most 1,   reading: T_x,j
+//   the working wire: C_j dT_j/dt = (1 - s) P_j - G_x (T_j - T_x,j) - ...
 //
-// Without heat capacity the junction takes no current
+// C is the mean heat capacity of the wires: how many turns lie outside does not depend on how heavy one coil's wire is, so that coils
+// with equal junctions have equal shares. Without heat capacity the junction takes no current
 // and loses no heat: T_x is T, and nothing is changed (but by what another effect hangs on it, junction_layer.h). Near there,
 // where C_x/G_x is short, the same to first order: T_x = T - (C_x (dT/dt + r_x (T - T_inf)) - s P + what is hung on it)/G_x, and the wire
 // has the heat capacity C + C_x and loses r_x C_x (T - T_inf) more.
@@ -27,7 +28,7 @@ struct Junction {
   static constexpr Part part = Part::thermocouple;
   static constexpr std::string_view argument = "memory of temperature";
   static constexpr std::string_view equation =
-      "C_x dT_x,j/dt = s_j P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf), T_m,j = T_x,j, s_j = min(1, q_x C_x / (C_j + C_x))";
+      "C_x dT_x,j/dt = s P_j + G_x (T_j - T_x,j) - r_x C_x (T_x,j - T_inf), T_m,j = T_x,j, s = min(1, q_x C_x / (C + C_x))";
   static constexpr std::string_view words =
       "the thermocouple shows a body of its own (epoxy, turns outside) that is joined to the wire, not the wire";
   // Once the thermocouple sits on the junction, nothing shows the wire's own heat balance directly, nor when it transforms.
@@ -65,7 +66,8 @@ struct Junction {
                       .range = {0.0, 10.0},
                       .typical = 0.5,
                       .prior_deviation = 0.5,
-                      .meaning = "the junction's share of the coil's current heat, over its share of their heat capacity",
+                      .meaning =
+                          "the junction's share of the coil's current heat, over its share of their heat capacity (of the wires, the mean)",
                       .source = "0 for a body without current, 1 where both are bare wire"});
     visit(self.cooling_rate_1_s,
           Declaration{.name = "cooling_rate_1_s",
@@ -80,7 +82,7 @@ struct Junction {
 
   bool follows_at_once() const { return value_of(heat_capacity_J_K) < Smoothing::shortest_lag_s * value_of(conductance_W_K); }
   S power_W(const Instant<S>& now, std::size_t coil) const {
-    const S share = relative_power * heat_capacity_J_K / (now.core->heat_capacity_J_K[coil] + heat_capacity_J_K);
+    const S share = relative_power * heat_capacity_J_K / (now.mean_heat_capacity_J_K + heat_capacity_J_K);
     return value_of(share) < 1.0 ? share * now.joule_heat_W[coil] : now.joule_heat_W[coil];
   }
   S loss_W(const Instant<S>& now, const S& temperature_degC) const {

@@ -35,15 +35,15 @@ TEST_CASE("junction: the wire keeps the rest of its current's heat and loses wha
   CHECK(at.rates[B] == by_hand(-0.2 / 0.85));
 }
 
-TEST_CASE("junction: its share of the current is by the heat capacity of its own wire") {
+TEST_CASE("junction: its share of the current is the same in all coils, by the mean heat capacity of their wires") {
   Plant limb = limb_with_junctions();
-  set(limb, "heat_capacity_B_J_K", 0.45);
+  set(limb, "heat_capacity_B_J_K", 0.65);
   const auto at = at_one_instant(limb, {.inputs = {0.5, 0.5}}, {25.0, 25.0, 1.0, 1.0, 0.0, 0.0, 25.0, 25.0});
-  // By hand: 2 * 0.15 / 1.0 and 2 * 0.15 / 0.6 of 9.8 W; the wires have what is left.
-  CHECK(at.rates[6] == by_hand(2.94 / 0.15));
-  CHECK(at.rates[7] == by_hand(4.9 / 0.15));
-  CHECK(at.now.heat_W[A] == by_hand(6.86));
-  CHECK(at.now.heat_W[B] == by_hand(4.9));
+  // By hand: the mean wire has 0.75 J/K, so 2 * 0.15 / 0.9 of 9.8 W; the wires have what is left.
+  CHECK(at.rates[6] == by_hand(9.8 / 3.0 / 0.15));
+  CHECK(at.rates[7] == by_hand(9.8 / 3.0 / 0.15));
+  CHECK(at.now.heat_W[A] == by_hand(9.8 * 2.0 / 3.0));
+  CHECK(at.now.heat_W[B] == by_hand(9.8 * 2.0 / 3.0));
 }
 
 TEST_CASE("junction: the thermocouple shows it, and not the wire") {
