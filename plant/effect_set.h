@@ -115,6 +115,7 @@ void list_parameters_and_effects(Values values, PartNames&& part_names, ListOf<P
     info.place = text_of(Effect::place);
     info.equation = Effect::equation;
     info.words = Effect::words;
+    info.parts = part_names(Effect::part);
     if constexpr (requires { Effect::argument; }) info.argument = Effect::argument;
     info.begins_at_an_instant = requires(const Effect& effect) { effect.switch_time_s(); };
     if constexpr (requires { Effect::grown_words; }) {

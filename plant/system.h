@@ -115,6 +115,7 @@ struct EffectInfo {
   std::string_view words;
   std::vector<ParameterId> parameters;  // shared by all parts
   ParameterId strength;                 // the one among them that has a null
+  std::vector<std::string> parts = {};  // names of those it acts on
   // Strengths that parts have of their own, where the file gives one.
   std::vector<ParameterId> own_strengths;
   // Of what quantity of its part it is a function, as System::variables() names it without the part: "angle", "temperature"; "other ..." of

@@ -425,6 +425,18 @@ TEST_CASE("plant file: an effect that acts on what another brings is refused wit
   // A layer that is off itself needs nothing.
   CHECK_FALSE(
       is_on(read("effects: { junction_layer: { conductance_W_K: 0, heat_capacity_J_K: 0.5, heat_loss_W_K: 0.01 } }"), "junction_layer"));
+  // In a coil that has a junction of its own, too.
+  const std::string own_off =
+      "  junction: { heat_capacity_J_K: 0.4, conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02, "
+      "A: { heat_capacity_J_K: 0, conductance_W_K: 0.08, relative_power: 0.5, cooling_rate_1_s: 0.02 } }\n";
+  CHECK(reading_error("format: 2\neffects:\n" + own_off + layer) ==
+        "p.yaml:4:19: effects.junction_layer = { a map }\n  junction_layer acts on what junction brings, and junction is off at A; switch "
+        "it on "
+        "there, or junction_layer off");
+  const std::string layer_off_at_A =
+      "  junction_layer: { conductance_W_K: 0.03, heat_capacity_J_K: 0.5, heat_loss_W_K: 0.01, "
+      "A: { conductance_W_K: 0, heat_capacity_J_K: 0.5, heat_loss_W_K: 0.01 } }\n";
+  CHECK(is_on(read("format: 2\neffects:\n" + own_off + layer_off_at_A), "junction_layer"));
   // Either may stand in the base; where the file turns the junction off that its base's layer needs, it points at its own effects.
   const Folder folder;
   folder.write("junction.yaml", "effects:\n" + junction);
@@ -578,6 +590,7 @@ TEST_CASE("plant file, format 2: an error of the structure points at the word th
   CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils: [{name: A, direction_deg: 0}]\n"
                       "  channels: [{column: angle_deg, bend: arm}, {column: angle_deg, camera: arm}]\n") ==
         "p.yaml:5:55: limb.channels[1].column = angle_deg\n  this name stands twice");
+  CHECK(reading_error("format: 2\nlimb:\n").find("= (nothing)\n  is empty: what the plant is made of stands below it") != std::string::npos);
   CHECK(reading_error("format: 2\nlimb: {}\n") == "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
   // Inside a scenario the path begins with the plant.
   const YamlValue root = parse_yaml("plant:\n  limb: { segments: 1, coils: 2, channels: 3 }\n", "s.yaml");
