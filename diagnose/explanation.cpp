@@ -340,40 +340,53 @@ class Explainer {
 
   void whiten(Eigen::Ref<Eigen::MatrixXd> columns) const { noise_ ? noise_->whiten(columns) : whiten_by_count(*blocks_, columns); }
 
-  // Unknowns and sizes of forcings in turn, from where the fit is; what is likelier than what was found replaces it.
+  // Unknowns and sizes of forcings in turn, from where the fit is; what is likelier than what was found replaces it. Sizes are found
+  // coarsely until that gains no more, then finely.
   void fit() {
     const Whiten by_noise = [this](Eigen::Ref<Eigen::MatrixXd> columns) { whiten(columns); };
+    bool finely = settings_.least_squares;
     for (int round = 0; round <= settings_.most_rounds; ++round) {
-      const Eigen::VectorXd residual = fit_.residual();
       if (!settings_.least_squares) {
         VaryingPush push;
         if (settings_.varying && !varying_push(*problem_, fit_.z().data(), *settings_.varying, push)) break;
         noise_ =
             std::make_shared<StateNoise>(*problem_, *blocks_, fit_.z().data(), fit_.path(), settings_.varying ? &push : nullptr, free_);
         if (found_.noise && settings_.varying) noise_->set(size_, found_.of.varying_size);
-        size_ = noise_->maximise(residual, size_, free_, round == settings_.most_rounds ? 1.3 : 1.6, settings_.only_ordinary);
       }
-      Eigen::MatrixXd whitened = residual;
-      whiten(whitened);
-      const double likelihood = -0.5 * (whitened.squaredNorm() + (noise_ ? noise_->log_determinant() : 0.0));
-      const double posterior =
-          likelihood - 0.5 * fit_.z().squaredNorm() - 0.5 * problem_->order_residuals(fit_.z().data(), nullptr).squaredNorm();
-      const double gained = posterior - found_.of.log_posterior;
-      if (gained > 0.0) {
-        found_.of.z = fit_.z();
-        found_.of.residual = residual;
-        found_.of.forcing = size_;
-        found_.of.varying_size = noise_ ? noise_->varying_size() : 0.0;
-        found_.of.log_likelihood = likelihood;
-        found_.of.log_posterior = posterior;
-        found_.sensitivity = fit_.whitened_jacobian(by_noise);
-        found_.noise = noise_;
-        found_.course = problem_->course();
+      finely = finely || round == settings_.most_rounds;
+      double gained = gain_here(by_noise, finely);
+      if (gained < settings_.enough && !finely) {
+        finely = true;
+        gained = gain_here(by_noise, finely);
       }
       if (gained < settings_.enough || round == settings_.most_rounds) break;
       fit_.improve(by_noise, settings_.iterations_per_round, settings_.enough, settings_.should_stop);
       fit_.linearise();
     }
+  }
+
+  // How much likelier than what was found the best sizes are where the fit is.
+  double gain_here(const Whiten& by_noise, bool finely) {
+    const Eigen::VectorXd residual = fit_.residual();
+    if (noise_) size_ = noise_->maximise(residual, size_, free_, finely ? 1.3 : 1.6, settings_.only_ordinary);
+    Eigen::MatrixXd whitened = residual;
+    whiten(whitened);
+    const double likelihood = -0.5 * (whitened.squaredNorm() + (noise_ ? noise_->log_determinant() : 0.0));
+    const double posterior =
+        likelihood - 0.5 * fit_.z().squaredNorm() - 0.5 * problem_->order_residuals(fit_.z().data(), nullptr).squaredNorm();
+    const double gained = posterior - found_.of.log_posterior;
+    if (gained > 0.0) {
+      found_.of.z = fit_.z();
+      found_.of.residual = residual;
+      found_.of.forcing = size_;
+      found_.of.varying_size = noise_ ? noise_->varying_size() : 0.0;
+      found_.of.log_likelihood = likelihood;
+      found_.of.log_posterior = posterior;
+      found_.sensitivity = fit_.whitened_jacobian(by_noise);
+      found_.noise = noise_;
+      found_.course = problem_->course();
+    }
+    return gained;
   }
 
   void weigh_by_surroundings() {

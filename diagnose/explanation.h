@@ -39,8 +39,8 @@ struct ExplanationSettings {
   plant::NumericalSettings numerics{plant::Method::rosenbrock, 1e-5};
   bool only_ordinary = false;      // forcings that are no sign of missing physics (EntryGroup::ordinary), and no others
   std::optional<Varying> varying;  // one more forcing
-  int most_rounds = 4;
-  int iterations_per_round = 6;
+  int most_rounds = 6;
+  int iterations_per_round = 12;
   double enough = 0.3;                // an improvement of the log posterior below this ends the fit
   std::function<bool()> should_stop;  // throws Stopped (calibrate.h) where it says so
 };
