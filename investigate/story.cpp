@@ -58,7 +58,7 @@ std::string announcement_of(const Step& step) {
   const Plan& plan = *step.plan;
   std::string words = step.name + ": " + plan.words + "; " + time_words(plan.duration_s);
   if (plan.cool_s > 0.0) words += ", the last " + time_words(plan.cool_s) + " to cool";
-  if (std::isfinite(plan.highest_degC)) words += print("; at most %.0f degC expected", plan.highest_degC);
+  if (std::isfinite(plan.highest_degC)) words += print("; at most %.0f °C expected", plan.highest_degC);
   if (!plan.apart.empty())
     words += ". To tell " + plan.apart + " from " + plan.from + print(": %.1f standard deviations apart", plan.separation) +
              print(", expected to tell %.2f bit", plan.expected_bit);
@@ -79,17 +79,18 @@ Story story_of(const Investigation& investigation, const plant::System& system) 
       asked += "Done: " + step.plan->words + ".";
       if (!step.plan->apart.empty())
         asked += print(" Chosen among %zu programmes: it was expected to tell %.2f bit", step.plan->tried, step.plan->expected_bit) +
-                 print(", with the two %.1f standard deviations apart, and to stay below %.0f degC.", step.plan->separation,
+                 print(", with the two %.1f standard deviations apart, and to stay below %.0f °C.", step.plan->separation,
                        step.plan->highest_degC);
       chapter.paragraphs.push_back(asked);
     }
     if (step.status) {
       std::string came = "Recorded: " + step.name + "/" + (step.origin == "given" ? "recording.csv" : "timed.csv");
-      if (std::isfinite(step.highest_degC)) came += print(", at most %.1f degC measured", step.highest_degC);
+      if (std::isfinite(step.highest_degC)) came += print(", at most %.1f °C measured", step.highest_degC);
       if (step.lowered > 0) came += print("; the host's supervisor lowered %lld commands", static_cast<long long>(step.lowered));
       came += ".";
       if (*step.status != "finished" && step.origin != "given")
-        came += " The session did not end as planned (" + *step.status + (step.why.empty() ? "" : ": " + step.why) + ")" +
+        came += " The session did not end as planned (" +
+                (step.why.starts_with(*step.status) ? step.why : *step.status + (step.why.empty() ? "" : ": " + step.why)) + ")" +
                 (step.used ? "; what it recorded is used." : "; too short to be used.");
       chapter.paragraphs.push_back(came);
     }
