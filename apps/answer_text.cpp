@@ -18,8 +18,9 @@ using diagnose::NoConstant;
 using diagnose::NothingMissing;
 using diagnose::Unexplained;
 
-constexpr double faint_from = 0.3;   // decades below the typical strength from which on it is said
-constexpr double alike_below = 3.0;  // of log evidence
+constexpr double faint_from = 0.3;       // decades below the typical strength from which on it is said
+constexpr double unbelieved_from = 3.0;  // deviations of a value from what is believed of it, from which on it is said
+constexpr double alike_below = 3.0;      // of log evidence
 
 // What was found, as clauses.
 std::string found_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
@@ -248,6 +249,22 @@ std::string what_lowers_words(const diagnose::Support& support) {
          "lowers its probability. ";
 }
 
+// What of a find's own values lies by a large factor where none is believed to lie. Its strength is spoken of elsewhere (faint).
+std::string unbelieved_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
+  std::string text;
+  for (const auto& parameter : found.parameters) {
+    if (parameter.parameter == effects_of(d)[found.effect].strength || std::abs(parameter.from_belief) < unbelieved_from) continue;
+    const auto& declared = parameters_of(d)[parameter.parameter].declaration;
+    if (!plant::has_natural_zero(declared) || declared.range.lowest <= 0.0) continue;
+    text += std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " lies " +
+            report::significant(std::abs(parameter.from_belief), 2) + " standard deviations " +
+            (parameter.from_belief < 0.0 ? "below" : "above") + " what is believed of it (" +
+            with_unit(report::significant(declared.typical, 2), declared.unit.text) +
+            " is typical): so far out the equation may do the work of other physics. ";
+  }
+  return text;
+}
+
 std::string found_paragraph(const Diagnosis& d, const Found& answer, const diagnose::FoundEffect& found) {
   const auto& info = effects_of(d)[found.effect];
   std::string text = (found.confidence < doubtful_below ? "Perhaps left out: " : "Left out: ") + std::string(info.words) +
@@ -262,7 +279,8 @@ std::string found_paragraph(const Diagnosis& d, const Found& answer, const diagn
         (found.explained_by_formula > 0.0 ? percent(found.explained_by_formula) : "next to nothing") + ". ";
   } else {
     const std::string sizes = parameters_words(d, found);
-    text += "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". ";
+    text +=
+        "The equation becomes " + std::string(info.equation) + (sizes.empty() ? "" : ", with " + sizes) + ". " + unbelieved_words(d, found);
   }
   if (d.by_paths)
     text +=

@@ -50,7 +50,10 @@ ordered_json effect_json(const Diagnosis& d, const diagnose::FoundEffect& found)
     const auto& declared = parameters_of(d)[parameter.parameter].declaration;
     ordered_json value{{"value", parameter.value}, {"ci95", {parameter.lowest, parameter.highest}}};
     if (declared.kind == plant::Kind::toggle) value["value"] = parameter.value != 0.0;
-    if (parameter.known) value["assumed"] = true;
+    if (parameter.known)
+      value["assumed"] = true;
+    else
+      value["deviations_from_belief"] = parameter.from_belief;
     json["parameters"][std::string(declared.name)] = value;
   }
   json["gain"] = found.support.gain;

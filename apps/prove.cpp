@@ -102,7 +102,8 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
     for (const auto& p : found.parameters)
       effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {{"value", p.value},
                                                                                               {"ci95", {p.lowest, p.highest}},
-                                                                                              {"known", p.known}};
+                                                                                              {"known", p.known},
+                                                                                              {"from_belief", p.from_belief}};
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();

@@ -53,11 +53,16 @@ std::vector<FoundEffect::Parameter> values_of(plant::EffectId effect, const Expl
   for (const plant::ParameterId p : by.system().effects()[effect].parameters) {
     const auto& declared = by.system().parameters()[p].declaration;
     const double value = model.get_in_file_units(p), unit = declared.unit.internal_per_unit;
-    FoundEffect::Parameter parameter{p, value, value, value, true};
+    FoundEffect::Parameter parameter{p, value, value, value, true, 0.0};
     for (std::size_t u = 0; u < by.problem->parameters().size(); ++u)
       if (by.problem->parameters()[u] == p) {
         const auto [lowest, highest] = by.interval(u, two_sided_95);
-        parameter = {p, value, std::max(declared.range.lowest, lowest / unit), std::min(declared.range.highest, highest / unit), false};
+        parameter = {p,
+                     value,
+                     std::max(declared.range.lowest, lowest / unit),
+                     std::min(declared.range.highest, highest / unit),
+                     false,
+                     by.z(static_cast<Eigen::Index>(u))};
       }
     result.push_back(parameter);
   }

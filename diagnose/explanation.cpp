@@ -70,18 +70,15 @@ class Fit {
   const Eigen::VectorXd& z() const { return z_; }
   const Path& path() const { return path_; }
   Eigen::VectorXd residual() const { return blocks_.means(path_.residuals.data(), 1).col(0); }
-  Eigen::MatrixXd whitened_jacobian(const Whiten& whiten) const {
-    Eigen::MatrixXd columns = blocks_.means(path_.jacobian.data(), problem_.unknowns().size());
-    whiten(columns);
-    return columns;
-  }
+  Eigen::MatrixXd jacobian() const { return blocks_.means(path_.jacobian.data(), problem_.unknowns().size()); }
 
   // Up to `most` steps; returns when one improves the cost by less than `enough`.
   void improve(const Whiten& whiten, int most, double enough, const std::function<bool()>& should_stop) {
     double cost = cost_of(path_, z_, whiten);
     for (int iteration = 0; iteration < most; ++iteration) {
       if (should_stop && should_stop()) throw Stopped{};
-      const Eigen::MatrixXd jacobian = whitened_jacobian(whiten);
+      Eigen::MatrixXd jacobian = this->jacobian();
+      whiten(jacobian);
       Eigen::MatrixXd residual = this->residual();
       whiten(residual);
       Eigen::VectorXd gradient = jacobian.transpose() * residual.col(0) + z_;
@@ -333,7 +330,8 @@ class Explainer {
   // An explanation, and what belongs to it.
   struct Found {
     Explanation of;
-    Eigen::MatrixXd sensitivity;  // whitened
+    bool finely = false;       // sizes of forcings were found to the last
+    Eigen::MatrixXd jacobian;  // of the block rows
     std::shared_ptr<StateNoise> noise;
     std::shared_ptr<const Course> course;  // along which it holds
   };
@@ -354,19 +352,29 @@ class Explainer {
         if (found_.noise && settings_.varying) noise_->set(size_, found_.of.varying_size);
       }
       finely = finely || round == settings_.most_rounds;
-      double gained = gain_here(by_noise, finely);
+      double gained = gain_here(finely);
       if (gained < settings_.enough && !finely) {
         finely = true;
-        gained = gain_here(by_noise, finely);
+        gained = gain_here(finely);
       }
       if (gained < settings_.enough || round == settings_.most_rounds) break;
       fit_.improve(by_noise, settings_.iterations_per_round, settings_.enough, settings_.should_stop);
       fit_.linearise();
     }
+    if (found_.noise && !found_.finely) {
+      Explanation& of = found_.of;
+      found_.noise->set(of.forcing, of.varying_size);
+      of.forcing = found_.noise->maximise(of.residual, of.forcing, free_, 1.3, settings_.only_ordinary);
+      of.varying_size = found_.noise->varying_size();
+      const double likelihood = found_.noise->log_likelihood(of.residual);
+      of.log_posterior += likelihood - of.log_likelihood;
+      of.log_likelihood = likelihood;
+      found_.finely = true;
+    }
   }
 
   // How much likelier than what was found the best sizes are where the fit is.
-  double gain_here(const Whiten& by_noise, bool finely) {
+  double gain_here(bool finely) {
     const Eigen::VectorXd residual = fit_.residual();
     if (noise_) size_ = noise_->maximise(residual, size_, free_, finely ? 1.3 : 1.6, settings_.only_ordinary);
     Eigen::MatrixXd whitened = residual;
@@ -382,7 +390,8 @@ class Explainer {
       found_.of.varying_size = noise_ ? noise_->varying_size() : 0.0;
       found_.of.log_likelihood = likelihood;
       found_.of.log_posterior = posterior;
-      found_.sensitivity = fit_.whitened_jacobian(by_noise);
+      found_.jacobian = fit_.jacobian();
+      found_.finely = finely;
       found_.noise = noise_;
       found_.course = problem_->course();
     }
@@ -467,7 +476,14 @@ class Explainer {
   void weigh_freedom() {
     Explanation& of = found_.of;
     const auto n = static_cast<Eigen::Index>(problem_->unknowns().size());
-    Eigen::MatrixXd information = found_.sensitivity.transpose() * found_.sensitivity + Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd& sensitivity = found_.jacobian;
+    if (found_.noise) {
+      found_.noise->set(of.forcing, of.varying_size);
+      found_.noise->whiten(sensitivity);
+    } else {
+      whiten_by_count(*blocks_, sensitivity);
+    }
+    Eigen::MatrixXd information = sensitivity.transpose() * sensitivity + Eigen::MatrixXd::Identity(n, n);
     FitProblem::RowMajor order_jacobian;
     if (problem_->order_residuals(of.z.data(), &order_jacobian).any()) information += order_jacobian.transpose() * order_jacobian;
     const Eigen::LLT<Eigen::MatrixXd> factor(information);

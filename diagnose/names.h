@@ -25,6 +25,7 @@ struct FoundEffect {
     plant::ParameterId parameter{};
     double value, lowest, highest;  // in the units of files; 95 %
     bool known;                     // not fitted
+    double from_belief = 0.0;       // of the value from its prior's centre, in deviations of the prior
   };
   std::vector<Parameter> parameters;                       // as in Diagnosis::values
   std::vector<std::pair<plant::EffectId, double>> rivals;  // effect, loss of log evidence against this one

@@ -14,6 +14,7 @@
 #include "diagnose/thinned.h"
 #include "plant/apart.h"
 #include "plant/contains.h"
+#include "plant/in_part.h"
 #include "sim/parallel.h"
 #include "sim/random.h"
 
@@ -673,7 +674,8 @@ std::vector<plant::EffectId> addable(const plant::Plant& plant, const std::vecto
   for (const plant::EffectId e : plant.system().effects().ids()) {
     const plant::EffectInfo& effect = plant.system().effects()[e];
     if (is_left_out(plant.system(), e, without)) continue;
-    if (!plant.is_on(e) && effect.is_of_catalogue() && (!effect.needs || plant.is_on(*effect.needs))) result.push_back(e);
+    if (!plant.is_on(e) && effect.is_of_catalogue() && (!effect.needs || plant::is_on_everywhere(plant, *effect.needs)))
+      result.push_back(e);
   }
   return result;
 }

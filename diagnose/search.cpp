@@ -406,6 +406,7 @@ class Searcher {
     try_from(apart.front().as_guess(), apart.front());
     if (log_odds(apart.front()) < log_odds(result.best) - margin_below(result.best.log_evidence, result.core.log_evidence)) return;
     settle(apart.front(), settings_.threads);
+    try_from(apart.front().as_guess(), result.best);  // so that both are settled alike
     if (log_odds(apart.front()) <= log_odds(result.best)) return;
     Search with = result;
     with.apart_log_odds = log_odds(apart.front()) - log_odds(result.best);
@@ -474,6 +475,7 @@ class Searcher {
       take_names_out(result, cells);
       const Bent winner = result.bent.front();
       if (share_explained(result.core, winner.explanation) < settings_.least_explained_share) return;
+      try_from(winner.explanation.as_guess(), result.best);  // so that both are settled alike
       if (winner.log_odds < result.best.log_evidence + log_prior(result.best, cells)) return;
       if (settings_.is_borne_out && !settings_.is_borne_out(winner.explanation, result.best)) return;
       take(result, winner);

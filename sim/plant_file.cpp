@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "plant/contains.h"
+#include "plant/in_part.h"
 #include "plant/laws.h"
 #include "sim/text.h"
 
@@ -220,22 +221,6 @@ const YamlValue* value_at(const YamlValue& value, const std::string& path) {
   return nullptr;
 }
 
-// Whether an effect is off in one of the parts that it acts on: by the part's own strength, where it has one.
-bool is_off_in(const plant::Plant& plant, const plant::EffectInfo& effect, const std::string& part) {
-  const plant::System& system = plant.system();
-  const plant::Declaration& strength = system.parameters()[effect.strength].declaration;
-  const auto own = system.find_parameter(std::string(effect.name) + "." + part + "." + strength.name);
-  return plant.get_in_file_units(own.value_or(effect.strength)) == *strength.null_value;
-}
-
-// The first part in which an effect is on, and the one that it needs is off.
-std::optional<std::string> lacks_what_it_needs(const plant::Plant& plant, const plant::EffectInfo& effect,
-                                               const plant::EffectInfo& needed) {
-  for (const std::string& part : effect.parts)
-    if (!is_off_in(plant, effect, part) && is_off_in(plant, needed, part)) return part;
-  return std::nullopt;
-}
-
 void check_needs(const plant::Plant& plant, const YamlValue& effects) {
   const auto at = [&](std::string_view name) -> const YamlValue& {
     const auto found = std::find_if(effects.map.begin(), effects.map.end(), [&](const auto& entry) { return entry.key == name; });
@@ -248,8 +233,9 @@ void check_needs(const plant::Plant& plant, const YamlValue& effects) {
     const std::string acts =
         std::string(effect.name) + " acts on what " + std::string(needed.name) + " brings, and " + std::string(needed.name) + " is off ";
     if (!plant.is_on(*effect.needs)) at(effect.name).complain(acts + "here; switch it on, too");
-    if (const auto part = lacks_what_it_needs(plant, effect, needed))
-      at(effect.name).complain(acts + "at " + *part + "; switch it on there, or " + std::string(effect.name) + " off");
+    for (const std::string& part : effect.parts)
+      if (plant::is_on_in(plant, e, part) && !plant::is_on_in(plant, *effect.needs, part))
+        at(effect.name).complain(acts + "at " + part + "; switch it on there, or " + std::string(effect.name) + " off");
   }
 }
 
@@ -305,8 +291,6 @@ std::pair<plant::Plant, Making> read_plant_of(const YamlValue& value, const std:
       needs_format_2(*structure);
       if (base) structure->complain("a plant has its structure from its base; leave out one of the two");
       if (anew) structure->complain("a plant is of one system");
-      if (structure->kind == YamlValue::Kind::empty)
-        structure->complain("is empty: what the plant is made of stands below it; {} says that there is nothing to say");
       making = {&maker, description_of(*structure), {}};
       anew = true;
     }

@@ -6,8 +6,9 @@
 namespace sinew::plant {
 
 std::shared_ptr<const System> make_limb(const Description& structure, const std::vector<OwnValues>& own) {
-  if (structure.kind == Description::Kind::empty && own.empty()) return two_coil_limb();
-  return std::make_shared<LimbSystem>(structure.kind == Description::Kind::empty ? two_coil_shape() : shape_of(structure), own);
+  const bool is_described = !structure.path.empty();
+  if (!is_described && own.empty()) return two_coil_limb();
+  return std::make_shared<LimbSystem>(is_described ? shape_of(structure) : two_coil_shape(), own);
 }
 
 Plant default_plant() { return Plant(two_coil_limb()); }

@@ -590,7 +590,7 @@ TEST_CASE("plant file, format 2: an error of the structure points at the word th
   CHECK(reading_error("format: 2\nlimb:\n  segments: [{name: arm}]\n  coils: [{name: A, direction_deg: 0}]\n"
                       "  channels: [{column: angle_deg, bend: arm}, {column: angle_deg, camera: arm}]\n") ==
         "p.yaml:5:55: limb.channels[1].column = angle_deg\n  this name stands twice");
-  CHECK(reading_error("format: 2\nlimb:\n").find("= (nothing)\n  is empty: what the plant is made of stands below it") != std::string::npos);
+  CHECK(reading_error("format: 2\nlimb:\n").find("limb = (nothing)\n  must be a map: segments, coils, channels") != std::string::npos);
   CHECK(reading_error("format: 2\nlimb: {}\n") == "p.yaml:2:7: limb = { a map }\n  needs `segments`: [{name: limb, axes: 1}]");
   // Inside a scenario the path begins with the plant.
   const YamlValue root = parse_yaml("plant:\n  limb: { segments: 1, coils: 2, channels: 3 }\n", "s.yaml");
