@@ -630,11 +630,13 @@ class Searcher {
     result.best = winner.explanation;
   }
 
-  // Pairs that promise most by their joint score.
   struct Pair {
     const Score *one, *other;
-    double statistic, root, other_root;
+    double statistic;         // joint
+    double phi, other_phi;    // from where each is tried, as begin_with takes it
+    bool from_given = false;  // and all else as in the plant as given
   };
+  // Those that promise most by their joint score.
   std::vector<Pair> promising(const Round& first) const {
     std::map<std::pair<plant::EffectId, plant::EffectId>, Pair> best;
     const auto& all = first.scores.all;
@@ -643,7 +645,8 @@ class Searcher {
         if (all[i].effect == all[j].effect || all[i].column.size() == 0 || all[j].column.size() == 0) continue;
         const JointScore found = joint(all[i], all[j]);
         auto& kept = best.try_emplace({all[i].effect, all[j].effect}, Pair{&all[i], &all[j], 0.0, 0.0, 0.0}).first->second;
-        if (found.statistic > kept.statistic) kept = {&all[i], &all[j], found.statistic, found.root, found.other_root};
+        if (found.statistic > kept.statistic)
+          kept = {&all[i], &all[j], found.statistic, all[i].phi_of_root * found.root, all[j].phi_of_root * found.other_root};
       }
     std::vector<Pair> pairs;
     for (const auto& [effects, pair] : best)
@@ -653,16 +656,42 @@ class Searcher {
     return pairs;
   }
 
+  double typical_phi(plant::EffectId effect) const {
+    const auto& declared = system_.parameters()[system_.effects()[effect].strength].declaration;
+    return (declared.typical - declared.null_value.value_or(0.0)) * declared.unit.internal_per_unit;
+  }
+
+  // An effect, and one that acts on what it brings, of which no score says anything before: a layer round a junction. Alone the one that
+  // brings it may look poor. `scores` are those of the second.
+  std::vector<Pair> brought(const Search& result, std::vector<Score>& scores) const {
+    const Round& first = result.rounds.front();
+    std::vector<std::pair<const Score*, plant::EffectId>> found;
+    for (const std::size_t s : first.scores.best) {
+      const Score& score = first.scores.all[s];
+      for (const plant::EffectId e : addable(with_effect(result.core.problem->centres(), score.effect), settings_.without))
+        if (system_.effects()[e].needs == score.effect) found.emplace_back(&score, e);
+    }
+    scores.resize(found.size());
+    std::vector<Pair> pairs;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      scores[i].effect = found[i].second;
+      pairs.push_back({found[i].first, &scores[i], 0.0, typical_phi(found[i].first->effect), typical_phi(found[i].second), true});
+    }
+    return pairs;
+  }
+
   void try_pairs(Search& result) const {
     const Round& first = result.rounds.front();
-    const std::vector<Pair> pairs = promising(first);
+    std::vector<Pair> pairs = promising(first);
+    std::vector<Score> of_brought;
+    for (const Pair& one : brought(result, of_brought)) pairs.push_back(one);
     std::vector<Explanation> tried(pairs.size());
     const ExplanationSettings shortly = for_a_short_while();
     std::atomic<std::size_t> done{0};
     sim::in_parallel(pairs.size(), settings_.threads, [&](std::size_t i) {
-      Guess guess = result.core.as_guess();
-      begin_with(guess, system_, *pairs[i].one, pairs[i].one->phi_of_root * pairs[i].root);
-      begin_with(guess, system_, *pairs[i].other, pairs[i].other->phi_of_root * pairs[i].other_root);
+      Guess guess = pairs[i].from_given ? Guess{} : result.core.as_guess();
+      begin_with(guess, system_, *pairs[i].one, pairs[i].phi);
+      begin_with(guess, system_, *pairs[i].other, pairs[i].other_phi);
       tried[i] = explain(with_effect(with_effect(result.core.problem->centres(), pairs[i].one->effect), pairs[i].other->effect), data_,
                          guess, shortly);
       tell(0.8 + 0.1 * static_cast<double>(++done) / static_cast<double>(pairs.size()), "trying pairs of effects");

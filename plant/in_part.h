@@ -8,7 +8,7 @@
 
 namespace sinew::plant {
 
-// Whether an effect is on in one of EffectInfo::parts, by the strength that holds there.
+// Whether an effect that is on acts in one of EffectInfo::parts: where parts have strengths of their own, by the one that holds there.
 bool is_on_in(const Plant& plant, EffectId effect, const std::string& part);
 
 // On in all of them, and on at all where it has no parts.
