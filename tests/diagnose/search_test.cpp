@@ -3,6 +3,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "diagnose/calibrate.h"
 #include "tests/diagnose/one_limb.h"
 #include "tests/long_when_sanitized.h"
@@ -218,6 +223,37 @@ TEST_CASE("search: what else could be there is asked beside the answer, also whe
   // Where no round began with the answer: the last that began with a part of it.
   const Explanation other = beside_core("dry_friction");
   CHECK(&round_from(search, other) == &search.rounds[0]);
+}
+
+TEST_CASE("search: a junction that alone looks poor is found together with the layer round it" * long_when_sanitized) {
+  sim::Scenario scenario = testing::babbling(60.0);
+  scenario.sensors = sim::usual_sensors(scenario.plant.system());
+  scenario.plant = with_effect(with_effect(scenario.plant, testing::effect("junction")), testing::effect("junction_layer"));
+  const std::vector<std::pair<std::string, double>> values{
+      {"junction.heat_capacity_J_K", 0.23},    {"junction.conductance_W_K", 0.08},        {"junction.relative_power", 0.95},
+      {"junction.cooling_rate_1_s", 0.02},     {"junction_layer.conductance_W_K", 0.047}, {"junction_layer.heat_capacity_J_K", 0.44},
+      {"junction_layer.heat_loss_W_K", 0.0023}};
+  for (const auto& [key, value] : values) scenario.plant.set_in_file_units(testing::parameter(key), value);
+  const sim::Recording recording = testing::recorded(scenario);
+  SearchSettings settings;
+  settings.threads = 2;
+  settings.most_laws = 0;
+  for (const plant::EffectId e : testing::limb_system().effects().ids())
+    if (const std::string_view name = testing::limb_system().effects()[e].name;
+        name != "junction" && name != "junction_layer" && name != "sheath_heat_storage")
+      settings.without.push_back(e);
+  const Search found = search(plant::default_plant(), data_of(recording), settings);
+  // By evidence alone a sheath round the whole wire would come first.
+  const auto& candidates = found.rounds.front().candidates;
+  const auto evidence_of = [&](std::string_view name) {
+    const auto of =
+        std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) { return c.effect == testing::effect(name); });
+    REQUIRE(of != candidates.end());
+    return of->explanation.log_evidence;
+  };
+  CHECK(evidence_of("sheath_heat_storage") > evidence_of("junction"));
+  CHECK(found.best.effects() == std::vector<plant::EffectId>{testing::effect("junction"), testing::effect("junction_layer")});
+  CHECK(found.best.process_noise < 20.0);
 }
 
 }  // namespace diagnose_search_test
