@@ -249,7 +249,7 @@ std::string what_lowers_words(const diagnose::Support& support) {
          "lowers its probability. ";
 }
 
-// What of a find's own values lies by a large factor where none is believed to lie. Its strength is spoken of elsewhere (faint).
+// Which of a find's quantities that cannot be nothing lie where none is believed to lie. Its strength is spoken of elsewhere (faint).
 std::string unbelieved_words(const Diagnosis& d, const diagnose::FoundEffect& found) {
   std::string text;
   for (const auto& parameter : found.parameters) {

@@ -103,7 +103,7 @@ Json result_of(const diagnose::Diagnosis& diagnosis) {
       effect["parameters"][std::string(system.parameters()[p.parameter].declaration.name)] = {{"value", p.value},
                                                                                               {"ci95", {p.lowest, p.highest}},
                                                                                               {"known", p.known},
-                                                                                              {"from_belief", p.from_belief}};
+                                                                                              {"deviations_from_belief", p.from_belief}};
     result["effects"].push_back(effect);
   }
   result["ambiguous_with"] = Json::array();
