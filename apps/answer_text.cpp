@@ -255,12 +255,12 @@ std::string unbelieved_words(const Diagnosis& d, const diagnose::FoundEffect& fo
   for (const auto& parameter : found.parameters) {
     if (parameter.parameter == effects_of(d)[found.effect].strength || std::abs(parameter.from_belief) < unbelieved_from) continue;
     const auto& declared = parameters_of(d)[parameter.parameter].declaration;
-    if (!plant::has_natural_zero(declared) || declared.range.lowest <= 0.0) continue;
+    if (!plant::is_positive(declared)) continue;
     text += std::string(declared.symbol.empty() ? declared.name : declared.symbol) + " lies " +
             report::significant(std::abs(parameter.from_belief), 2) + " standard deviations " +
             (parameter.from_belief < 0.0 ? "below" : "above") + " what is believed of it (" +
             with_unit(report::significant(declared.typical, 2), declared.unit.text) +
-            " is typical): so far out the equation may do the work of other physics. ";
+            " is typical): so far out the equation may do the work of other physics, and this lowers its probability. ";
   }
   return text;
 }

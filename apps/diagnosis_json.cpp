@@ -142,7 +142,11 @@ ordered_json given_json(const DiagnosisInputs& inputs, const InputHashes& hashes
 }  // namespace
 
 ordered_json support_json(const diagnose::Support& support) {
-  return {{"share", support.share}, {"gain", support.gain}, {"faint", support.faint}, {"law_beside", support.law_beside}};
+  return {{"share", support.share},
+          {"gain", support.gain},
+          {"faint", support.faint},
+          {"law_beside", support.law_beside},
+          {"unbelieved", support.unbelieved}};
 }
 
 ordered_json chance_json(const diagnose::ProcessNoiseByChance& chance) {

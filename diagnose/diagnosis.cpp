@@ -104,6 +104,15 @@ double decades_weaker(const FoundEffect& found, const plant::System& system) {
   return most;
 }
 
+// Support::unbelieved.
+double deviations_squared(const FoundEffect& found, const plant::System& system) {
+  double sum = 0.0;
+  for (const FoundEffect::Parameter& one : found.parameters)
+    if (one.parameter != system.effects()[found.effect].strength && plant::is_positive(system.parameters()[one.parameter].declaration))
+      sum += one.from_belief * one.from_belief;
+  return sum;
+}
+
 // Than it is believed of parts that are not alike, whose weights have a deviation of 1 (plant/apart.h).
 double decades_nearer(plant::EffectId apart, const plant::Plant& plant) {
   std::map<plant::ParameterId, std::vector<double>> by_quantity;
@@ -500,7 +509,10 @@ class Diagnoser {
   // How probable each find is. What is hardly believed stands in for something else, and is not said.
   void believe() {
     for (FoundEffect& found : found_.effects) {
-      if (!has_law_as_form(system(), found_.laws, found.effect)) found.support.faint = decades_weaker(found, system());
+      if (!has_law_as_form(system(), found_.laws, found.effect)) {
+        found.support.faint = decades_weaker(found, system());
+        found.support.unbelieved = deviations_squared(found, system());
+      }
       found.support.law_beside = has_law_beside(system(), found_.laws, {found.effect});
       found.confidence = probability(found.support);
     }

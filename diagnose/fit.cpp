@@ -15,11 +15,6 @@ double first_measured(const FitData& data, plant::ChannelId channel) {
   return std::nan("");
 }
 
-// A quantity that a limb cannot be without.
-bool is_positive(const plant::Declaration& declared) {
-  return plant::has_natural_zero(declared) && declared.range.lowest > 0.0 && !declared.null_value;
-}
-
 }  // namespace
 
 std::vector<std::optional<double>> elapsed_where_it_begins(const plant::States& states, const sim::Recording& recording,
@@ -55,7 +50,7 @@ FitProblem::FitProblem(const plant::Plant& centres, const std::vector<plant::Par
                     declared.range.highest * unit,
                     unit,
                     declared.unit.text};
-    if (is_positive(declared)) {
+    if (plant::is_positive(declared)) {
       const double about = centres_.own_deviation(p) ? centres_.get(p) : declared.typical * unit;
       unknown.log_deviation = wider * std::sqrt(std::log1p(std::pow(centres_.deviation(p) / about, 2)));
       unknown.deviation = unknown.centre * unknown.log_deviation;

@@ -48,4 +48,9 @@ inline bool has_natural_zero(const Declaration& declared) {
   return declared.range.lowest >= 0.0 && declared.typical > 0.0 && declared.unit.text != units::degC.text;
 }
 
+// A quantity that a limb, or an effect where it acts, cannot be without. What is believed of it is log-normal.
+inline bool is_positive(const Declaration& declared) {
+  return has_natural_zero(declared) && declared.range.lowest > 0.0 && !declared.null_value;
+}
+
 }  // namespace sinew::plant

@@ -83,6 +83,14 @@ TEST_CASE("probability: a name is likelier the more it gains, and less so the fa
   CHECK(of(300.0, 3.0) == of(300.0, 2.0));
   CHECK(probability({.share = 0.25, .gain = 300.0, .faint = 0.0}) == doctest::Approx(0.25 * of(300.0, 0.0)).epsilon(1e-14));
   CHECK(probability({.share = 1.0, .gain = 300.0, .law_beside = true}) < of(300.0, 0.0));
+  // Two deviations off are no matter; at three and a half the odds are even that it stands in for what was not tried.
+  const auto off_by = [&](double deviations) {
+    return probability({.share = 1.0, .gain = 300.0, .unbelieved = deviations * deviations}) / of(300.0, 0.0);
+  };
+  CHECK(off_by(2.0) == doctest::Approx(1.0).epsilon(0.01));
+  CHECK(off_by(std::sqrt(2.0 * std::log(1000.0))) == doctest::Approx(0.5).epsilon(2e-3));
+  CHECK(off_by(5.0) < 0.01);
+  CHECK(off_by(1e9) >= 0.0);
 }
 
 TEST_CASE("probability: a law is likelier a name's form the less the name's own formula leaves") {

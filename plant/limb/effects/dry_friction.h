@@ -38,8 +38,9 @@ struct DryFriction {
                                             .unit = units::rad_s,
                                             .range = {0.001, 10.0},
                                             .typical = 0.05,
-                                            .prior_deviation = 0.05,
-                                            .meaning = "angular velocity at which it is nearly full"});
+                                            .prior_deviation = 0.5,
+                                            .meaning = "angular velocity at which it is nearly full",
+                                            .source = "no quantity of a limb: how sharp the edge is, in any decade alike"});
   }
 
   void moment(Instant<S>& now, std::size_t bend) const {

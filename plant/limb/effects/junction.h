@@ -56,9 +56,9 @@ struct Junction {
                                             .unit = units::W_K,
                                             .range = {0.001, 2.0},
                                             .typical = 0.08,
-                                            .prior_deviation = 0.08,
+                                            .prior_deviation = 0.8,
                                             .meaning = "heat from the working wire to its junction, per kelvin",
-                                            .source = "epoxy of 1 W/(m K) over some millimetres"});
+                                            .source = "epoxy of 1 W/(m K) over some millimetres; next to none between bare turns"});
     visit(self.relative_power,
           Declaration{.name = "relative_power",
                       .symbol = "q_x",
