@@ -44,7 +44,11 @@ std::vector<plant::ParameterId> chosen_parameters(const std::vector<std::string>
   for (const std::string& name : names) {
     const auto found = std::find(all.begin(), all.end(), name);
     if (found == all.end()) {
-      const std::string advice = "no such parameter that can be fitted" + sim::did_you_mean(name, all);
+      const auto there = plant.system().find_parameter(name);
+      const auto effect = there ? plant.system().parameters()[*there].effect : std::nullopt;
+      const std::string advice = effect && !plant.is_on(*effect) ? "is of an effect that is not on in the plant"
+                                 : there ? "is known, not fitted: its deviation is 0; give it in the plant as {value: ..., deviation: ...}"
+                                         : "no such parameter that can be fitted" + sim::did_you_mean(name, all);
       throw sim::InputError({.file = "",
                              .key = "--fit",
                              .value = name,

@@ -40,7 +40,10 @@ OutputKind kind_of_output(const std::string& path) {
   const std::string ending = std::filesystem::path(path).extension().string();
   if (ending == ".mat") return OutputKind::mat;
   if (ending == ".onnx") return OutputKind::onnx;
-  return ending == ".h5" || ending == ".hdf5" ? OutputKind::hdf5 : OutputKind::csv;
+  if (ending == ".h5" || ending == ".hdf5") return OutputKind::hdf5;
+  if (ending != "" && ending != ".csv" && ending != ".txt")
+    throw sim::InputError({.file = path, .value = ending, .advice = "is no format that is written: .csv, .mat, .h5, .hdf5 or .onnx"});
+  return OutputKind::csv;
 }
 
 std::string in_format(const sim::Table& table, OutputKind kind) {

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -386,6 +387,7 @@ class Application {
     keep_rows();
     look_at_steps();
     compute();
+    say_what_is_read_twice();
     if (map_.pauses) fill_pauses(*map_.pauses);
     Conversion result;
     result.table.comments = log_.comments;
@@ -492,6 +494,15 @@ class Application {
   bool is_missing_word(const LogColumn& column, std::string_view field) const {
     return std::any_of(column.missing_words.begin(), column.missing_words.end(),
                        [&](const std::string& word) { return same_letters(trimmed(word), field); });
+  }
+
+  // Two columns of a recording from one of the log: seldom what was meant.
+  void say_what_is_read_twice() {
+    std::map<std::size_t, std::vector<std::string>> readers;
+    for (const ColumnRule& rule : map_.columns)
+      if (rule.written && rule.kind == ColumnKind::read) readers[*find(rule.read)].push_back(rule.name);
+    for (const auto& [column, names] : readers)
+      if (names.size() > 1) notes_ += list(names) + ": all from the column " + log_.title(column) + "; is it so?\n";
   }
 
   // The numbers of a column in all rows of the log; what the map calls missing is NaN.

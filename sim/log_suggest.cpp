@@ -442,7 +442,9 @@ class Suggestion {
       case Looks::counts:
         name = duty_name(name);
         keys += is_percent(seen) ? ", unit: percent" : ", unit: counts_255";
-        looks = is_percent(seen) ? "a duty in percent" : "PWM counts of 255";
+        looks = is_percent(seen)        ? "a duty in percent"
+                : seen.highest <= 100.0 ? "PWM counts of 255, or percent: then unit: percent"
+                                        : "PWM counts of 255";
         break;
       case Looks::temperature: {
         if (!holds_any(seen.lower, {"temp"})) name = "temperature_" + name;

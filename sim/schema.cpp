@@ -216,8 +216,11 @@ std::vector<Known> known_systems() {
 ordered_json plant_properties() {
   ordered_json properties{{"format", {{"enum", {1, 2}}}},
                           {"base", {{"type", "string"}, {"description", "paper_limb, or a plant file, looked for beside this one"}}}};
-  for (const auto& maker : plant::systems())
-    properties[maker.name] = {{"type", {"object", "null"}}, {"description", "the structure of a plant of this kind"}};
+  const std::string of_parts{plant::default_plant().system().name()};  // a limb is nothing without its parts
+  for (const auto& maker : plant::systems()) {
+    const ordered_json type = maker.name == of_parts ? ordered_json("object") : ordered_json{"object", "null"};
+    properties[maker.name] = {{"type", type}, {"description", "the structure of a plant of this kind"}};
+  }
   properties["parameters"] = properties["effects"] = {{"type", {"object", "null"}}};
   properties["laws"] = laws_schema();
   return properties;
