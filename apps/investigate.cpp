@@ -392,7 +392,10 @@ std::map<std::string, std::string> reports_of(const investigate::Investigation& 
 }
 
 std::string state_text(const Json& identity, const investigate::Settings& settings, const investigate::Investigation& state) {
-  Json json{{"format", state_format}, {"identity", identity}, {"probability", settings.probability}, {"budget_s", settings.budget_s}};
+  Json json{{"format", state_format},
+            {"identity", identity},
+            {"probability", settings.asked.probability},
+            {"budget_s", settings.asked.budget_s}};
   json.update(investigate::to_json(state));
   return json.dump(2) + "\n";
 }
@@ -411,8 +414,7 @@ Json read_state(const fs::path& file) {
 
 investigate::Settings settings_of(const InvestigateArguments& arguments, const plant::Plant& plant) {
   investigate::Settings settings;
-  settings.probability = arguments.probability;
-  settings.budget_s = seconds_of(arguments.budget);
+  settings.asked = {.probability = arguments.probability, .budget_s = seconds_of(arguments.budget)};
   settings.first_s = arguments.first_s;
   settings.longest_s = arguments.longest_s;
   settings.seed = arguments.seed;
@@ -457,8 +459,10 @@ int replay_investigation(const fs::path& out, int threads) {
     throw sim::InputError({.file = (out / state_file).string(), .advice = e.what()});
   }
   arguments.threads = threads;
-  const investigate::Settings settings = settings_of(arguments, plant);
+  investigate::Settings settings = settings_of(arguments, plant);
   const investigate::Investigation then = investigate::from_json(stored);
+  for (const investigate::Step& step : then.steps)
+    if (step.asked) settings.asked_then[step.name] = *step.asked;
   investigate::Investigation now;
   for (const investigate::Step& step : then.steps)
     if (step.origin == "given") now.steps.push_back(given_step(step.name));
@@ -537,6 +541,14 @@ int investigate_command(InvestigateArguments arguments) {
   hil::parts_of(plant, arguments.plant);
   std::vector<std::string> all_effects;
   const investigate::Settings settings = settings_of(arguments, plant);
+  if (arguments.training.empty() && settings.first_s > settings.asked.budget_s)
+    throw sim::InputError({.key = "--first",
+                           .value = sim::shortest(settings.first_s) + " s",
+                           .advice = "is more than the budget, " + sim::shortest(settings.asked.budget_s) + " s"});
+  if (arguments.training.empty() && plant.system().drives().empty())
+    throw sim::InputError(
+        {.file = arguments.plant,
+         .advice = "shows no bend that babbling could follow\ngive a first recording with --train; experiments follow none"});
   if (!arguments.effect.empty()) check_concealed_kind("--effect", arguments.effect);
   if (arguments.emulate) emulator_command(arguments.plant, {});  // says so where it is not built
   check_given_once({{"--train", arguments.training}});
@@ -563,7 +575,7 @@ int investigate_command(InvestigateArguments arguments) {
     check_same(stored["identity"], identity, out / state_file);
     try {
       state = investigate::from_json(stored);
-      const bool more = stored.at("budget_s") != settings.budget_s || stored.at("probability") != settings.probability;
+      const bool more = stored.at("budget_s") != settings.asked.budget_s || stored.at("probability") != settings.asked.probability;
       if (state.ending && more) {
         state.ending.reset();
         state.measure.clear();

@@ -23,6 +23,13 @@ std::string key_of(const plant::System& system, const std::vector<plant::EffectI
   return key;
 }
 
+// "coils unlike in the transformation temperatures"
+std::string key_of_parts(const Diagnosis& diagnosis, const diagnose::FoundApart& found) {
+  const plant::System& system = diagnosis.repaired.system();
+  const plant::Sharing& sharing = system.sharings()[*system.effects()[found.effect].sharing];
+  return std::string(sharing.parts_word) + " unlike in " + (sharing.effect ? "the values of " : "") + sharing.words;
+}
+
 // Of something against nothing, by the gain in log evidence; what is beyond doubt need not overflow.
 double odds(double gain, double divisor, std::size_t effects) {
   return std::exp(std::min(gain / divisor, 300.0)) / std::max(1.0, static_cast<double>(effects));
@@ -104,7 +111,8 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
   const std::vector<diagnose::FoundEffect>& effects = effects_in(diagnosis.answer);
   const std::size_t count = round_from(diagnosis.search, diagnosis.search.core).scores.best.size();
   const double something = odds(highest_gain(diagnosis), exaggeration(settings, count), count);
-  if (effects.empty()) {
+  const std::vector<diagnose::FoundApart>& apart = apart_in(diagnosis.answer);
+  if (effects.empty() && apart.empty()) {
     if (std::holds_alternative<diagnose::NothingMissing>(diagnosis.answer)) {
       belief.all.push_back({Kind::nothing, {}, "nothing", 1.0});
       add_unseen(belief, diagnosis, settings);
@@ -122,7 +130,20 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
     confidence *= found.confidence;
   }
   std::sort(named.begin(), named.end());
-  belief.all.push_back({Kind::named, named, key_of(system, named), confidence});
+  // Parts that are not alike are a part of the answer, and of every rival: what acts instead acts beside them.
+  std::string unlike;
+  std::vector<plant::EffectId> unlike_ids;
+  for (const diagnose::FoundApart& found : apart) {
+    unlike += (effects.empty() && unlike.empty() ? "" : "+") + key_of_parts(diagnosis, found);
+    unlike_ids.push_back(found.effect);
+    confidence *= found.confidence;
+  }
+  std::sort(unlike_ids.begin(), unlike_ids.end());
+  const auto with_unlike = [&](std::vector<plant::EffectId> names) {
+    names.insert(names.end(), unlike_ids.begin(), unlike_ids.end());
+    return names;
+  };
+  belief.all.push_back({Kind::named, with_unlike(named), key_of(system, named) + unlike, confidence});
   double left = 1.0 - confidence;
   if (const double nothing = std::min(left, 1.0 / (1.0 + something)); nothing > 1e-6) {
     belief.all.push_back({Kind::nothing, {}, "nothing", nothing});
@@ -133,11 +154,11 @@ Belief belief_of(const Diagnosis& diagnosis, const diagnose::DiagnosisSettings& 
       std::vector<plant::EffectId> instead = named;
       *std::find(instead.begin(), instead.end(), found.effect) = rival;
       std::sort(instead.begin(), instead.end());
-      const std::string key = key_of(system, instead);
+      const std::string key = key_of(system, instead) + unlike;
       if (std::any_of(belief.all.begin(), belief.all.end(), [&](const Hypothesis& h) { return h.key == key; })) continue;
       const double probability = std::min(left, confidence * std::exp(-std::max(-2.0, loss)));
       if (probability < 1e-6) continue;
-      belief.all.push_back({Kind::named, instead, key, probability});
+      belief.all.push_back({Kind::named, with_unlike(instead), key, probability});
       left -= probability;
     }
   // What is named beside the answer without a loss of evidence: a look-alike of a form, or a cause before both sensors.

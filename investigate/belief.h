@@ -4,7 +4,8 @@
 // The diagnosis gives a verdict, the effects it names with a confidence each, and what fits in their place with a loss of log evidence.
 // Here that becomes one list whose probabilities sum to 1:
 //
-// - the named answer, with the product of its effects' confidences, as if each were right or wrong by itself;
+// - the named answer, with the product of its effects' confidences, as if each were right or wrong by itself; that parts are not alike is
+//   in it as an effect is;
 // - each rival, with that probability times exp(-loss);
 // - "something else", not in the catalogue or in another form, with what is left.
 //

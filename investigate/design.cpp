@@ -8,19 +8,18 @@
 #include "sim/parallel.h"
 
 namespace sinew::investigate {
-namespace {
-
-bool tells_more(const Expected& a, const Expected& b) {
-  if (a.possible != b.possible) return a.possible;
-  return a.per_minute() > b.per_minute();
-}
-
-}  // namespace
-
 Design design(const Question& question, const DesignSettings& settings) {
   Design result;
   result.before_nat = question.entropy_nat();
   result.farthest.resize(question.alternatives.size());
+  // What tells next to nothing in a short time is no experiment while another tells.
+  const double enough_nat = settings.least_share * result.before_nat;
+  const auto tells_more = [&](const Expected& a, const Expected& b) {
+    if (a.possible != b.possible) return a.possible;
+    const bool enough = a.information_nat > enough_nat;
+    if (enough != (b.information_nat > enough_nat)) return enough;
+    return a.per_minute() > b.per_minute();
+  };
   const plant::System& system = question.alternatives.front().model.system();
   const std::vector<Shape> first = first_shapes(system, settings.longest_drive_s);
   const std::size_t in_all = first.size() + static_cast<std::size_t>(settings.rounds) * settings.varied * 8;
@@ -34,7 +33,6 @@ Design design(const Question& question, const DesignSettings& settings) {
     });
     for (const Expected& one : expected)
       if (one.possible) {
-        result.most_nat = std::max(result.most_nat, one.information_nat);
         for (std::size_t j = 0; j < one.from_first.size(); ++j) result.farthest[j] = std::max(result.farthest[j], one.from_first[j]);
       }
     result.tried += shapes.size();

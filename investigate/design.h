@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The experiment that is expected to tell most per minute, cooling included.
+// The experiment that is expected to tell most per minute, cooling included, among those that tell enough to be worth while.
 #pragma once
 
 #include <functional>
@@ -11,6 +11,7 @@ namespace sinew::investigate {
 struct DesignSettings {
   double longest_drive_s = 160.0;
   double longest_s = 300.0;  // with cooling; what is left of the budget
+  double least_share = 0.0;  // of the entropy, from which on a programme tells
   int rounds = 2;            // in which the best are varied in shape
   std::size_t varied = 2;    // so many of them
   int threads = 2;
@@ -24,8 +25,6 @@ struct Design {
   std::size_t tried = 0;
   // Of each alternative, the farthest that any programme that was tried sets it apart from the first.
   std::vector<double> farthest;
-  // Most that any programme would tell, whatever its time.
-  double most_nat = 0.0;
 };
 
 Design design(const Question& question, const DesignSettings& settings);

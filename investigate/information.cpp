@@ -52,6 +52,17 @@ std::map<std::vector<plant::EffectId>, const Explanation*> at_hand(const diagnos
     if (proposal.fit.usable && std::none_of(proposal.effects.begin(), proposal.effects.end(),
                                             [&](plant::EffectId e) { return e.index >= core.system().effects().size(); }))
       all.emplace(added(proposal.fit, core), &proposal.fit);
+  // The answer itself, whichever way it was found; a law of it has no name.
+  if (diagnosis.values.usable) {
+    std::vector<plant::EffectId> answer;
+    for (const diagnose::FoundEffect& found : effects_in(diagnosis.answer)) answer.push_back(found.effect);
+    std::sort(answer.begin(), answer.end());
+    std::vector<plant::EffectId> unlike;
+    for (const diagnose::FoundApart& found : apart_in(diagnosis.answer)) unlike.push_back(found.effect);
+    std::sort(unlike.begin(), unlike.end());
+    answer.insert(answer.end(), unlike.begin(), unlike.end());
+    all.emplace(answer, &diagnosis.values);
+  }
   return all;
 }
 
@@ -130,7 +141,9 @@ Question question_of(const diagnose::Diagnosis& diagnosis, const Belief& belief,
     if (one.kind == Kind::something_else) something_else += one.probability;
     if (one.kind != Kind::nothing && one.kind != Kind::named) continue;
     const auto there = explanations.find(one.effects);
-    if (there != explanations.end() && one.probability > 1e-4)
+    if (there == explanations.end())
+      something_else += one.probability;  // believed, and not at hand: what stands in for something else does for it, too
+    else if (one.probability > 1e-4)
       question.alternatives.push_back(alternative_of(of_diagnosis(*there->second), one.key, one.probability));
   }
   // Where nothing is named, the core is what stand-ins are added to.

@@ -58,7 +58,7 @@ Believed believed(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
 class Investigator {
  public:
   Investigator(Investigation& state, const plant::Plant& nominal, const Settings& settings, Limb& limb, const Hooks& hooks, bool dry)
-      : state_(state), nominal_(nominal), settings_(settings), limb_(limb), hooks_(hooks), dry_(dry) {}
+      : state_(state), nominal_(nominal), settings_(settings), limb_(limb), hooks_(hooks), dry_(dry), asked_(settings.asked) {}
 
   void run() {
     if (state_.ending == Ending::stopped || state_.ending == Ending::interrupted) {
@@ -100,12 +100,14 @@ class Investigator {
     return sum;
   }
   // Of the budget, for what is not planned yet.
-  double left_s() const { return settings_.budget_s - planned_s(); }
+  double left_s() const { return asked_.budget_s - planned_s(); }
   std::int64_t next_seed() const { return settings_.seed + static_cast<std::int64_t>(state_.steps.size()); }
 
   // A short one to begin with; for comparison as many as the budget holds.
   void babble() {
-    state_.steps.push_back(babbling(settings_.first_s));
+    if (!state_.steps.empty() && left_s() < least_experiment_s)  // those before were cut short
+      return end(Ending::budget, budget_words());
+    state_.steps.push_back(babbling(std::min(settings_.first_s, std::floor(left_s()))));
     if (settings_.use == Use::babbling) babble_on();
   }
   void babble_on() {
@@ -178,6 +180,10 @@ class Investigator {
 
   // Diagnoses everything, and plans what comes next or ends.
   void decide() {
+    Step& last = state_.steps.back();
+    const auto then = settings_.asked_then.find(last.name);
+    asked_ = then == settings_.asked_then.end() ? settings_.asked : then->second;
+    last.asked = asked_;
     std::vector<sim::Recording> recordings;
     for (Step& step : state_.steps) {
       const bool is_new = step.origin == "given" && step.duration_s == 0.0;
@@ -191,7 +197,6 @@ class Investigator {
       babble();
       return save();
     }
-    Step& last = state_.steps.back();
     if (hooks_.computing) hooks_.computing(true);
     diagnose::DiagnosisSettings diagnosis_settings = settings_.diagnosis;
     diagnosis_settings.search.seed = static_cast<std::uint64_t>(settings_.seed);
@@ -204,8 +209,9 @@ class Investigator {
     const Belief belief = belief_of(diagnosis, diagnosis_settings);
     last.after = believed(belief, diagnosis);
     const double left_s = this->left_s();
-    const bool an_answer = belief.first().kind == Kind::nothing || belief.first().kind == Kind::named;
-    const bool enough = an_answer && belief.first().probability >= settings_.probability;
+    const bool an_answer =
+        belief.first().kind == Kind::nothing || (belief.first().kind == Kind::named && belief.verdict != diagnose::Verdict::unexplained);
+    const bool enough = an_answer && belief.first().probability >= asked_.probability;
     // That nothing is missing is no answer while experiments may yet show what no recording could.
     if (enough && (belief.first().kind != Kind::nothing || std::ranges::none_of(belief.all, Belief::may_yet_show))) {
       if (hooks_.computing) hooks_.computing(false);
@@ -216,6 +222,7 @@ class Investigator {
       DesignSettings design_settings;
       design_settings.longest_drive_s = std::min(settings_.longest_s, longest_s - 10.0);
       design_settings.longest_s = longest_s;
+      design_settings.least_share = settings_.least_share;
       design_settings.threads = settings_.threads;
       design_settings.should_stop = hooks_.should_stop;
       design_settings.progress = [&](double share) { tell(0.9 + 0.1 * share, "simulating experiments"); };
@@ -231,9 +238,7 @@ class Investigator {
       if (hooks_.computing) hooks_.computing(false);
       if (enough) return told();
       state_.ending = Ending::budget;
-      state_.ending_words =
-          "The budget is used: " + sim::shortest(std::round(state_.spent_s())) + " s of " + sim::shortest(settings_.budget_s) + " s.";
-      ask_to_measure(belief, diagnosis);
+      state_.ending_words = budget_words();
       return told();
     }
     if (settings_.use == Use::babbling) {
@@ -253,26 +258,24 @@ class Investigator {
       return save();
     }
     const Design designed = designed_within(question, left_s);
-    const bool none_tells = !designed.best.possible || designed.best.information_nat <= settings_.least_share * designed.before_nat ||
-                            idle() >= settings_.most_idle;
+    const bool none_tells = !tells(designed) || idle(state_, asked_) >= settings_.most_idle;
     if (enough && none_tells) {
       resolve(belief);
       ask_beside_nothing(question, left_s >= any_s ? designed : designed_within(question, any_s));
     }
     if (hooks_.computing) hooks_.computing(false);
     if (state_.ending) return told();
-    if (!designed.best.possible && left_s < any_s) {
+    if (none_tells && idle(state_, asked_) < settings_.most_idle && left_s < any_s && tells(designed_within(question, any_s))) {
       state_.ending = Ending::budget;
       state_.ending_words =
-          "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment and its cooling.";
-      ask_to_measure(belief, diagnosis);
+          "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment that would tell.";
       return told();
     }
     if (none_tells) {
       state_.ending = Ending::cannot_tell;
       state_.ending_words =
           !designed.best.possible ? "No experiment stays within the limits of temperature and time."
-          : idle() >= settings_.most_idle
+          : idle(state_, asked_) >= settings_.most_idle
               ? "The last " + std::to_string(settings_.most_idle) + " experiments told less than a tenth of what was expected of them."
               : "Of " + std::to_string(designed.tried) + " programmes of duty none is expected to tell the answers apart that are left.";
       ask_to_measure(belief, diagnosis);
@@ -349,17 +352,8 @@ class Investigator {
     return step;
   }
 
-  // Experiments at the end that told less than a tenth of what was expected.
-  int idle() const {
-    int count = 0;
-    for (std::size_t k = state_.steps.size(); k-- > 1;) {
-      const Step& step = state_.steps[k];
-      const std::optional<Believed>& before = state_.steps[k - 1].after;
-      if (step.origin != "experiment" || !step.after || !before) break;
-      if (told_bit(*before, *step.after) > idle_share * step.plan->expected_bit) break;
-      ++count;
-    }
-    return count;
+  bool tells(const Design& designed) const {
+    return designed.best.possible && designed.best.information_nat > settings_.least_share * designed.before_nat;
   }
 
   void measure_at(std::string_view place) {
@@ -370,13 +364,21 @@ class Investigator {
     const plant::System& system = diagnosis.search.core.system();
     for (const Hypothesis& one : belief.all) {
       if (one.probability < 0.02) break;
-      for (const plant::EffectId e : one.effects) measure_at(system.effects()[e].place);
+      for (const plant::EffectId e : one.effects)
+        if (e.index < system.effects().size()) measure_at(system.effects()[e].place);  // parts that are not alike are beyond
       if (one.kind == Kind::something_else) measure_at(diagnosis.located.place);
     }
   }
   void resolve(const Belief& belief) {
     state_.ending = Ending::resolved;
-    state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(settings_.probability) + ").";
+    state_.ending_words = "One answer has " + percent(belief.first().probability) + " (asked: " + percent(asked_.probability) + ").";
+    if (diagnose::something_is_left(belief.verdict))
+      state_.ending_words +=
+          " Something is left that it does not explain: `sinew diagnose` on these recordings together says where, and what may be beside "
+          "it.";
+  }
+  std::string budget_words() const {
+    return "The budget is used: " + sim::shortest(std::round(state_.spent_s())) + " s of " + sim::shortest(asked_.budget_s) + " s.";
   }
   // That nothing is missing says nothing of what no duty can show.
   void ask_beside_nothing(const Question& question, const Design& designed) {
@@ -397,6 +399,7 @@ class Investigator {
   Limb& limb_;
   const Hooks& hooks_;
   bool dry_;
+  Asked asked_;
 };
 
 }  // namespace
@@ -453,6 +456,20 @@ double told_bit(const Believed& before, const Believed& after) {
   return std::max(0.0, sum);
 }
 
+int idle(const Investigation& investigation, const Asked& asked) {
+  int count = 0;
+  const std::vector<Step>& steps = investigation.steps;
+  for (std::size_t k = steps.size(); k-- > 1;) {
+    const Step& step = steps[k];
+    if (step.asked && *step.asked != asked) break;
+    if (step.origin != "experiment" || !step.after || !steps[k - 1].after) break;
+    if (step.status != "finished") continue;
+    if (told_bit(*steps[k - 1].after, *step.after) > idle_share * step.plan->expected_bit) break;
+    ++count;
+  }
+  return count;
+}
+
 Step* Investigation::next() {
   const auto next = std::find_if(steps.begin(), steps.end(), [](const Step& step) { return !step.status; });
   return next == steps.end() ? nullptr : &*next;
@@ -504,6 +521,7 @@ Json to_json(const Investigation& investigation) {
       for (const auto& [name, value] : after.values) believed["parameters"][name] = value;
       one["believed"] = std::move(believed);
     }
+    if (step.asked) one["asked"] = {{"probability", step.asked->probability}, {"budget_s", step.asked->budget_s}};
     json["recordings"].push_back(std::move(one));
   }
   return json;
@@ -558,6 +576,7 @@ Investigation from_json(const Json& json) {
       for (const auto& [name, value] : b.at("parameters").items()) after.values.emplace_back(name, value.get<double>());
       step.after = std::move(after);
     }
+    if (one.contains("asked")) step.asked = Asked{one["asked"].at("probability"), one["asked"].at("budget_s")};
     result.steps.push_back(std::move(step));
   }
   return result;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -27,14 +28,20 @@ enum class Use {
 std::string_view text_of(Use use);
 std::optional<Use> use_of(std::string_view text);
 
+// What an investigation is asked for: until one answer has so much, within so many seconds of the limb's time (cooling included;
+// recordings that are given do not count).
+struct Asked {
+  double probability = 0.9, budget_s = 1800.0;
+  bool operator==(const Asked&) const = default;
+};
+
 struct Settings {
   Use use = Use::designed;
-  // Of one answer: it ends. The diagnosis gives as much only to a name that gains above 170, is not faint and has no law beside it
-  // (diagnose/confidence.cpp).
-  double probability = 0.9;
-  double budget_s = 1800.0;  // of the limb's time, cooling included; recordings that are given do not count
-  double first_s = 120.0;    // of babbling, where no recording is given
-  double longest_s = 160.0;  // that an experiment drives the limb
+  // The diagnosis gives 0.9 only to a name that gains above 170, is not faint and has no law beside it (diagnose/confidence.cpp).
+  Asked asked;
+  std::map<std::string, Asked> asked_then;  // of a replay: by the last step that was there at each decision
+  double first_s = 120.0;                   // of babbling, where no recording is given
+  double longest_s = 160.0;                 // that an experiment drives the limb
   // Where the best experiment is expected to take away less than this share of the entropy, none tells.
   double least_share = 0.08;
   // So many experiments in a row that told less than a tenth of what was expected: none tells.
@@ -88,6 +95,7 @@ struct Step {
   std::int64_t lowered = 0;       // commands that the host's supervisor lowered
   bool used = true;               // long enough to be diagnosed
   std::optional<Believed> after;  // what was believed then
+  std::optional<Asked> asked;     // and what had been asked for
 };
 
 enum class Ending {
@@ -107,6 +115,9 @@ struct Investigation {
   double spent_s() const;            // of the limb's time
   Step* next();                      // the first that is planned and not recorded; null: none
 };
+// Experiments at the end that told less than a tenth of what was expected of them. One that was cut short says nothing of that, nor does
+// what was done before another probability or budget was asked for.
+int idle(const Investigation& investigation, const Asked& asked);
 nlohmann::ordered_json to_json(const Investigation& investigation);
 Investigation from_json(const nlohmann::ordered_json& json);  // throws nlohmann::json::exception
 

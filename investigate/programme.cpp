@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "plant/contains.h"
 #include "sim/random.h"
 #include "sim/text.h"
 
@@ -24,6 +25,14 @@ Shape rounded(Shape shape, double longest_drive_s) {
   shape.off_s = on_grid(std::clamp(shape.off_s, 1.0, 120.0));
   shape.drive_s = on_grid(std::clamp(shape.drive_s, 20.0, longest_drive_s));
   return shape;
+}
+
+// That are driven, in the order in which each comes first.
+std::vector<std::size_t> inputs_of(const Programme& programme) {
+  std::vector<std::size_t> inputs;
+  for (const Part& part : programme.parts)
+    if (!contains(inputs, part.input)) inputs.push_back(part.input);
+  return inputs;
 }
 
 }  // namespace
@@ -62,19 +71,27 @@ std::vector<Shape> first_shapes(const plant::System& system, double longest_driv
     if (drive_s > longest_drive_s * 1.001) drive_s = longest_drive_s;
     all.push_back(rounded({family, coil, level, on_s, off_s, drive_s}, longest_drive_s));
   };
-  add(Family::pulses_in_turn, 0, 0.5, 3.0, 7.0, 60.0);
-  add(Family::pulses_in_turn, 0, 0.45, 6.0, 14.0, 100.0);
-  add(Family::pulses_in_turn, 0, 0.4, 9.0, 35.0, 150.0);
-  for (std::size_t coil = 0; coil < system.inputs().size(); ++coil) {
+  const std::size_t coils = system.inputs().size();
+  // What has no time for all coils is begun at each that the one before did not reach.
+  const auto add_in_turn = [&](Family family, double level, double on_s, double off_s, double drive_s) {
+    for (std::size_t coil = 0; coil < coils;) {
+      add(family, coil, level, on_s, off_s, drive_s);
+      coil += std::max<std::size_t>(1, inputs_of(programme_of(all.back(), system)).size());
+    }
+  };
+  add_in_turn(Family::pulses_in_turn, 0.5, 3.0, 7.0, 60.0);
+  add_in_turn(Family::pulses_in_turn, 0.45, 6.0, 14.0, 100.0);
+  add_in_turn(Family::pulses_in_turn, 0.4, 9.0, 35.0, 150.0);
+  for (std::size_t coil = 0; coil < coils; ++coil) {
     add(Family::pulses_on_one, coil, 0.45, 5.0, 12.0, 70.0);
     add(Family::pulses_on_one, coil, 0.18, 40.0, 40.0, 110.0);
-    add(Family::against, coil, 0.12, 6.0, 12.0, 100.0);
+    if (coils > 1) add(Family::against, coil, 0.12, 6.0, 12.0, 100.0);
   }
-  add(Family::hold_in_turn, 0, 0.15, 40.0, 20.0, 130.0);
-  add(Family::hold_in_turn, 0, 0.1, 25.0, 10.0, 80.0);
-  add(Family::steps, 0, 0.2, 12.0, 15.0, 120.0);
-  add(Family::sweep_in_turn, 0, 0.22, 30.0, 10.0, 90.0);
-  add(Family::sweep_in_turn, 0, 0.2, 60.0, 15.0, 160.0);
+  add_in_turn(Family::hold_in_turn, 0.15, 40.0, 20.0, 130.0);
+  add_in_turn(Family::hold_in_turn, 0.1, 25.0, 10.0, 80.0);
+  add_in_turn(Family::steps, 0.2, 12.0, 15.0, 120.0);
+  add_in_turn(Family::sweep_in_turn, 0.22, 30.0, 10.0, 90.0);
+  add_in_turn(Family::sweep_in_turn, 0.2, 60.0, 15.0, 160.0);
   add(Family::together, 0, 0.4, 5.0, 15.0, 80.0);
   add(Family::together, 0, 0.14, 40.0, 30.0, 110.0);
   return all;
@@ -89,8 +106,9 @@ Shape random_shape(const plant::System& system, double longest_drive_s, std::uin
     return std::min(count - 1, static_cast<std::size_t>(chance.uniform(n) * static_cast<double>(count)));
   };
   const auto between = [&](std::uint64_t n, double least, double most) { return least * std::pow(most / least, chance.uniform(n)); };
-  return rounded({families[one_of(0, families.size())], one_of(1, system.inputs().size()), between(2, 0.08, most_level),
-                  between(3, 2.0, 40.0), between(4, 4.0, 40.0), between(5, shortest_drive_s, std::max(shortest_drive_s, longest_drive_s))},
+  const std::size_t possible = families.size() - (system.inputs().size() > 1 ? 0 : 1);  // the last one takes two coils
+  return rounded({families[one_of(0, possible)], one_of(1, system.inputs().size()), between(2, 0.08, most_level), between(3, 2.0, 40.0),
+                  between(4, 4.0, 40.0), between(5, shortest_drive_s, std::max(shortest_drive_s, longest_drive_s))},
                  longest_drive_s);
 }
 
@@ -149,26 +167,34 @@ Programme programme_of(const Shape& shape, const plant::System& system) {
 }
 
 std::string words_of(const Shape& shape, const plant::System& system) {
-  const std::string all = (system.inputs().size() == 2 ? "both " : "all ") + std::string(system.parts_word());
-  const std::string one = system.inputs()[plant::InputId{shape.coil}].part;
+  const auto part = [&](std::size_t input) { return std::string(system.inputs()[plant::InputId{input}].part); };
+  const std::vector<std::size_t> driven = inputs_of(programme_of(shape, system));
+  std::string all = (system.inputs().size() == 2 ? "both " : "all ") + std::string(system.parts_word());
+  if (driven.size() < system.inputs().size()) {
+    all.clear();
+    for (const std::size_t input : driven) all += (all.empty() ? "" : ", ") + part(input);
+  }
+  const std::string in_turn = driven.size() > 1 ? " in turn" : "";
+  const std::string one = part(shape.coil);
   const auto s = [](double value) { return sim::shortest(value) + " s"; };
   const std::string level = "duty " + sim::shortest(shape.level_fraction);
   const std::string pulses = "pulses of " + s(shape.on_s) + " at " + level + ", " + s(shape.off_s) + " apart, ";
   switch (shape.family) {
     case Family::pulses_in_turn:
-      return pulses + "on " + all + " in turn";
+      return pulses + "on " + all + in_turn;
     case Family::pulses_on_one:
       return pulses + "on " + one + " alone";
     case Family::hold_in_turn:
-      return "holds of " + s(shape.on_s) + " at " + level + ", " + s(shape.off_s) + " apart, on " + all + " in turn";
+      return "holds of " + s(shape.on_s) + " at " + level + ", " + s(shape.off_s) + " apart, on " + all + in_turn;
     case Family::steps:
-      return "steps up to " + level + " and down, " + s(shape.on_s) + " each, on " + all + " in turn";
+      return "steps up to " + level + " and down, " + s(shape.on_s) + " each, on " + all + in_turn;
     case Family::sweep_in_turn:
-      return "slow sweeps up to " + level + " and down, " + s(shape.on_s) + " each way, on " + all + " in turn";
+      return "slow sweeps up to " + level + " and down, " + s(shape.on_s) + " each way, on " + all + in_turn;
     case Family::together:
       return pulses + "on " + all + " together";
     case Family::against:
-      return one + " held at " + level + " while the other pulses for " + s(shape.on_s) + ", " + s(shape.off_s) + " apart";
+      return one + " held at " + level + " while " + (driven.size() > 1 ? part(driven[1]) : "nothing else") + " pulses for " +
+             s(shape.on_s) + ", " + s(shape.off_s) + " apart";
   }
   return "";
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "investigate/story.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -28,7 +29,9 @@ std::string answer_words(const std::string& key, const plant::System& system) {
   for (std::size_t from = 0; from <= key.size();) {
     const std::size_t to = std::min(key.find('+', from), key.size());
     const std::string name = key.substr(from, to - from);
-    words += (words.empty() ? "" : ", and ") + std::string(system.effects()[system.effect(name)].words) + " (" + name + ")";
+    const auto known = std::ranges::find(system.effects(), name, &plant::EffectInfo::name);  // else parts that are not alike
+    words +=
+        (words.empty() ? "" : ", and ") + (known != system.effects().end() ? std::string(known->words) + " (" + name + ")" : "its " + name);
     from = to + 1;
   }
   return words;

@@ -28,6 +28,7 @@ Investigation example() {
   believed.entropy_bit = 1.5;
   believed.values = {{"latent_heat.latent_heat_J", 4.2}};
   first.after = believed;
+  first.asked = Asked{.probability = 0.95, .budget_s = 600.0};
   second.name = "recording_02";
   second.origin = "experiment";
   Plan plan;
@@ -73,6 +74,34 @@ TEST_CASE("investigation: its state goes through JSON and back, to the byte") {
   const Investigation one = example();
   CHECK(to_json(from_json(to_json(one))).dump() == to_json(one).dump());
   CHECK(from_json(to_json(one)).ending == Ending::interrupted);
+  CHECK(from_json(to_json(one)).steps[0].asked == Asked{.probability = 0.95, .budget_s = 600.0});
+  CHECK_FALSE(from_json(to_json(one)).steps[1].asked);
+}
+
+TEST_CASE("investigation: an experiment that told nothing counts as one, unless it was cut short or less was asked for then") {
+  const Asked less{.budget_s = 600.0}, more{.budget_s = 900.0};
+  Investigation one = example();
+  one.ending.reset();
+  Step told_nothing = one.steps[1];
+  told_nothing.status = "finished";
+  told_nothing.after = one.steps[0].after;
+  told_nothing.asked = less;
+  one.steps[0].asked = less;
+  one.steps[1] = told_nothing;
+  CHECK(idle(one, less) == 1);
+  one.steps.push_back(told_nothing);
+  CHECK(idle(one, less) == 2);
+  // It was gone on with, and the last decision is made again.
+  one.steps[2].asked = more;
+  CHECK(idle(one, more) == 1);
+  // Twice a trip: no experiment was made.
+  one.steps[1].status = one.steps[2].status = "tripped";
+  one.steps[2].asked = less;
+  CHECK(idle(one, less) == 0);
+  // One that told something ends the count.
+  one.steps[2].status = "finished";
+  one.steps[2].after->answers = {{"cross_heating", "named", 1.0}};
+  CHECK(idle(one, less) == 0);
 }
 
 TEST_CASE("investigation: recordings that were given do not count as the limb's time") {
@@ -107,7 +136,7 @@ class Counting : public Limb {
 TEST_CASE("investigation: babbling for comparison fills the budget with recordings of their own seeds, without a look in between") {
   Settings settings;
   settings.use = Use::babbling;
-  settings.budget_s = 760.0;
+  settings.asked.budget_s = 760.0;
   settings.seed = 9;
   Counting limb(3);  // a person stops the last one, so that no diagnosis is made
   Investigation state;

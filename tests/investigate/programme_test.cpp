@@ -3,10 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <map>
 #include <set>
 
 #include "investigate/information.h"
 #include "plant/systems.h"
+#include "sim/plant_file.h"
 #include "sim/simulation.h"
 #include "tests/diagnose/one_limb.h"
 
@@ -35,6 +37,25 @@ TEST_CASE("programme: a sweep rises and falls in a straight line") {
   CHECK(programme.duty(1, 12.0) == doctest::Approx(0.1));  // half-way up, from 2 to 22 s
   CHECK(programme.duty(1, 32.0) == doctest::Approx(0.1));  // half-way down
   CHECK(programme.duty(0, 12.0) == 0.0);
+}
+
+TEST_CASE("programmes: each family drives every coil, and the words name those that are driven") {
+  for (const plant::Plant& of : {limb, sim::read_plant_file(std::string(SINEW_SOURCE_DIR) + "/plant/limbs/lab_two_limbs_2023.yaml")}) {
+    std::map<Family, std::set<std::size_t>> driven;
+    for (const Shape& shape : first_shapes(of.system(), 160.0)) {
+      const std::string words = words_of(shape, of.system());
+      std::set<std::size_t> by_this;
+      for (const Part& part : programme_of(shape, of.system()).parts) by_this.insert(part.input);
+      driven[shape.family].insert(by_this.begin(), by_this.end());
+      const bool says_all = words.find("both coils") != std::string::npos || words.find("all coils") != std::string::npos;
+      CHECK_MESSAGE(says_all == (by_this.size() == of.system().inputs().size() && shape.family != Family::against), words);
+      if (says_all) continue;
+      for (const std::size_t input : by_this)
+        CHECK_MESSAGE(words.find(of.system().inputs()[plant::InputId{input}].part) != std::string::npos, words);
+    }
+    CHECK(driven.size() == 7);
+    for (const auto& [family, inputs] : driven) CHECK_MESSAGE(inputs.size() == of.system().inputs().size(), text_of(family));
+  }
 }
 
 TEST_CASE("programme: its scenario commands what the programme says, to the tick") {
