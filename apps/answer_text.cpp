@@ -57,6 +57,8 @@ std::vector<std::string> apart_with_probabilities(const Diagnosis& d, const Foun
   return words;
 }
 
+std::string noise_words(const Diagnosis& d) { return system_of(d).surroundings() ? "sensor noise and moving air" : "sensor noise"; }
+
 // What is no sign of missing physics.
 std::string left_open_words(const Diagnosis& d) {
   return system_of(d).surroundings() ? "noise and moving air leave open" : "noise leaves open";
@@ -117,7 +119,7 @@ std::string headline_of(const Diagnosis& d, const NothingMissing&) {
            "which nothing is missing.";
   if (std::string little = too_little_words(d); !little.empty()) return little;
   return "Nothing is missing that could be seen: with its parameters fitted, the plant explains " +
-         std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within sensor noise and moving air.";
+         std::string(d.gate.size() > 1 ? "the recordings" : "the recording") + " to within " + noise_words(d) + ".";
 }
 
 std::string whole_headline(const Diagnosis& d, const Found& answer) {
@@ -136,11 +138,16 @@ std::string headline_in_part(const Diagnosis& d, const Found& answer) {
   const bool names_alone = answer.laws.empty() && answer.apart.empty() && !d.by_paths;
   const bool nearly = names_alone && d.objections.leaves_too_much && nearly_explains(d);
   const std::vector<std::string> laws = law_clauses(d, answer);
+  std::vector<std::string> parts;
+  if (!answer.effects.empty()) parts.push_back(listed(names_with_probabilities(d, answer)));
+  if (!laws.empty()) parts.push_back((parts.empty() ? "without a name, " : "and without a name, ") + listed(laws));
+  if (!answer.apart.empty()) parts.push_back((parts.empty() ? "" : "and ") + listed(apart_with_probabilities(d, answer)));
+  std::string found;
+  for (const std::string& part : parts) found += (found.empty() ? "" : "; ") + part;
   return (nearly ? "What is missing looks like an effect in the catalogue, but something is left that its law does not explain: "
-                 : "More is missing than the catalogue explains, but part of it has a name: ") +
-         listed(names_with_probabilities(d, answer)) + (laws.empty() ? "" : "; and without a name, " + listed(laws)) +
-         (answer.apart.empty() ? "" : "; and " + listed(apart_with_probabilities(d, answer))) +
-         (!names_alone || answer.ambiguous_with.empty() ? "." : rivals_in_headline(d, answer)) + " " +
+                 : std::string("More is missing than the catalogue explains") +
+                       (answer.effects.empty() ? ": " : ", but part of it has a name: ")) +
+         found + (!names_alone || answer.ambiguous_with.empty() ? "." : rivals_in_headline(d, answer)) + " " +
          (answer.effects.size() + answer.laws.size() + answer.apart.size() > 1 ? "Together they take" : "It takes") + " away " +
          percent(d.explained_share) + (d.by_paths ? " of the squared error beyond noise." : " of what " + left_open_words(d) + ".");
 }
@@ -310,8 +317,9 @@ std::string no_name_words(const Diagnosis& d, const diagnose::DiagnosisSettings&
 // What chance has to do with what is left, where that was asked.
 std::string chance_of_the_rest(const Diagnosis& d) {
   const diagnose::ProcessNoiseByChance& chance = *d.by_chance;
-  const std::string simulated = std::to_string(chance.drawn) + " simulations in which nothing is missing, with air that varies by " +
-                                report::fixed(chance.nuisance, 2) + " K, ";
+  const std::string simulated =
+      std::to_string(chance.drawn) + " simulations in which nothing is missing, " +
+      (system_of(d).surroundings() ? "with air that varies by " + report::fixed(chance.nuisance, 2) + " K, " : "");
   return chance.as_large > 0 ? "What is left is more than mostly where nothing is missing, but of " + simulated +
                                    std::to_string(chance.as_large) + " left as much: it may be chance."
                              : "What is left is not much: none of " + simulated + "left as much, but one left " +

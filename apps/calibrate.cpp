@@ -46,9 +46,10 @@ std::vector<plant::ParameterId> chosen_parameters(const std::vector<std::string>
     if (found == all.end()) {
       const auto there = plant.system().find_parameter(name);
       const auto effect = there ? plant.system().parameters()[*there].effect : std::nullopt;
-      const std::string advice = effect && !plant.is_on(*effect) ? "is of an effect that is not on in the plant"
-                                 : there ? "is known, not fitted: its deviation is 0; give it in the plant as {value: ..., deviation: ...}"
-                                         : "no such parameter that can be fitted" + sim::did_you_mean(name, all);
+      const std::string why = effect && !plant.is_on(*effect) ? ": its effect is not on in the plant"
+                              : there ? ": it is known, with a deviation of 0; the plant may give it as {value: ..., deviation: ...}"
+                                      : sim::did_you_mean(name, all);
+      const std::string advice = "no such parameter that can be fitted" + why;
       throw sim::InputError({.file = "",
                              .key = "--fit",
                              .value = name,

@@ -175,10 +175,9 @@ report::Table candidate_table(const Diagnosis& d, const diagnose::Round& round, 
     table.rows.push_back(row);
   }
   table.align = {report::Align::left, report::Align::left, report::Align::right, report::Align::left, report::Align::left};
-  table.caption =
-      "Each was fitted together with all other parameters. Explains: how much it takes away of what sensor noise and "
-      "moving air "
-      "leave open. Effects that a first look ruled out are in the table of all effects at the end.";
+  table.caption = std::string("Each was fitted together with all other parameters. Explains: how much it takes away of what ") +
+                  (system_of(d).surroundings() ? "sensor noise and moving air leave" : "sensor noise leaves") +
+                  " open. Effects that a first look ruled out are in the table of all effects at the end.";
   return table;
 }
 

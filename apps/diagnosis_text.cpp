@@ -90,7 +90,8 @@ std::vector<std::string> where_words(const Diagnosis& d) {
   if (consistent)
     return {first + (d.process_noise_beyond_ordinary && !d.process_noise_after_refit
                          ? " What is beyond noise is no more than what moving air does that is not the same everywhere."
-                         : " What is beyond noise is no more than what moving air does.")};
+                     : !system_of(d).surroundings() ? " What is beyond noise is no more than chance brings."
+                                                    : " What is beyond noise is no more than what moving air does.")};
 
   std::string when = percent(located.worst.share_of_error) + " of the squared error of " + channel_words(channels_of(d)[located.channel]) +
                      " happens in " + percent(located.worst.share_of_time) + " of the time";

@@ -11,8 +11,8 @@ namespace {
 // Printed by tools/fit_confidence; docs/diagnosis.md says of which cases.
 constexpr std::array<double, support_terms> weights{-0.59, 1.25, -4.56, -2.12};
 
-// Of physics that was not tried, and does the same with nothing that is hard to believe. Any between 1e-4 and 1e-2 does as well on the
-// concealed cases in results/ (tools/fit_confidence --belief).
+// Of physics that was not tried, and does the same with nothing that is hard to believe. Any between 1e-4 and 1e-2 does nearly as well on
+// the concealed cases in results/ (tools/fit_confidence --belief).
 constexpr double odds_of_untried = 1e-3;
 constexpr double most_unbelieved = 100.0;  // larger is no different, and its exponential a number
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "plant/contains.h"
+
 namespace sinew::diagnose {
 namespace {
 
@@ -63,18 +65,25 @@ Objections objections_to(const WithNames& found, bool leaves_too_much, const Per
 }
 
 Explanation chosen(const Search& search, const SearchSettings& settings, const Thresholds& thresholds) {
+  // A name that was taken out, or exchanged for another, after a round had accepted it is no part of any answer.
+  const std::vector<plant::EffectId> stands = search.best.effects();
+  const auto stands_yet = [&](const Explanation& one) {
+    const std::vector<plant::EffectId> effects = one.effects();
+    return std::all_of(effects.begin(), effects.end(), [&](plant::EffectId e) { return contains(stands, e); });
+  };
   if (search.best.system().laws().size() > search.core.system().laws().size()) return search.best;
   if (nothing_left(search, settings)) {
     const Round* last = nullptr;
     for (const Round& round : search.rounds)
       if (round.accepted) last = &round;
     const auto enough = [&](const Explanation& by) { return share_explained(search.core, by) >= thresholds.least_explained_share; };
-    const bool keep = !last || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
+    const bool keep = !last || !stands_yet(last->before) || sensible(last->candidates.front().effect, search.best) || !enough(last->before);
     return keep ? search.best : last->before;
   }
   for (const Round& round : search.rounds)
-    if (round.accepted && share_explained(search.core, round.candidates.front().explanation) >= thresholds.least_explained_share)
-      return round.candidates.front().explanation;
+    if (const Explanation& one = round.candidates.front().explanation;
+        round.accepted && stands_yet(one) && share_explained(search.core, one) >= thresholds.least_explained_share)
+      return one;
   return search.best;
 }
 

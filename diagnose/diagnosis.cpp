@@ -26,9 +26,12 @@ Agreement agreement_of(const Explanation& explanation, const Fitted& path, const
   const plant::System& system = explanation.system();
   result.rmse = per_channel(system);
   for (const plant::ChannelId c : result.rmse.ids()) {
-    double sum = 0.0;
-    for (std::size_t r = 0; r < data.size(); ++r) sum += std::pow(spread.rmse[r][c], 2) / static_cast<double>(data.size());
-    result.rmse[c] = std::sqrt(sum);
+    double sum = 0.0, count = 0.0;
+    for (std::size_t r = 0; r < data.size(); ++r) {
+      sum += spread.count[r][c] * std::pow(spread.rmse[r][c], 2);
+      count += spread.count[r][c];
+    }
+    result.rmse[c] = count > 0.0 ? std::sqrt(sum / count) : spread.rmse.front()[c];
   }
   for (std::size_t u = 0; u < explanation.problem->parameters().size(); ++u) {
     if (system.parameters()[explanation.problem->parameters()[u]].effect) continue;
@@ -414,12 +417,7 @@ class Diagnoser {
     set_after(predictions, predicted_by(path));
     if (judged(predictions).highest_total_gain < 0.0) return;  // the veto of the held-out data
     const Agreement was = agreement_of(before_.of, before_, data_, numerics()), is = agreement_of(path.of, path, data_, numerics());
-    double sum = 0.0, channels_off = 0.0;
-    for (const plant::ChannelId c : was.rmse.ids()) {
-      if (!far_off(system(), was.rmse[c], c, sensors())) continue;
-      sum += std::max(0.0, 1.0 - share_left(was.rmse[c], is.rmse[c], sensors()[c]));
-      ++channels_off;
-    }
+    const double share = share_taken_away(was, is);
     result_.by_chance.reset();
     result_.process_noise_after_refit.reset();
     result_.process_noise_beyond_ordinary.reset();
@@ -437,7 +435,7 @@ class Diagnoser {
     }
     result_.predictions = std::move(predictions);
     score_held_out();
-    result_.explained_share = channels_off > 0.0 ? sum / channels_off : 1.0;
+    result_.explained_share = share;
     result_.by_paths = true;
     result_.proposals = std::move(proposals);
     result_.agreement_before = was;
@@ -445,6 +443,22 @@ class Diagnoser {
     for (const plant::EffectId e : laws) found_.laws.push_back(found_law(e, result_.proposals.fit, odds_without(result_.proposals, e)));
     found_.effects = naming().named(tried_in(result_.proposals), settings_.thresholds.least_share);
     for (FoundEffect& found : found_.effects) found.rivals = rivals_in(result_.proposals, found.effect);
+  }
+
+  // Of the squared error beyond noise: on average over the channels that are far off; of all together where none is.
+  double share_taken_away(const Agreement& was, const Agreement& is) const {
+    double sum = 0.0, channels_off = 0.0, beyond_was = 0.0, beyond_is = 0.0;
+    for (const plant::ChannelId c : was.rmse.ids()) {
+      const double noise = sensors()[c];
+      const auto beyond = [&](double rmse) { return std::max(0.0, (rmse * rmse - noise * noise) / (noise * noise)); };
+      beyond_was += beyond(was.rmse[c]);
+      beyond_is += beyond(is.rmse[c]);
+      if (!far_off(system(), was.rmse[c], c, sensors())) continue;
+      sum += std::max(0.0, 1.0 - share_left(was.rmse[c], is.rmse[c], noise));
+      ++channels_off;
+    }
+    if (channels_off > 0.0) return sum / channels_off;
+    return beyond_was > 0.0 ? std::max(0.0, 1.0 - beyond_is / beyond_was) : 0.0;
   }
 
   bool nothing_added() const { return effects_.empty() && found_.laws.empty() && found_.apart.empty(); }
@@ -556,9 +570,12 @@ class Diagnoser {
     result_.located = locate(core(), gated_training_, result_.predictions, search_.seed);
     const plant::EntryGroupId leading = result_.located.shares.front().group;
     const auto& [effects, laws] = std::tie(effects_in(result_.answer), laws_in(result_.answer));
+    const auto nothing_in = [](const Answer& answer) {
+      return effects_in(answer).empty() && laws_in(answer).empty() && apart_in(answer).empty();
+    };
     const auto* varying = std::get_if<NoConstant>(&result_.answer);
     if (something_is_left(verdict_of(result_.answer)))
-      result_.left_over = left_over((effects.empty() && laws.empty()) || varying ? core() : result_.chosen, leading);
+      result_.left_over = left_over(nothing_in(result_.answer) || varying ? core() : result_.chosen, leading);
     if (std::holds_alternative<NothingMissing>(result_.answer)) {  // of noise no time is the worst
       result_.located.worst = {};
       result_.located.while_words.clear();
@@ -566,8 +583,10 @@ class Diagnoser {
     }
     PlaceEvidence evidence{.forcing = std::string(place_of_forcing(leading)), .forcing_speaks = result_.by_paths};
     if (!effects.empty()) {
-      evidence.name = system().effects()[effects.front().effect].place;
-      evidence.name_probability = effects.front().confidence;
+      const FoundEffect& likeliest =
+          *std::max_element(effects.begin(), effects.end(), [](const auto& a, const auto& b) { return a.confidence < b.confidence; });
+      evidence.name = system().effects()[likeliest.effect].place;
+      evidence.name_probability = likeliest.confidence;
     }
     for (const FoundLaw& law : laws) evidence.laws.push_back(law.place);
     if (laws.empty())
@@ -609,13 +628,25 @@ class Diagnoser {
     // Of what was found by open-loop simulation, or with a law, no explanation is at hand that has a rival in its place.
     if (found_.ambiguous_with.empty() || result_.by_paths || !found_.laws.empty()) return;
     const plant::EffectId rival = found_.ambiguous_with.front();
+    // Whose rival it is: it stands in that one's place, beside the others.
+    const auto owner = std::find_if(found_.effects.begin(), found_.effects.end(), [&](const FoundEffect& found) {
+      return std::any_of(found.rivals.begin(), found.rivals.end(), [&](const auto& one) { return one.first == rival; });
+    });
+    const bool has_owner = owner != found_.effects.end();
+    const plant::EffectId instead_of = (has_owner ? *owner : found_.effects.front()).effect;
+    std::vector<plant::EffectId> beside;
+    for (const FoundEffect& found : found_.effects)
+      if (has_owner && found.effect != instead_of) beside.push_back(found.effect);
     for (const Round& round : result_.search.rounds)
-      for (const Candidate& candidate : round.candidates)
-        if (candidate.effect == rival && candidate.explanation.usable && !found_.experiment) {
-          found_.experiment = design_experiment(result_.chosen, candidate.explanation, sensors(), {});
-          found_.experiment->effect = found_.effects.front().effect;
-          found_.experiment->rival = rival;
-        }
+      for (const Candidate& candidate : round.candidates) {
+        if (found_.experiment || candidate.effect != rival || !candidate.explanation.usable) continue;
+        const std::vector<plant::EffectId> of = candidate.explanation.effects();
+        if (!std::all_of(beside.begin(), beside.end(), [&](plant::EffectId e) { return contains(of, e); })) continue;
+        if (has_owner && contains(of, instead_of)) continue;
+        found_.experiment = design_experiment(result_.chosen, candidate.explanation, sensors(), {});
+        found_.experiment->effect = instead_of;
+        found_.experiment->rival = rival;
+      }
   }
 
   const std::vector<sim::Recording>&training_, &held_out_;

@@ -94,6 +94,7 @@ FoundEffect found_wandering(const Wandering& wandering, const plant::System& sys
   result.chance = std::erfc(std::sqrt(wandering.gain));
   double likely = 1.0;
   for (const auto& [other, loss] : wandering.others) {
+    if (other.effect && has_family(system, {result.effect}, *other.effect)) continue;  // another form of the same
     likely += std::exp(-std::max(0.0, loss));
     if (other.effect) result.rivals.emplace_back(*other.effect, loss);
   }

@@ -91,6 +91,7 @@ Spread spread_of(const Fitted& fitted, const std::vector<FitData>& data, const p
   }
   const plant::System& system = fitted.model.system();
   const ErrorSize size = error_size(errors, data, scale_of(system, data), std::vector(data.size(), per_channel(system, 1.0)));
+  spread.count = errors.count;
   spread.deviation = size.deviation;
   spread.log_sum = -size.log_likelihood;
   return spread;

@@ -40,6 +40,7 @@ Fitted calibrated(const plant::Plant& plant, const std::vector<FitData>& data, c
 // and minus the log likelihood with that, up to a constant.
 struct Spread {
   std::vector<PerChannel> rmse;       // units of files
+  std::vector<PerChannel> count;      // of samples
   std::vector<PerChannel> deviation;  // error_size.h
   double log_sum = 0.0;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnose/proposals.h"
 #include "plant/contains.h"
 #include "sim/simulation.h"
 
@@ -57,7 +58,7 @@ std::vector<Wanderer> wanderers(const plant::Plant& plant, const std::vector<pla
   const std::size_t states = plant.states().size();
   const double delay_s = plant.equations()->input_delay_s();
   for (const plant::EffectId e : system.effects().ids()) {
-    if (plant.is_on(e) || contains(without, e)) continue;
+    if (plant.is_on(e) || is_left_out(system, e, without)) continue;
     const Wanderer one = strength_of(system, e);
     const plant::Plant with = changed(plant, one);
     const bool toggle = system.parameters()[system.effects()[e].strength].declaration.kind == plant::Kind::toggle;

@@ -391,7 +391,11 @@ def test_calibrate():
             r"^--fit = heat_los_A_W_K\n.*did you mean heat_loss_A_W_K\?")
     refused("--fit of a parameter of an effect that is off",
             ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit", "thermocouple_lag.time_constant_s"],
-            r"^--fit = thermocouple_lag\.time_constant_s\n  no such parameter that can be fitted")
+            r"^--fit = thermocouple_lag\.time_constant_s\n  no such parameter that can be fitted: its effect is not on in the plant")
+    write("known.yaml", "format: 1\nparameters: {resistance_A_Ohm: {value: 2.6, deviation: 0}}\n")
+    refused("--fit of a parameter that is known",
+            ["calibrate", "made/recording.csv", "--plant", "known.yaml", "--out", "o", "--fit", "resistance_A_Ohm"],
+            r"^--fit = resistance_A_Ohm\n  no such parameter that can be fitted: it is known, with a deviation of 0")
     refused("--fit-until after the end",
             ["calibrate", "made/recording.csv", "--plant", PAPER_LIMB, "--out", "o", "--fit-until", "60"],
             r"^--fit-until = 60\n  leaves fewer than 20 samples after it")

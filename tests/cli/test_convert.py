@@ -61,6 +61,10 @@ def test_map():
     first = text_of("out.csv")
     sinew("convert", "rig.csv", "again.csv", "--map", "rig.map.yaml")
     check("--map: the same bytes again", text_of("again.csv") == first)
+    write("twice.map.yaml", MAP + "  temperature_B_degC: {column: thermo, unit: degC}\n")
+    result = sinew("convert", "rig.csv", "twice.csv", "--map", "twice.map.yaml")
+    check("--map: says which of the log's columns is read twice",
+          "temperature_A_degC, temperature_B_degC: all from the column thermo; is it so?\n" in result.stdout, said(result))
 
 
 def test_wrong_input():
@@ -88,6 +92,8 @@ def test_wrong_input():
     write("rig.map.yaml", MAP)
     refused("a map that is not there", ["convert", "rig.csv", "never.csv", "--map", "nowhere.yaml"], r"^nowhere\.yaml: cannot read")
     refused("a log that would be written over", ["convert", "rig.csv", "rig.csv", "--map", "rig.map.yaml"], r"^rig\.csv\n.*is the file that is read")
+    refused("a recording in a format that is not written", ["convert", "rig.csv", "never.xlsx", "--map", "rig.map.yaml"],
+            r"^never\.xlsx: \.xlsx\n  is no format that is written: \.csv")
     refused("--map with --swap-sides", ["convert", "rig.csv", "never.csv", "--map", "rig.map.yaml", "--swap-sides"], r"^--swap-sides")
     refused("convert without files", ["convert"], r"^sinew convert LOG RECORDING\n.*needs both")
     refused("--suggest with files", ["convert", "rig.csv", "never.csv", "--suggest", "rig.csv"], r"^--suggest FILE\n.*stands alone")
@@ -128,7 +134,11 @@ def test_suggest():
     result = sinew("convert", "--suggest", "plain.csv")
     check("--suggest: prints a map", result.returncode == 0 and "format: 1\n" in result.stdout and "looks like a duty" in result.stdout
           and "looks like a temperature" in result.stdout and "looks like an angle" in result.stdout, said(result))
-    write("plain.map.yaml", result.stdout)
+    check("--suggest: a duty of 0 and 1 is no count", "percent" not in result.stdout, said(result))
+    write("hundred.csv", "t,pwm,T1\n" + "".join(f"{k},{100 * (k % 2)},{20 + k}\n" for k in range(30)))
+    result = sinew("convert", "--suggest", "hundred.csv")
+    check("--suggest: what ends at 100 may be counts or percent", "or percent: then unit: percent" in result.stdout, said(result))
+    write("plain.map.yaml", sinew("convert", "--suggest", "plain.csv").stdout)
     result = sinew("convert", "plain.csv", "plain_out.csv", "--map", "plain.map.yaml")
     check("--suggest: its map converts the file", result.returncode == 0
           and list(columns("plain_out.csv")) == ["time_s", "duty_A", "temperature_T1_degC", "angle_deg"], said(result))

@@ -128,7 +128,7 @@ def test_schemas():
             check(f"{name} tells editors its schema", line and (path.parent / line[1]).resolve() == ROOT / f"docs/schema/{kind}.json")
     check("all kinds of files were seen", seen["plant"] >= 10 and seen["scenario"] >= 60, seen)
 
-    broken_plants = ["format: 3", "format: 1\nparametres: {}", "format: 1\nparameters: {heat_loss_A_W_K: -1}",
+    broken_plants = ["format: 3", "format: 2\nlimb:", "format: 1\nparametres: {}", "format: 1\nparameters: {heat_loss_A_W_K: -1}",
                      "format: 1\nparameters: {heat_los_A_W_K: 0.01}", "format: 1\nparameters: {heat_loss_A_W_K: warm}",
                      "format: 1\neffects: {thermocuple_lag: {time_constant_s: 1}}", "format: 1\neffects: {thermocouple_lag: {}}",
                      "format: 1\neffects: {thermocouple_lag: {time_constant_s: 1000}}",

@@ -74,6 +74,39 @@ TEST_CASE("parsimony: a second sensor's effect counts although the answer does w
   CHECK(parsimony_of({effect("thermocouple_lag")}, search, true, {}).common_causes == std::vector<plant::EffectId>{effect("input_delay")});
 }
 
+TEST_CASE("answer: a name that was taken out after it was accepted is no part of it, where something is left") {
+  Search search = searched({{"angle_sensor_drift", 0.8}});
+  const auto with = [&](const std::vector<const char*>& names, double share) {
+    plant::Plant plant = plant::default_plant();
+    for (const char* name : names) plant = with_effect(plant, effect(name));
+    Explanation one;
+    one.problem = std::make_shared<FitProblem>(plant, std::vector<plant::ParameterId>{}, std::vector<FitData>{}, StartPolicy::at_rest,
+                                               plant::NumericalSettings{});
+    one.usable = true;
+    one.misfit = (1.0 - share) * search.core.misfit;
+    one.process_noise = 0.01 * search.core.misfit;
+    return one;
+  };
+  search.core.process_noise = search.core.misfit;
+  search.rounds[0].accepted = true;
+  search.rounds[0].before = search.core;
+  search.rounds[0].candidates[0].explanation = with({"angle_sensor_drift"}, 0.8);
+  search.rounds.emplace_back();
+  search.rounds[1].accepted = true;
+  search.rounds[1].before = search.rounds[0].candidates[0].explanation;
+  search.rounds[1].candidates.push_back({effect("viscoelastic_creep"), {}, with({"angle_sensor_drift", "viscoelastic_creep"}, 0.99)});
+  const auto answer = [&] { return chosen(search, {}, {}).effects(); };
+  search.best = search.rounds[1].candidates[0].explanation;
+  CHECK(answer() == search.best.effects());
+  search.best = with({"viscoelastic_creep"}, 0.985);  // drift was found to add nothing
+  CHECK(answer() == std::vector<plant::EffectId>{effect("viscoelastic_creep")});
+  // The first accepted round that explains enough stands, as long as its names do.
+  search.rounds[0].candidates[0].explanation = with({"angle_sensor_drift"}, 0.95);
+  CHECK(answer() == std::vector<plant::EffectId>{effect("viscoelastic_creep")});
+  search.best = search.rounds[1].candidates[0].explanation;
+  CHECK(answer() == std::vector<plant::EffectId>{effect("angle_sensor_drift")});
+}
+
 TEST_CASE("probability: a name is likelier the more it gains, and less so the fainter it is, or beside a law") {
   const auto of = [](double gain, double faint) { return probability({.share = 1.0, .gain = gain, .faint = faint}); };
   CHECK(of(300.0, 0.0) > of(30.0, 0.0));
