@@ -107,11 +107,11 @@ TEST_CASE("apart: weights move a part by what is declared, and a file describes 
   plant.set(weight(plant, "the transformation temperatures", 1), 0.5);  // of B
 
   const Plant file = as_in_file(plant);
-  // Half of the prior's deviation: of 0.4 around 0.4, of 0.08 around 0.08, of 10 around 75 and 60.
+  // Half of the prior's deviation: of 0.4 around 0.4, of 0.8 around 0.08, of 10 around 75 and 60.
   const auto step = [](double share) { return 0.5 * std::sqrt(std::log1p(share * share)); };
   CHECK(get(file, "junction.A.heat_capacity_J_K") == doctest::Approx(0.3 * std::exp(step(1.0))).epsilon(1e-12));
   CHECK(get(file, "junction.B.heat_capacity_J_K") == 0.3);
-  CHECK(get(file, "junction.B.conductance_W_K") == doctest::Approx(0.08 * std::exp(-2.0 * step(1.0))).epsilon(1e-12));
+  CHECK(get(file, "junction.B.conductance_W_K") == doctest::Approx(0.08 * std::exp(-2.0 * step(10.0))).epsilon(1e-12));
   CHECK(get(file, "heating_midpoint_A_degC") == 75.0);
   // A temperature in degC has no natural zero: both by the same kelvins.
   CHECK(get(file, "heating_midpoint_B_degC") == doctest::Approx(77.5).epsilon(1e-12));
