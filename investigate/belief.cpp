@@ -27,7 +27,7 @@ std::string key_of(const plant::System& system, const std::vector<plant::EffectI
 std::string key_of_parts(const Diagnosis& diagnosis, const diagnose::FoundApart& found) {
   const plant::System& system = diagnosis.repaired.system();
   const plant::Sharing& sharing = system.sharings()[*system.effects()[found.effect].sharing];
-  return std::string(sharing.parts_word) + " unlike in " + (sharing.effect ? "the values of " : "") + sharing.words;
+  return std::string(sharing.parts_word) + std::string(unlike_in) + (sharing.effect ? "the values of " : "") + sharing.words;
 }
 
 // Of something against nothing, by the gain in log evidence; what is beyond doubt need not overflow.

@@ -19,6 +19,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "diagnose/diagnosis.h"
@@ -32,6 +33,9 @@ enum class Kind {
   something_else,  // no explanation at hand
 };
 std::string_view text_of(Kind kind);
+
+// In the key of parts that are not alike, between what the parts are and in what they differ.
+inline constexpr std::string_view unlike_in = " unlike in ";
 
 struct Hypothesis {
   Kind kind = Kind::nothing;

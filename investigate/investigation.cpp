@@ -48,10 +48,16 @@ Believed believed(const Belief& belief, const diagnose::Diagnosis& diagnosis) {
   result.verdict = diagnose::text_of(belief.verdict);
   for (const plant::EffectId e : belief.unseen) result.unseen.emplace_back(system.effects()[e].name);
   result.entropy_bit = belief.entropy_bit();
-  if (belief.first().kind == Kind::named)
-    for (const diagnose::FoundEffect& found : effects_in(diagnosis.answer))
-      for (const auto& parameter : found.parameters)
-        result.values.emplace_back(system.parameters()[parameter.parameter].key(), parameter.value);
+  if (belief.first().kind != Kind::named) return result;
+  for (const diagnose::FoundEffect& found : effects_in(diagnosis.answer))
+    for (const auto& parameter : found.parameters)
+      result.values.emplace_back(system.parameters()[parameter.parameter].key(), parameter.value);
+  const plant::System& own = diagnosis.repaired.system();
+  for (const diagnose::FoundApart& found : apart_in(diagnosis.answer))
+    for (const auto& move : own.sharings()[*own.effects()[found.effect].sharing].moves)
+      for (const plant::Sharing::Quantity& quantity : move)
+        for (const diagnose::FoundApart::Value& value : found.values)
+          if (value.parameter == quantity.parameter) result.values.emplace_back(quantity.own_keys[value.part], value.value);
   return result;
 }
 

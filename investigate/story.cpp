@@ -30,8 +30,11 @@ std::string answer_words(const std::string& key, const plant::System& system) {
     const std::size_t to = std::min(key.find('+', from), key.size());
     const std::string name = key.substr(from, to - from);
     const auto known = std::ranges::find(system.effects(), name, &plant::EffectInfo::name);  // else parts that are not alike
-    words +=
-        (words.empty() ? "" : ", and ") + (known != system.effects().end() ? std::string(known->words) + " (" + name + ")" : "its " + name);
+    words += words.empty() ? "" : ", and ";
+    if (known != system.effects().end())
+      words += std::string(known->words) + " (" + name + ")";
+    else
+      words += "its " + name.substr(0, name.find(unlike_in)) + " are not alike in " + name.substr(name.find(unlike_in) + unlike_in.size());
     from = to + 1;
   }
   return words;

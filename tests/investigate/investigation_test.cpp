@@ -169,6 +169,13 @@ TEST_CASE("belief: half and two quarters leave one bit and a half open") {
   CHECK(belief.entropy_bit() == doctest::Approx(1.5));
 }
 
+TEST_CASE("story: parts that are not alike are said beside a name, in words") {
+  Investigation one = example();
+  one.steps[0].after->answers[0].key = "latent_heat+coils unlike in the transformation temperatures";
+  const std::string text = to_text(story_of(one, plant::default_plant().system()));
+  CHECK_MESSAGE(text.find("(latent_heat), and its coils are not alike in the transformation temperatures.") != std::string::npos, text);
+}
+
 TEST_CASE("story: says what was asked, what came back, and how to go on") {
   const std::string text = to_text(story_of(example(), plant::default_plant().system()));
   for (const char* part : {"latent_heat 50 %", "is it latent_heat, or cross_heating?", "tripped", "Give the same command again", "fatigue"})
