@@ -37,7 +37,7 @@ enum class OutputKind { csv, mat, hdf5, onnx };
 
 // By the ending of the name.
 OutputKind kind_of_output(const std::string& path) {
-  const std::string ending = std::filesystem::path(path).extension().string();
+  const std::string ending = sim::lower_case(std::filesystem::path(path).extension().string());
   if (ending == ".mat") return OutputKind::mat;
   if (ending == ".onnx") return OutputKind::onnx;
   if (ending == ".h5" || ending == ".hdf5") return OutputKind::hdf5;

@@ -545,7 +545,7 @@ int investigate_command(InvestigateArguments arguments) {
     throw sim::InputError({.key = "--first",
                            .value = sim::shortest(settings.first_s) + " s",
                            .advice = "is more than the budget, " + sim::shortest(settings.asked.budget_s) + " s"});
-  if (arguments.training.empty() && plant.system().drives().empty())
+  if ((arguments.training.empty() || settings.use == investigate::Use::babbling) && plant.system().drives().empty())
     throw sim::InputError(
         {.file = arguments.plant,
          .advice = "shows no bend that babbling could follow\ngive a first recording with --train; experiments follow none"});

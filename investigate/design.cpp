@@ -51,6 +51,7 @@ Design design(const Question& question, const DesignSettings& settings) {
     best.resize(std::min(best.size(), settings.varied));
   }
   if (!best.empty()) result.best = std::move(best.front());
+  result.tells = result.best.possible && result.best.information_nat > enough_nat;
   return result;
 }
 

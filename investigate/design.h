@@ -20,7 +20,8 @@ struct DesignSettings {
 };
 
 struct Design {
-  Expected best;  // not possible where nothing is
+  Expected best;       // not possible where nothing is
+  bool tells = false;  // it does, and more than the least share
   double before_nat = 0.0;
   std::size_t tried = 0;
   // Of each alternative, the farthest that any programme that was tried sets it apart from the first.

@@ -109,8 +109,15 @@ class Investigator {
   double left_s() const { return asked_.budget_s - planned_s(); }
   std::int64_t next_seed() const { return settings_.seed + static_cast<std::int64_t>(state_.steps.size()); }
 
+  // Of what is planned next.
+  void look_what_is_asked() {
+    const auto then = settings_.asked_then.find(folder_name(state_.steps.size() + 1));
+    asked_ = then == settings_.asked_then.end() ? settings_.asked : then->second;
+  }
+
   // A short one to begin with; for comparison as many as the budget holds.
   void babble() {
+    look_what_is_asked();
     if (!state_.steps.empty() && left_s() < least_experiment_s)  // those before were cut short
       return end(Ending::budget, budget_words());
     state_.steps.push_back(babbling(std::min(settings_.first_s, std::floor(left_s()))));
@@ -126,6 +133,7 @@ class Investigator {
     const std::size_t number = state_.steps.size() + 1;
     step.name = folder_name(number);
     step.origin = "babbling";
+    step.asked = asked_;
     Plan plan;
     sim::Scenario scenario;
     scenario.comments = {number == 1 ? "The first recording of an investigation: babbling." : "Babbling."};
@@ -187,9 +195,7 @@ class Investigator {
   // Diagnoses everything, and plans what comes next or ends.
   void decide() {
     Step& last = state_.steps.back();
-    const auto then = settings_.asked_then.find(last.name);
-    asked_ = then == settings_.asked_then.end() ? settings_.asked : then->second;
-    last.asked = asked_;
+    look_what_is_asked();
     std::vector<sim::Recording> recordings;
     for (Step& step : state_.steps) {
       const bool is_new = step.origin == "given" && step.duration_s == 0.0;
@@ -264,14 +270,14 @@ class Investigator {
       return save();
     }
     const Design designed = designed_within(question, left_s);
-    const bool none_tells = !tells(designed) || idle(state_, asked_) >= settings_.most_idle;
+    const bool none_tells = !designed.tells || idle(state_, asked_) >= settings_.most_idle;
     if (enough && none_tells) {
       resolve(belief);
       ask_beside_nothing(question, left_s >= any_s ? designed : designed_within(question, any_s));
     }
     if (hooks_.computing) hooks_.computing(false);
     if (state_.ending) return told();
-    if (none_tells && idle(state_, asked_) < settings_.most_idle && left_s < any_s && tells(designed_within(question, any_s))) {
+    if (none_tells && idle(state_, asked_) < settings_.most_idle && left_s < any_s && designed_within(question, any_s).tells) {
       state_.ending = Ending::budget;
       state_.ending_words =
           "The " + sim::shortest(std::round(left_s)) + " s that are left of the budget are too short for an experiment that would tell.";
@@ -338,6 +344,7 @@ class Investigator {
     const std::size_t number = state_.steps.size() + 1;
     step.name = folder_name(number);
     step.origin = "experiment";
+    step.asked = asked_;
     Plan plan;
     plan.words = words_of(best.programme.shape, diagnosis.search.core.system());
     plan.family = text_of(best.programme.shape.family);
@@ -356,10 +363,6 @@ class Investigator {
                      settings_.use == Use::random ? "Drawn by chance by `sinew investigate`." : "Designed by `sinew investigate`."}));
     step.plan = std::move(plan);
     return step;
-  }
-
-  bool tells(const Design& designed) const {
-    return designed.best.possible && designed.best.information_nat > settings_.least_share * designed.before_nat;
   }
 
   void measure_at(std::string_view place) {

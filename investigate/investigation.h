@@ -31,15 +31,16 @@ std::optional<Use> use_of(std::string_view text);
 // What an investigation is asked for: until one answer has so much, within so many seconds of the limb's time (cooling included;
 // recordings that are given do not count).
 struct Asked {
+  // The diagnosis gives 0.9 only to a name that gains above 170, is not faint, has no law beside it and no values that no one believes
+  // (diagnose/confidence.cpp).
   double probability = 0.9, budget_s = 1800.0;
   bool operator==(const Asked&) const = default;
 };
 
 struct Settings {
   Use use = Use::designed;
-  // The diagnosis gives 0.9 only to a name that gains above 170, is not faint and has no law beside it (diagnose/confidence.cpp).
   Asked asked;
-  std::map<std::string, Asked> asked_then;  // of a replay: by the last step that was there at each decision
+  std::map<std::string, Asked> asked_then;  // of a replay: when each step was planned, by its name
   double first_s = 120.0;                   // of babbling, where no recording is given
   double longest_s = 160.0;                 // that an experiment drives the limb
   // Where the best experiment is expected to take away less than this share of the entropy, none tells.
@@ -95,7 +96,7 @@ struct Step {
   std::int64_t lowered = 0;       // commands that the host's supervisor lowered
   bool used = true;               // long enough to be diagnosed
   std::optional<Believed> after;  // what was believed then
-  std::optional<Asked> asked;     // and what had been asked for
+  std::optional<Asked> asked;     // what was asked for when it was planned
 };
 
 enum class Ending {
@@ -116,7 +117,7 @@ struct Investigation {
   Step* next();                      // the first that is planned and not recorded; null: none
 };
 // Experiments at the end that told less than a tenth of what was expected of them. One that was cut short says nothing of that, nor does
-// what was done before another probability or budget was asked for.
+// what was planned before another probability or budget was asked for.
 int idle(const Investigation& investigation, const Asked& asked);
 nlohmann::ordered_json to_json(const Investigation& investigation);
 Investigation from_json(const nlohmann::ordered_json& json);  // throws nlohmann::json::exception

@@ -116,7 +116,7 @@ TEST_CASE("probability: a name is likelier the more it gains, and less so the fa
   CHECK(of(300.0, 3.0) == of(300.0, 2.0));
   CHECK(probability({.share = 0.25, .gain = 300.0, .faint = 0.0}) == doctest::Approx(0.25 * of(300.0, 0.0)).epsilon(1e-14));
   CHECK(probability({.share = 1.0, .gain = 300.0, .law_beside = true}) < of(300.0, 0.0));
-  // Two deviations off are no matter; at three and a half the odds are even that it stands in for what was not tried.
+  // Two deviations off are no matter; at 3.7 the odds are even that it stands in for what was not tried.
   const auto off_by = [&](double deviations) {
     return probability({.share = 1.0, .gain = 300.0, .unbelieved = deviations * deviations}) / of(300.0, 0.0);
   };

@@ -91,7 +91,8 @@ TEST_CASE("investigation: an experiment that told nothing counts as one, unless 
   CHECK(idle(one, less) == 1);
   one.steps.push_back(told_nothing);
   CHECK(idle(one, less) == 2);
-  // It was gone on with, and the last decision is made again.
+  // It is gone on with: both were planned before that.
+  CHECK(idle(one, more) == 0);
   one.steps[2].asked = more;
   CHECK(idle(one, more) == 1);
   // Twice a trip: no experiment was made.
